@@ -1,0 +1,1 @@
+"""Grasp strategies as data, the sequencer that runs them, and its node."""

@@ -1,0 +1,1 @@
+"""PyBullet simulation of PneuFlex actuators and the RBO Hands."""

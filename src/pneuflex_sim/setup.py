@@ -1,0 +1,30 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "pneuflex_sim"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Simulator of soft hands in PyBullet, and its node",
+    license="Apache-2.0",
+    maintainer="Softhand developers",
+    maintainer_email="softhand@example.org",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={PACKAGE: ["py.typed", "data/**/*.yaml", "data/**/*.xml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/config", glob("config/*.yaml")),
+        (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
+    ],
+    install_requires=["setuptools", "softhand_model", "numpy", "PyYAML", "pybullet"],
+    extras_require={"test": ["pytest"]},
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "hand_sim = pneuflex_sim.node:main",
+        ],
+    },
+)

@@ -1,0 +1,1 @@
+"""Driver of the pneumatic box: air mass observer, valve control and safety, and its node."""

@@ -1,0 +1,41 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "softhand_bringup"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="What starts, records and shows the suite: launcher, bag recorder, demo and figures",
+    license="Apache-2.0",
+    maintainer="Softhand developers",
+    maintainer_email="softhand@example.org",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={PACKAGE: ["py.typed", "data/**/*.yaml", "data/**/*.xml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/config", glob("config/*.yaml")),
+        (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
+    ],
+    install_requires=[
+        "setuptools",
+        "grasp_strategies",
+        "pneumaticbox_driver",
+        "pneuflex_sim",
+        "softhand_model",
+        "numpy",
+        "matplotlib",
+        "rosbags",
+    ],
+    extras_require={"test": ["pytest"]},
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "demo = softhand_bringup.demo.__main__:main",
+            "recorder = softhand_bringup.recorder.node:main",
+            "repair_bag = softhand_bringup.recorder.repair:main",
+        ],
+    },
+)

@@ -1,0 +1,1 @@
+"""Physics of pneumatic soft hands: rubber, actuators, chains, gas, hands and the pneumatic plant."""
