@@ -1,0 +1,27 @@
+# Every target sets up what it needs; the second time that takes no time.
+PYTHON_IN_VENV := .venv/bin/python
+SOURCES := src test examples bench
+
+.PHONY: setup demo test lint bench clean
+
+setup:
+	@scripts/setup.sh
+
+# GUI=1 opens PyBullet's window; SEED=3 moves the object and changes its mass.
+demo: setup
+	@$(PYTHON_IN_VENV) -m softhand_bringup.demo $(if $(GUI),--gui) $(if $(SEED),--seed $(SEED))
+
+test: setup
+	@$(PYTHON_IN_VENV) -m pytest -q $(ARGS)
+
+lint: setup
+	@$(PYTHON_IN_VENV) -m ruff check $(wildcard $(SOURCES))
+	@$(PYTHON_IN_VENV) -m mypy
+
+bench: setup
+	@$(PYTHON_IN_VENV) -m bench $(ARGS)
+
+clean:
+	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache
+	find src test examples bench -name __pycache__ -prune -exec rm -rf {} +
+	rm -rf src/*/*.egg-info src/*/build
