@@ -35,7 +35,7 @@ setup(
         "console_scripts": [
             "demo = softhand_bringup.demo.__main__:main",
             "recorder = softhand_bringup.recorder.node:main",
-            "repair_bag = softhand_bringup.recorder.repair:main",
+            "repair_bag = softhand_bringup.bags.repair:main",
         ],
     },
 )

@@ -1,0 +1,124 @@
+"""Writing of rosbag2 folders that stay readable when the writer is killed.
+
+`rosbags` keeps up to 1 MB of messages in memory and writes the index at the end. Here each chunk is
+handed to the operating system as soon as it is closed, and the recorder closes one every second:
+what a killed recorder leaves behind lacks at most that second and the index, which
+`softhand_bringup.bags.repair` puts back.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rosbags.interfaces import Connection, Qos
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.typesys import Stores, get_typestore
+
+if TYPE_CHECKING:
+    from rosbags.rosbag2.enums import CompressionMode
+
+METADATA_VERSION = 9  # of Jazzy
+CHUNK_SIZE = 1 << 18  # [bytes]
+
+_MESSAGE_OPCODE = 0x05
+_MESSAGE_HEADER = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, logged, published
+_MESSAGE_OVERHEAD = _MESSAGE_HEADER.size - 9  # opcode and length do not count themselves
+
+
+class _ChunkedMcap(McapWriter):
+    """The MCAP file of one bag, named as `ros2 bag record` names it, in small chunks."""
+
+    def __init__(self, path: Path, compression: CompressionMode) -> None:
+        super().__init__(path, compression)
+        named_by_rosbags = self.path
+        self.path = path / f"{path.name}_0.mcap"
+        named_by_rosbags.rename(self.path)
+
+    def write_message(self, channel: int, logged: int, published: int, data: bytes) -> None:
+        """Append one message; both stamps in [ns]."""
+        chunk = self.chunk
+        self.message_start_time = min(logged, self.message_start_time)
+        self.message_end_time = max(logged, self.message_end_time)
+        chunk.message_start_time = min(logged, chunk.message_start_time)
+        chunk.message_end_time = max(logged, chunk.message_end_time)
+        chunk.msgs[channel].append((logged, chunk.bio.tell()))
+        self.channel_stats[channel] += 1
+        length = _MESSAGE_OVERHEAD + len(data)
+        chunk.bio.write(_MESSAGE_HEADER.pack(_MESSAGE_OPCODE, length, channel, 0, logged, published))
+        chunk.bio.write(data)
+        if chunk.bio.tell() > CHUNK_SIZE:
+            self.flush()
+
+    def flush(self) -> None:
+        """Close the chunk under way and hand it to the operating system."""
+        if self.chunk.bio.tell():
+            self.close_chunk()
+        self.bio.flush()
+
+
+class _Writer(Writer):
+    STORAGE_PLUGINS = {StoragePlugin.MCAP: _ChunkedMcap}  # noqa: RUF012 (as in the base class)
+
+
+class BagWriter:
+    """A rosbag2 folder under way: `<folder>/<folder's name>_0.mcap`, `metadata.yaml` on close.
+
+    Args:
+        folder: the bag; must not exist yet, its parents are made.
+
+    Raises:
+        OSError: the folder cannot be made or written.
+        rosbags.rosbag2.WriterError: the folder exists.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._writer = _Writer(
+            folder, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP
+        )
+        self._writer.open()
+        self._storage: _ChunkedMcap = self._writer.storage
+        self._types = get_typestore(Stores.ROS2_JAZZY)
+        self._storage.flush()
+
+    @property
+    def message_count(self) -> int:
+        """Messages written so far."""
+        return sum(self._writer.counts.values())
+
+    def knows(self, message_type: str) -> bool:
+        """Whether the definition of this type (`std_msgs/msg/String`) is at hand."""
+        return message_type in self._types.fielddefs
+
+    def add_topic(self, topic: str, message_type: str, offered_qos: Sequence[Qos]) -> Connection:
+        """Register a topic with its message definition and the QoS that its publishers offer.
+
+        Raises:
+            ValueError: the definition of the message type is not at hand.
+        """
+        if not self.knows(message_type):
+            raise ValueError(
+                f"topic {topic}: expected a type of common_interfaces, got {message_type}"
+            )
+        return self._writer.add_connection(
+            topic, message_type, typestore=self._types, offered_qos_profiles=offered_qos
+        )
+
+    def write(self, topic: Connection, logged: int, published: int, data: bytes) -> None:
+        """Append one serialised message (CDR); stamps of reception and of sending in [ns]."""
+        writer = self._writer
+        self._storage.write_message(topic.id, logged, published, data)
+        writer.counts[topic.id] += 1
+        writer.min_timestamp = min(logged, writer.min_timestamp)
+        writer.max_timestamp = max(logged, writer.max_timestamp)
+
+    def flush(self) -> None:
+        """Make what was written so far survive the end of this process."""
+        self._storage.flush()
+
+    def close(self) -> None:
+        """Write the index and `metadata.yaml`."""
+        self._writer.close()

@@ -1,0 +1,167 @@
+"""The recorder's process: `python -m softhand_bringup.recorder.node <bag folder>`.
+
+It finds topics as they appear and takes their messages in serialised form straight from the
+middleware's queues, fifty times a second. No executor and no wait set: at 2000 messages a second
+these would cost more than the recording itself. Stamps are the middleware's own stamps of
+reception and of sending, so looking only every 20 ms costs no accuracy.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import WriterError
+
+from softhand_bringup.bags.writing import BagWriter
+from softhand_bringup.recorder.qos import common_demand, offered_qos
+
+POLL_PERIOD = 0.02  # [s]
+DISCOVERY_PERIOD = 0.1  # [s]
+FLUSH_PERIOD = 1.0  # [s]
+QUEUE_DEPTH = 2000  # messages of one topic that may wait between two polls
+LAST_MESSAGES = 0.2  # [s] to wait for what is still under way when asked to stop
+
+
+class Recorder:
+    """Subscribes to every topic of the domain and writes what arrives to a bag."""
+
+    def __init__(self, node: Node, bag: BagWriter) -> None:
+        self._node = node
+        self._bag = bag
+        self._sources: dict[str, tuple[Any, Connection]] = {}
+        self._refused: set[str] = set()
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+
+    def run(self, stopped: threading.Event) -> None:
+        """Record until the event is set; then take what is still queued."""
+        next_discovery = next_flush = 0.0
+        while not stopped.wait(POLL_PERIOD):
+            now = time.monotonic()
+            if now >= next_discovery:
+                self._discover()
+                next_discovery = now + DISCOVERY_PERIOD
+            self._drain()
+            if now >= next_flush:
+                self._bag.flush()
+                self._report()
+                next_flush = now + FLUSH_PERIOD
+        time.sleep(LAST_MESSAGES)
+        self._drain()
+
+    def _discover(self) -> None:
+        for topic, types in self._node.get_topic_names_and_types():
+            if topic in self._sources or topic in self._refused:
+                continue
+            publishers = self._node.get_publishers_info_by_topic(topic)
+            if publishers:
+                self._subscribe(topic, types[0], [info.qos_profile for info in publishers])
+
+    def _subscribe(self, topic: str, type_name: str, profiles: list[QoSProfile]) -> None:
+        try:
+            message_type = _import_message(type_name)
+            offered = [offered_qos(profile) for profile in profiles]
+            connection = self._bag.add_topic(topic, type_name, offered)
+        except (ImportError, AttributeError, ValueError) as error:
+            self._refused.add(topic)
+            self._node.get_logger().warning(f"not recorded: {topic}: {error}")
+            return
+        subscription = self._node.create_subscription(
+            message_type, topic, _ignore, _subscription_qos(profiles), raw=True
+        )
+        self._sources[topic] = (subscription, connection)
+
+    def _drain(self) -> None:
+        write = self._bag.write
+        for subscription, connection in self._sources.values():
+            take, message_type = subscription.handle.take_message, subscription.msg_type
+            while (taken := take(message_type, True)) is not None:
+                data, stamps = taken
+                write(connection, stamps["received_timestamp"], stamps["source_timestamp"], data)
+
+    def _report(self) -> None:
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if self._refused else DiagnosticStatus.OK,
+            name="recorder",
+            message="not recorded: " + ", ".join(sorted(self._refused))
+            if self._refused
+            else "recording",
+            values=[
+                KeyValue(key="topics", value=str(len(self._sources))),
+                KeyValue(key="messages", value=str(self._bag.message_count)),
+            ],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._diagnostics.publish(message)
+
+
+def _ignore(_: bytes) -> None:
+    """Never called: the messages are taken from the queue, not through an executor."""
+
+
+def _import_message(type_name: str) -> type:
+    package, _, name = type_name.split("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def _subscription_qos(profiles: list[QoSProfile]) -> QoSProfile:
+    reliable, latched = common_demand(profiles)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=QUEUE_DEPTH,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+def _open_bag(folder: Path) -> BagWriter:
+    """Open the bag, or end with one sentence that says why not."""
+    try:
+        return BagWriter(folder)
+    except OSError as error:
+        sys.exit(f"recorder: cannot write the bag {folder}: {error.strerror}")
+    except WriterError:
+        sys.exit(f"recorder: cannot write the bag {folder}: it exists already")
+
+
+def _record(bag: BagWriter, stopped: threading.Event) -> None:
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = Node("recorder", enable_rosout=False, start_parameter_services=False)
+    try:
+        Recorder(node, bag).run(stopped)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Record all topics until SIGINT or SIGTERM; 0 when the bag was closed in order."""
+    parser = argparse.ArgumentParser(prog="recorder", description="Record all topics to a bag.")
+    parser.add_argument("folder", type=Path, help="the bag's folder, which must not exist yet")
+    bag = _open_bag(parser.parse_args(arguments).folder)
+    stopped = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    try:
+        _record(bag, stopped)
+    finally:
+        bag.close()
+    print(f"recorder: {bag.message_count} messages", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

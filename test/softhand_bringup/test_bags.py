@@ -1,0 +1,124 @@
+"""Bags: what is written can be read by an independent reader, also after the writer was killed."""
+
+import shutil
+
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import WriterError
+from rosbags.typesys import Stores, get_typestore
+
+from softhand_bringup.bags.repair import main, recover, repair
+from softhand_bringup.bags.writing import BagWriter
+
+TYPES = get_typestore(Stores.ROS2_JAZZY)
+STRING = TYPES.types["std_msgs/msg/String"]
+LATCHED = Qos(
+    QosHistory.KEEP_LAST,
+    1,
+    QosReliability.RELIABLE,
+    QosDurability.TRANSIENT_LOCAL,
+    QosTime(0, 0),
+    QosTime(0, 0),
+    QosLiveliness.AUTOMATIC,
+    QosTime(0, 0),
+    False,
+)
+
+
+def write_strings(folder, count, *, closed):
+    bag = BagWriter(folder)
+    first = bag.add_topic("/a", "std_msgs/msg/String", [LATCHED])
+    second = bag.add_topic("/b", "std_msgs/msg/String", [])
+    for number in range(count):
+        data = bytes(TYPES.serialize_cdr(STRING(data=f"text {number}"), "std_msgs/msg/String"))
+        bag.write((first, second)[number % 2], 1000 + number, 900 + number, data)
+        if number % 10 == 9:
+            bag.flush()
+    if closed:
+        bag.close()
+    else:
+        bag.flush()
+    return bag
+
+
+def read_strings(folder):
+    with AnyReader([folder]) as reader:
+        return [
+            (connection.topic, stamp, reader.deserialize(data, connection.msgtype).data)
+            for connection, stamp, data in reader.messages()
+        ]
+
+
+def expected_strings(count):
+    return [(("/a", "/b")[n % 2], 1000 + n, f"text {n}") for n in range(count)]
+
+
+def test_a_closed_bag_is_read_back_whole_with_its_offered_qos(tmp_path):
+    folder = tmp_path / "bag"
+    write_strings(folder, 45, closed=True)
+    assert sorted(p.name for p in folder.iterdir()) == ["bag_0.mcap", "metadata.yaml"]
+    assert read_strings(folder) == expected_strings(45)
+    with AnyReader([folder]) as reader:
+        offered = {c.topic: c.ext.offered_qos_profiles for c in reader.connections}
+    assert offered["/a"][0].durability == QosDurability.TRANSIENT_LOCAL
+
+
+def test_a_cut_off_bag_is_repaired_to_every_flushed_message(tmp_path):
+    folder = tmp_path / "bag"
+    write_strings(folder, 45, closed=False)
+    assert not (folder / "metadata.yaml").exists()
+    assert repair(folder) == 45
+    assert sorted(p.name for p in folder.iterdir()) == ["bag_0.mcap", "metadata.yaml"]
+    assert read_strings(folder) == expected_strings(45)
+
+
+@pytest.mark.parametrize("lost", [1, 7, 100, 400, 1500])
+def test_a_file_that_breaks_off_anywhere_keeps_all_messages_before_the_break(tmp_path, lost):
+    write_strings(tmp_path / "bag", 45, closed=False)
+    content = (tmp_path / "bag" / "bag_0.mcap").read_bytes()
+    texts = [m.data[8:-1].decode() for m in recover(content[:-lost])]
+    assert texts == [f"text {n}" for n in range(len(texts))]
+    # each message takes at most 70 bytes, an index at most 200: nothing but the end may be missing
+    assert 45 - len(texts) <= 2 + lost / 40
+
+
+def test_a_bag_renamed_after_the_crash_is_repaired_under_its_new_name(tmp_path):
+    write_strings(tmp_path / "bag", 20, closed=False)
+    shutil.move(tmp_path / "bag", tmp_path / "kept")
+    repair(tmp_path / "kept")
+    assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["kept_0.mcap", "metadata.yaml"]
+    assert read_strings(tmp_path / "kept") == expected_strings(20)
+
+
+def test_a_whole_bag_is_left_alone(tmp_path, capsys):
+    write_strings(tmp_path / "bag", 5, closed=True)
+    before = (tmp_path / "bag" / "bag_0.mcap").read_bytes()
+    assert main([str(tmp_path / "bag")]) == 1
+    assert "nothing to repair" in capsys.readouterr().err
+    assert (tmp_path / "bag" / "bag_0.mcap").read_bytes() == before
+
+
+def test_a_file_that_is_no_bag_is_refused_with_its_first_bytes(tmp_path):
+    (tmp_path / "x_0.mcap").write_bytes(b"not a bag")
+    with pytest.raises(ValueError, match="expected the magic.*not a ba"):
+        repair(tmp_path)
+    assert (tmp_path / "x_0.mcap").read_bytes() == b"not a bag"
+
+
+def test_an_existing_folder_is_not_overwritten(tmp_path):
+    with pytest.raises(WriterError, match="exists already"):
+        BagWriter(tmp_path)
+
+
+def test_a_type_without_definition_is_refused_by_name(tmp_path):
+    bag = BagWriter(tmp_path / "bag")
+    with pytest.raises(ValueError, match="topic /x.*my_msgs/msg/Thing"):
+        bag.add_topic("/x", "my_msgs/msg/Thing", [])
