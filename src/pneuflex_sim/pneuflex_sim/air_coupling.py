@@ -1,0 +1,73 @@
+"""Air and hand act on each other: chamber volumes from the shape, rest shape and gas stiffness from
+the pressures.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuflex_sim.layout import HandLayout
+
+Array = NDArray[np.float64]
+
+BEND = 1  # index of the bending axis (y) in joint rotations
+
+
+class AirCoupling:
+    """Chambers of a hand grouped by channel; channels in the order of the hand's YAML, joints in
+    that of the layout.
+    """
+
+    def __init__(self, layout: HandLayout) -> None:
+        channels = layout.description.channels
+        n = len(layout.mass)
+        self.layout = layout
+        self.rest_volumes = np.zeros(len(channels))
+        self._volume_gain = np.zeros((len(channels), n))
+        self._members: list[tuple[str, slice, NDArray[np.int64]]] = []
+        for chain in layout.description.chains:
+            joints, model = layout.chain_joints[chain.name], layout.models[chain.name]
+            of_channel = np.array(
+                [channels.index(actuator.channel) for actuator in chain.actuators]
+            )
+            np.add.at(
+                self.rest_volumes, of_channel, model.volume(np.zeros(joints.stop - joints.start))
+            )
+            for row, channel in enumerate(of_channel):
+                self._volume_gain[channel, joints] += model.volume_gain[row]
+            self._members.append((chain.name, joints, of_channel))
+        self._total_gain = self._volume_gain.sum(axis=1)
+
+    def volumes(self, rotations: Array) -> Array:
+        """Volume of each channel [m3] for the joint rotations (n, 3) against rest [rad]."""
+        return self.rest_volumes + self._volume_gain @ rotations[:, BEND]
+
+    def rest_bend(
+        self, step: float, pressures: Array, rotations: Array, temperature: float
+    ) -> Array:
+        """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to each joint's
+        rest.
+        """
+        bend = np.empty_like(rotations)
+        for name, joints, of_channel in self._members:
+            bend[joints] = self.layout.models[name].step(
+                step, pressures[of_channel], rotations[joints, BEND], temperature
+            )
+        return bend
+
+    def gas_stiffness(self, pressures: Array, pressures_abs: Array, volumes: Array) -> Array:
+        """Stiffness (n, 3) [N m/rad] that enclosed air adds to each joint while all joints of its
+        channel bend alike.
+
+        dp = -p_abs/V*dV (isothermal), dV = sum of dV/dtheta over the channel, torque =
+        -k*(dtheta_rest/dp)*dp. The true matrix is a dyad; its row sums on the diagonal are exact
+        for that motion and bound it for any other, so they keep the implicit step stable. They act
+        only on the motion within a step: statics do not depend on them.
+        """
+        stiffness = np.zeros_like(self.layout.stiffness)
+        pressure_drop = pressures_abs / volumes * self._total_gain
+        for name, joints, of_channel in self._members:
+            gain = self.layout.models[name].rest_gain(pressures[of_channel])
+            stiffness[joints, BEND] = pressure_drop[of_channel] @ gain
+        return stiffness * self.layout.stiffness

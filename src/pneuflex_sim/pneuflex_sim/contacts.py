@@ -1,0 +1,64 @@
+"""Contact points with the names of what touches."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import pybullet
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact point: names of both sides, the joint name of the first, position [m], normal
+    towards it, force [N].
+    """
+
+    first: str
+    segment: str
+    second: str
+    position: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    force: float
+
+
+class ContactNames:
+    """Which name a PyBullet body and link go by: a chain of the hand, `object`, or a part of the
+    scene.
+    """
+
+    def __init__(
+        self, bodies: dict[int, str], links: dict[tuple[int, int], tuple[str, str]], client: int
+    ) -> None:
+        self._bodies, self._links, self._client = bodies, links, client
+
+    def name(self, body: int, link: int) -> tuple[str, str]:
+        """Return (name, segment); the segment is empty for anything but a chain."""
+        return self._links.get((body, link)) or (self._bodies[body], "")
+
+    def contacts(self, body: int) -> list[Contact]:
+        """All contact points of a body that carry a force, seen from the other side."""
+        found = []
+        for point in pybullet.getContactPoints(body, physicsClientId=self._client):
+            if point[9] > 0:
+                first, segment = self.name(point[2], point[4])
+                normal = point[7]
+                found.append(
+                    Contact(
+                        first,
+                        segment,
+                        self.name(point[1], point[3])[0],
+                        point[6],
+                        (-normal[0], -normal[1], -normal[2]),
+                        point[9],
+                    )
+                )
+        return found
+
+
+def normal_forces(contacts: list[Contact]) -> dict[str, float]:
+    """Total normal force [N] by the name of the first side."""
+    total: dict[str, float] = defaultdict(float)
+    for contact in contacts:
+        total[contact.first] += contact.force
+    return dict(total)

@@ -1,0 +1,318 @@
+"""A hand as PyBullet bodies: one floating multibody per serial chain, all carried rigidly by the
+wrist.
+
+Each base is a heavy free body that is pushed to the velocity of the wrist in every step; what its
+velocity gains beyond that push is the load of the chain on the wrist, at no cost. (A base that is
+moved by resetting its pose has no velocity in the contact solver, and a held object would not
+follow it.)
+"""
+
+from __future__ import annotations
+
+from itertools import chain as chained
+from typing import Any
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from pneuflex_sim import base_kernel, spring_kernel
+from pneuflex_sim.hand_shape import HandShape
+from pneuflex_sim.layout import Body, HandLayout
+from pneuflex_sim.spatial import cross
+from pneuflex_sim.world import GRAVITY, World
+from pneuflex_sim.wrist import Wrist
+
+Array = NDArray[np.float64]
+
+ENVIRONMENT, FINGER, THUMB, PALM = 1, 2, 4, 8  # collision groups
+COLLIDES_WITH = {FINGER: ENVIRONMENT | THUMB, THUMB: ENVIRONMENT | FINGER, PALM: ENVIRONMENT}
+BASE_MASS = 1000.0  # [kg]: so heavy that the chain does not move it within a step
+BASE_INERTIA = 10.0  # [kg m2]
+BASE_RESISTANCE = np.array([[BASE_MASS], [BASE_INERTIA]])
+RUBBER_FRICTION = 1.0  # PyBullet multiplies the coefficients of both bodies
+SPEED_LIMIT = 95.0  # [rad/s]: PyBullet clamps joint speeds at 100, so a diverged run stays finite
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+
+
+class HandBodies:
+    """The chains of one hand in a world; all arrays have one row a joint, in the order of the
+    layout.
+    """
+
+    def __init__(
+        self, layout: HandLayout, world: World, wrist: Wrist, rigid: bool, weight_scale: float
+    ) -> None:
+        self.layout, self.world, self.rigid = layout, world, rigid
+        self.weight_scale = weight_scale
+        self._create()
+        n = len(layout.mass)
+        self.q, self.v = np.tile(IDENTITY, (n, 1)), np.zeros((n, 3))
+        self.torque = np.zeros((n, 3))
+        self._fixed = (np.ascontiguousarray(layout.rest), np.ascontiguousarray(layout.stiffness))
+        self._body_data = (
+            layout.offset,
+            layout.center,
+            layout.inertia(world.step_size),
+            layout.mass,
+        )
+        self._carried = (
+            np.zeros((n, 3)),
+            np.zeros((n, 3, 3)),
+            np.zeros((n, 3)),
+            np.zeros((n, 3)),
+            np.zeros((n, 3, 3)),
+        )
+        self._starts, self._damping = layout.starts, layout.damping
+        self._mounts = (
+            np.array([body.position for body in layout.bodies]),
+            np.array([body.orientation for body in layout.bodies]),
+        )
+        self._pushed = np.zeros((len(self.ids), 2, 3))
+        self._center_of_mass = HandShape(layout).center_of_mass(layout.rest)
+        self.reset(wrist)
+
+    # ---------------------------------------------------------------- creation
+    def _create(self) -> None:
+        self.ids = [self._create_body(body) for body in self.layout.bodies]
+        self._joints = [
+            list(range(body.joints.stop - body.joints.start)) for body in self.layout.bodies
+        ]
+
+    def _create_body(self, body: Body) -> int:
+        layout, client, joints = self.layout, self.world.client, body.joints
+        count = joints.stop - joints.start
+        shapes = [
+            pybullet.createCollisionShape(
+                pybullet.GEOM_BOX,
+                halfExtents=(size / 2).tolist(),
+                collisionFramePosition=center.tolist(),
+                physicsClientId=client,
+            )
+            for size, center in zip(layout.size[joints], layout.center[joints], strict=True)
+        ]
+        base = pybullet.createMultiBody(
+            0.0 if self.rigid else BASE_MASS,
+            -1,
+            -1,
+            linkMasses=layout.mass[joints].tolist(),
+            linkCollisionShapeIndices=shapes,
+            linkVisualShapeIndices=[-1] * count,
+            linkPositions=layout.offset[joints].tolist(),
+            linkOrientations=[IDENTITY] * count,
+            linkInertialFramePositions=layout.center[joints].tolist(),
+            linkInertialFrameOrientations=[IDENTITY] * count,
+            linkParentIndices=list(range(count)),
+            linkJointTypes=[pybullet.JOINT_SPHERICAL] * count,
+            linkJointAxis=[(0, 0, 1)] * count,
+            physicsClientId=client,
+        )
+        self._set_dynamics(base, body)
+        return base
+
+    def _set_dynamics(self, base: int, body: Body) -> None:
+        layout, client = self.layout, self.world.client
+        inertia = layout.inertia(self.world.step_size)
+        pybullet.changeDynamics(base, -1, linearDamping=0, angularDamping=0, physicsClientId=client)
+        if not self.rigid:
+            pybullet.changeDynamics(
+                base,
+                -1,
+                mass=BASE_MASS,
+                localInertiaDiagonal=[BASE_INERTIA] * 3,
+                physicsClientId=client,
+            )
+        pybullet.setCollisionFilterGroupMask(base, -1, PALM, 0, physicsClientId=client)
+        groups = _collision_groups(layout, body)
+        for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
+            pybullet.changeDynamics(
+                base,
+                link,
+                mass=layout.mass[joint],
+                localInertiaDiagonal=inertia[joint].tolist(),
+                linearDamping=0,
+                angularDamping=0,
+                jointDamping=0,
+                lateralFriction=RUBBER_FRICTION,
+                physicsClientId=client,
+            )
+            pybullet.setCollisionFilterGroupMask(
+                base, link, groups[link], COLLIDES_WITH[groups[link]], physicsClientId=client
+            )
+            pybullet.setJointMotorControlMultiDof(
+                base,
+                link,
+                pybullet.POSITION_CONTROL,
+                targetPosition=IDENTITY,
+                positionGain=0,
+                velocityGain=0,
+                force=[0, 0, 0],
+                physicsClientId=client,
+            )
+
+    # ---------------------------------------------------------------- state
+    def reset(self, wrist: Wrist) -> None:
+        """Put every joint at rest without pressure and every base at the wrist."""
+        self._bases = self._base_poses(wrist)
+        for body, base, position, orientation in zip(
+            self.layout.bodies, self.ids, *self._bases, strict=True
+        ):
+            pybullet.resetBasePositionAndOrientation(
+                base, position.tolist(), orientation.tolist(), physicsClientId=self.world.client
+            )
+            pybullet.resetBaseVelocity(
+                base, [0, 0, 0], [0, 0, 0], physicsClientId=self.world.client
+            )
+            for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
+                pybullet.resetJointStateMultiDof(
+                    base,
+                    link,
+                    self.layout.rest[joint].tolist(),
+                    [0, 0, 0],
+                    physicsClientId=self.world.client,
+                )
+        self._first = True
+        self._pushed[:] = 0.0
+        self.read()
+
+    def read(self) -> None:
+        """Take joint orientations and velocities from PyBullet; raises RuntimeError when the run
+        has diverged.
+        """
+        client = self.world.client
+        states = [
+            state
+            for base, joints in zip(self.ids, self._joints, strict=True)
+            for state in pybullet.getJointStatesMultiDof(base, joints, physicsClientId=client)
+        ]
+        n = len(states)
+        self.q = np.fromiter(chained.from_iterable([s[0] for s in states]), float, 4 * n).reshape(
+            n, 4
+        )
+        self.v = np.fromiter(chained.from_iterable([s[1] for s in states]), float, 3 * n).reshape(
+            n, 3
+        )
+        fastest = np.abs(self.v).max()
+        if not fastest < SPEED_LIMIT:
+            joint = self.layout.names[int(np.argmax(np.abs(self.v).max(axis=1)))]
+            raise RuntimeError(
+                f"the simulation diverged: joint {joint} turns at {fastest:.0f} rad/s "
+                f"(limit {SPEED_LIMIT:.0f}); a smaller step or more damping is needed"
+            )
+
+    def rotations(self) -> Array:
+        """Rotation vector (n, 3) [rad] of each joint against its rest without pressure; y is the
+        bend.
+        """
+        out = np.empty_like(self.v)
+        spring_kernel.rotations_from_rest(self._fixed[0], self.q, out)
+        return out
+
+    def save(self) -> tuple[Any, ...]:
+        """The Python side of the state; PyBullet's own is saved by the world."""
+        return (self._first, self._bases, *(array.copy() for array in self._arrays()))
+
+    def restore(self, state: tuple[Any, ...]) -> None:
+        """Return to a saved state, after PyBullet has been restored."""
+        self._first, self._bases = state[:2]
+        for array, saved in zip(self._arrays(), state[2:], strict=True):
+            array[:] = saved
+
+    def _arrays(self) -> tuple[Array, ...]:
+        return (self.q, self.v, self.torque, self._pushed, *self._carried)
+
+    # ---------------------------------------------------------------- forces
+    def apply_springs(self, bend: Array, gas_stiffness: Array) -> None:
+        """Compute and apply joint torques for a rest orientation turned by `bend` (n, 3) [rad]."""
+        rest, stiffness = self._fixed
+        offset, com, inertia, mass = self._body_data
+        spring_kernel.spring_torques(
+            self.world.step_size,
+            self._first,
+            self._starts,
+            self.q,
+            self.v,
+            rest,
+            bend,
+            stiffness,
+            gas_stiffness,
+            self._damping,
+            offset,
+            com,
+            inertia,
+            mass,
+            *self._carried,
+            self.torque,
+        )
+        self._first = False
+        torques = self.torque.tolist()
+        for body, base, joints in zip(self.layout.bodies, self.ids, self._joints, strict=True):
+            pybullet.setJointMotorControlMultiDofArray(
+                base,
+                joints,
+                pybullet.TORQUE_CONTROL,
+                forces=torques[body.joints],
+                physicsClientId=self.world.client,
+            )
+
+    def drive_bases(self, wrist: Wrist) -> None:
+        """Advance the wrist under the load of the last step, and push the bases along."""
+        if self.rigid:
+            return
+        client, step = self.world.client, self.world.step_size
+        velocity = np.array(
+            [pybullet.getBaseVelocity(base, physicsClientId=client) for base in self.ids]
+        )
+        gained = velocity - self._pushed
+        drift = step * gained  # how far the load moved the bases off the wrist
+        places, turns = self._bases
+        base_kernel.total_wrench(
+            gained * BASE_RESISTANCE / step, places, wrist.position, wrist.force, wrist.torque
+        )
+        self._carry_weight(wrist)
+        wrist.advance(step)
+        self._bases = self._base_poses(wrist)
+        base_kernel.velocities_between(step, places, turns, *self._bases, drift, self._pushed)
+        push = (self._pushed - velocity) / step
+        push[:, 0, 2] += self.weight_scale * GRAVITY
+        for base, place, (force, torque) in zip(
+            self.ids, places.tolist(), (push * BASE_RESISTANCE).tolist(), strict=True
+        ):
+            pybullet.applyExternalForce(
+                base, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client
+            )
+            pybullet.applyExternalTorque(
+                base, -1, torque, pybullet.WORLD_FRAME, physicsClientId=client
+            )
+
+    def _base_poses(self, wrist: Wrist) -> tuple[Array, Array]:
+        """Positions (b, 3) [m] and quaternions (b, 4) of all bases for this wrist."""
+        places, turns = np.empty((len(self.ids), 3)), np.empty((len(self.ids), 4))
+        base_kernel.place_bases(wrist.position, wrist.orientation, *self._mounts, places, turns)
+        return places, turns
+
+    def _carry_weight(self, wrist: Wrist) -> None:
+        """Take the weight of the resting hand off the load: an arm compensates the tool that it
+        knows.
+        """
+        if self.weight_scale:
+            weight = self.weight_scale * GRAVITY * self.layout.mass.sum()
+            arm, lever = np.empty(3), np.empty(3)
+            base_kernel.rotate(wrist.orientation, self._center_of_mass, arm)
+            cross(arm, np.array([0.0, 0.0, weight]), lever)
+            wrist.force[2] += weight
+            wrist.torque += lever
+
+
+def _collision_groups(layout: HandLayout, body: Body) -> list[int]:
+    """Collision group of each joint's link: fingers and thumb meet each other, all meet the
+    environment.
+    """
+    groups = []
+    for name in body.chains:
+        joints = layout.chain_joints[name]
+        group = PALM
+        if name in layout.description.tips:
+            group = FINGER if layout.description.chain(name).mount.parent == "wrist" else THUMB
+        groups += [group] * (joints.stop - joints.start)
+    return groups

@@ -1,0 +1,146 @@
+"""Pictures of recorded states: a fresh world a frame, PyBullet's software renderer, no display
+needed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+from softhand_model.hands import load_hand
+from softhand_model.model_file import load_model
+
+from pneuflex_sim.hand_shape import HandShape
+from pneuflex_sim.layout import build_layout
+from pneuflex_sim.objects import ObjectDescription, load_object
+from pneuflex_sim.scenes import load_scene
+from pneuflex_sim.skin import Mesh, chain_mesh
+
+Array = NDArray[np.float64]
+
+RUBBER, STRUT, OBJECT, TABLE = (
+    (0.93, 0.55, 0.25, 1),
+    (0.35, 0.38, 0.45, 1),
+    (0.25, 0.5, 0.75, 1),
+    (0.86, 0.86, 0.83, 1),
+)
+
+
+@dataclass(frozen=True)
+class HandState:
+    """What a frame shows: joint orientations (n, 4), wrist and object pose in the world [m]."""
+
+    joints: Array
+    wrist_position: Array
+    wrist_orientation: Array
+    object_position: Array | None = None
+    object_orientation: Array | None = None
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where the picture is taken from: point looked at [m], distance [m], yaw and pitch [deg],
+    vertical view angle [deg].
+    """
+
+    target: tuple[float, float, float] = (0.0, 0.0, 0.08)
+    distance: float = 0.55
+    yaw: float = 35.0
+    pitch: float = -18.0
+    view_angle: float = 40.0
+
+
+class Renderer:
+    """Draws one hand (and object, and scene) in given states."""
+
+    def __init__(
+        self, hand: str, object_name: str | None = None, scene: str = "table", segments: int = 5
+    ) -> None:
+        self.layout = build_layout(load_hand(hand), segments, load_model(None))
+        self.shape = HandShape(self.layout)
+        self.object = load_object(object_name) if object_name else None
+        self.scene = load_scene(scene)
+
+    def frame(
+        self, state: HandState, size: tuple[int, int] = (640, 480), camera: Camera | None = None
+    ) -> NDArray[np.uint8]:
+        """One picture (height, width, 3) of a state."""
+        client = pybullet.connect(pybullet.DIRECT)
+        try:
+            self._draw(state, client)
+            return _photograph(camera or Camera(), size, client)
+        finally:
+            pybullet.disconnect(client)
+
+    def _draw(self, state: HandState, client: int) -> None:
+        for half, position in self.scene.boxes.values():
+            _box(half, position, (0, 0, 0, 1), TABLE, client)
+        wrist = state.wrist_position.tolist(), state.wrist_orientation.tolist()
+        for chain in self.layout.description.chains:
+            _mesh(chain_mesh(self.shape, chain.name, state.joints), *wrist, RUBBER, client)
+        if self.object is not None and state.object_position is not None:
+            _object(
+                self.object,
+                state.object_position.tolist(),
+                state.object_orientation.tolist(),
+                client,
+            )
+
+
+def _mesh(
+    mesh: Mesh, position: list[float], orientation: list[float], color: tuple, client: int
+) -> None:
+    visual = pybullet.createVisualShape(
+        pybullet.GEOM_MESH,
+        vertices=mesh.vertices.tolist(),
+        indices=mesh.indices.tolist(),
+        normals=mesh.normals.tolist(),
+        rgbaColor=color,
+        physicsClientId=client,
+    )
+    pybullet.createMultiBody(0, -1, visual, position, orientation, physicsClientId=client)
+
+
+def _box(half: tuple, position: tuple, orientation: tuple, color: tuple, client: int) -> None:
+    visual = pybullet.createVisualShape(
+        pybullet.GEOM_BOX, halfExtents=half, rgbaColor=color, physicsClientId=client
+    )
+    pybullet.createMultiBody(0, -1, visual, position, orientation, physicsClientId=client)
+
+
+def _object(
+    description: ObjectDescription, position: list[float], orientation: list[float], client: int
+) -> None:
+    half = description.half_extents
+    if description.shape == "box":
+        _box(half, tuple(position), tuple(orientation), OBJECT, client)
+        return
+    kind = {"radius": half[0], "shapeType": pybullet.GEOM_SPHERE}
+    if description.shape == "cylinder":
+        kind = {"radius": half[0], "length": 2 * half[2], "shapeType": pybullet.GEOM_CYLINDER}
+    visual = pybullet.createVisualShape(rgbaColor=OBJECT, physicsClientId=client, **kind)
+    pybullet.createMultiBody(0, -1, visual, position, orientation, physicsClientId=client)
+
+
+def _photograph(camera: Camera, size: tuple[int, int], client: int) -> NDArray[np.uint8]:
+    width, height = size
+    view = pybullet.computeViewMatrixFromYawPitchRoll(
+        camera.target, camera.distance, camera.yaw, camera.pitch, 0, 2
+    )
+    projection = pybullet.computeProjectionMatrixFOV(camera.view_angle, width / height, 0.02, 5.0)
+    image = pybullet.getCameraImage(
+        width,
+        height,
+        view,
+        projection,
+        lightDirection=(0.6, -0.8, 1.6),
+        shadow=1,
+        lightAmbientCoeff=0.55,
+        lightDiffuseCoeff=0.5,
+        lightSpecularCoeff=0.1,
+        renderer=pybullet.ER_TINY_RENDERER,
+        physicsClientId=client,
+    )
+    return np.reshape(image[2], (height, width, 4))[:, :, :3].astype(np.uint8)

@@ -1,0 +1,281 @@
+"""The simulator without ROS: hand, wrist, air, object and scene, stepped together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+from softhand_model.hands import load_hand
+from softhand_model.model_file import load_model
+from softhand_model.pneumatics.plant import PneumaticPlant
+
+from pneuflex_sim.air_coupling import BEND, AirCoupling
+from pneuflex_sim.contacts import Contact, ContactNames
+from pneuflex_sim.hand_bodies import ENVIRONMENT, HandBodies
+from pneuflex_sim.hand_shape import HandShape
+from pneuflex_sim.layout import build_layout
+from pneuflex_sim.objects import ObjectDescription, collision_shape, load_object
+from pneuflex_sim.scenes import build_scene, load_scene
+from pneuflex_sim.world import GRAVITY, SolverSettings, World
+from pneuflex_sim.wrist import Wrist, WristParameters
+from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT_AIR, ROOM_TEMPERATURE
+
+Array = NDArray[np.float64]
+
+STEPS = (0.001, 0.002, 0.005, 0.01)  # checked step sizes [s]
+
+
+@dataclass(frozen=True)
+class SimulationConfig:
+    """What is simulated: names of hand, object and scene, model file, step [s], segments an
+    actuator, seed, offsets [m].
+
+    Raises ValueError for a step, a number of segments or a mass scale that cannot be used.
+    """
+
+    hand: str = "rbo_hand_2"
+    object: str = "cylinder"
+    scene: str = "table"
+    model: str | Path | None = None
+    step: float = 0.001
+    segments: int = 5
+    seed: int = 0
+    gui: bool = False
+    object_offset: tuple[float, ...] = (0.0, 0.0)
+    object_mass_scale: float = 1.0
+    wrist: WristParameters = field(default_factory=WristParameters)
+    solver: SolverSettings = field(default_factory=SolverSettings)
+
+    def __post_init__(self) -> None:
+        if not 1e-4 <= self.step <= 0.01:
+            raise ValueError(f"step: expected 0.0001 to 0.01 s, got {self.step}")
+        if self.segments < 1:
+            raise ValueError(f"segments: expected 1 or more, got {self.segments}")
+        if not self.object_mass_scale > 0:
+            raise ValueError(
+                f"object_mass_scale: expected a positive number, got {self.object_mass_scale}"
+            )
+
+
+class Simulation:
+    """One world with one hand. Channels are in the order of the hand's YAML; air masses are above
+    rest at ambient.
+    """
+
+    def __init__(self, config: SimulationConfig | None = None) -> None:
+        self.config = config = config or SimulationConfig()
+        self.hand = load_hand(config.hand)
+        self.scene = load_scene(config.scene)
+        model = load_model(config.model)
+        if model.base != "pneuflex":
+            raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
+        layout = build_layout(self.hand, config.segments, model)
+        self.channels: tuple[str, ...] = tuple(self.hand.channels)
+        self.step_size, self.temperature = config.step, ROOM_TEMPERATURE
+        self.world = World(config.step, config.gui, config.solver)
+        client, weight_scale = self.world.client, model.gravity_scale
+        pybullet.setGravity(0, 0, -GRAVITY * weight_scale, physicsClientId=client)
+        self.wrist = self._new_wrist()
+        self.bodies = HandBodies(
+            layout, self.world, self.wrist, self.scene.rigid_wrist, weight_scale
+        )
+        self.shape = HandShape(layout)
+        self.air = AirCoupling(layout)
+        self.plant = PneumaticPlant(self.channels, seed=config.seed)
+        self.object: ObjectDescription | None = (
+            load_object(config.object) if self.scene.has_object else None
+        )
+        self._fixed_names = build_scene(self.scene, client)
+        self._object_weight = (1 - weight_scale) * GRAVITY
+        self._create_object()
+        self._names = self._contact_names()
+        self.reset()
+
+    # ---------------------------------------------------------------- set-up
+    def _new_wrist(self) -> Wrist:
+        orientation = Rotation.from_euler("xyz", self.scene.wrist_rpy).as_quat()
+        return Wrist(self.config.wrist, np.array(self.scene.wrist_position), orientation)
+
+    def _create_object(self) -> None:
+        self.object_id = -1
+        if self.object is None:
+            return
+        client = self.world.client
+        self.object_mass = self.object.mass * self.config.object_mass_scale
+        self.object_id = pybullet.createMultiBody(
+            self.object_mass, collision_shape(self.object, client), -1, physicsClientId=client
+        )
+        pybullet.changeDynamics(
+            self.object_id,
+            -1,
+            lateralFriction=self.object.friction,
+            linearDamping=0,
+            angularDamping=0,
+            physicsClientId=client,
+        )
+        pybullet.setCollisionFilterGroupMask(
+            self.object_id, -1, ENVIRONMENT, -1, physicsClientId=client
+        )
+
+    def _contact_names(self) -> ContactNames:
+        layout, links = self.bodies.layout, {}
+        for body, base in zip(layout.bodies, self.bodies.ids, strict=True):
+            for chain in body.chains:
+                joints = layout.chain_joints[chain]
+                for joint in range(joints.start, joints.stop):
+                    links[base, joint - body.joints.start] = (chain, layout.names[joint])
+        bodies = (
+            dict.fromkeys(self.bodies.ids, "palm_plate")
+            | self._fixed_names
+            | {self.object_id: "object"}
+        )
+        return ContactNames(bodies, links, self.world.client)
+
+    def reset(self) -> None:
+        """Back to the start: hand at rest at the scene's wrist pose, ambient air, object in its
+        place, time 0.
+        """
+        self.steps = 0
+        self.wrist = self._new_wrist()
+        for model in self.bodies.layout.models.values():
+            model.reset()
+        self.bodies.reset(self.wrist)
+        self._rotations = self.bodies.rotations()
+        self.plant.reset()
+        self._imposed: Array | None = None
+        self.pressures_abs = np.full(len(self.channels), AMBIENT_PRESSURE)
+        if self.object is not None:
+            offset = np.zeros(3)
+            offset[: len(self.config.object_offset)] = self.config.object_offset
+            place = offset + [0.0, 0.0, self.object.rest_height]
+            turn = Rotation.from_euler("xyz", self.object.rpy).as_quat()
+            pybullet.resetBasePositionAndOrientation(
+                self.object_id, place.tolist(), turn.tolist(), physicsClientId=self.world.client
+            )
+            pybullet.resetBaseVelocity(
+                self.object_id, [0, 0, 0], [0, 0, 0], physicsClientId=self.world.client
+            )
+
+    # ---------------------------------------------------------------- commands
+    def command_wrist(self, position: Array, orientation: Array) -> None:
+        """Target pose of the wrist in the world: position (3,) [m], quaternion (4,)."""
+        self.wrist.command(position, orientation)
+
+    def set_air_masses(self, masses: Array) -> None:
+        """Impose the channels' air masses [kg above rest] instead of the plant's; raises ValueError
+        on a wrong shape.
+        """
+        masses = np.asarray(masses, float)
+        if masses.shape != (len(self.channels),) or not np.isfinite(masses).all():
+            raise ValueError(
+                f"air masses: expected {len(self.channels)} finite numbers, got {masses}"
+            )
+        self._imposed = masses
+
+    # ---------------------------------------------------------------- stepping
+    def step(self, valves: Array | None = None) -> None:
+        """One physics step; `valves` (channels,) is +1 inflate, -1 deflate, 0 closed; None keeps
+        imposed masses or closed.
+        """
+        self._update_air(valves)
+        gauge = self.pressures_abs - AMBIENT_PRESSURE
+        bend = self.air.rest_bend(self.step_size, gauge, self._rotations, self.temperature)
+        gas = self.air.gas_stiffness(gauge, self.pressures_abs, self._volumes)
+        self.bodies.apply_springs(bend, gas)
+        self.bodies.drive_bases(self.wrist)
+        if self.object_id >= 0 and self._object_weight:
+            place = pybullet.getBasePositionAndOrientation(
+                self.object_id, physicsClientId=self.world.client
+            )[0]
+            pybullet.applyExternalForce(
+                self.object_id,
+                -1,
+                [0, 0, -self.object_mass * self._object_weight],
+                place,
+                pybullet.WORLD_FRAME,
+                physicsClientId=self.world.client,
+            )
+        pybullet.stepSimulation(physicsClientId=self.world.client)
+        self.steps += 1
+        self.bodies.read()
+        self._rotations = self.bodies.rotations()
+
+    def _update_air(self, valves: Array | None) -> None:
+        volumes = self._volumes = self.air.volumes(self._rotations)
+        if self._imposed is not None:
+            heat = GAS_CONSTANT_AIR * self.temperature
+            self.pressures_abs = (
+                AMBIENT_PRESSURE * self.air.rest_volumes + self._imposed * heat
+            ) / volumes
+            return
+        closed = np.zeros(len(self.channels))
+        self.pressures_abs = self.plant.step(
+            self.step_size, closed if valves is None else valves, volumes
+        )
+
+    # ---------------------------------------------------------------- observation
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.steps * self.step_size
+
+    def wrist_pose(self) -> tuple[Array, Array]:
+        """Position [m] and quaternion of the wrist in the world."""
+        return self.wrist.position, self.wrist.orientation
+
+    def wrist_wrench(self) -> tuple[Array, Array]:
+        """Force [N] and torque [N m] of the hand on the wrist, without its own weight, in world
+        axes.
+        """
+        return self.wrist.force, self.wrist.torque
+
+    def object_pose(self) -> tuple[Array, Array]:
+        """Position [m] and quaternion of the object; raises ValueError in a scene without one."""
+        if self.object_id < 0:
+            raise ValueError(f"object: scene {self.scene.name} has none")
+        place, turn = pybullet.getBasePositionAndOrientation(
+            self.object_id, physicsClientId=self.world.client
+        )
+        return np.array(place), np.array(turn)
+
+    def pressures(self) -> Array:
+        """Gauge pressure of each channel [Pa]."""
+        return self.pressures_abs - AMBIENT_PRESSURE
+
+    def air_masses(self) -> Array:
+        """True air mass of each channel [kg above rest at ambient]."""
+        volumes = self.air.volumes(self._rotations)
+        heat = GAS_CONSTANT_AIR * self.temperature
+        return (self.pressures_abs * volumes - AMBIENT_PRESSURE * self.air.rest_volumes) / heat
+
+    def read_sensors(self) -> Array:
+        """Noisy absolute pressures [Pa] of the channels and, last, of the supply."""
+        return self.plant.read()
+
+    def tip_angles(self) -> dict[str, float]:
+        """Bend of each chain from base to tip [rad], the sum of its joints' bends without the
+        strut.
+        """
+        return self.shape.tip_angles(self._rotations[:, BEND])
+
+    def fingertips(self) -> dict[str, tuple[Array, Array]]:
+        """Position [m] and quaternion of each fingertip in the wrist frame."""
+        return self.shape.fingertips(self.bodies.q)
+
+    def object_contacts(self) -> list[Contact]:
+        """Contact points of the object with anything."""
+        return [] if self.object_id < 0 else self._names.contacts(self.object_id)
+
+    # ---------------------------------------------------------------- snapshots
+    def save(self) -> dict[str, Any]:
+        """Snapshot to return to with `restore`; it belongs to this simulation."""
+        raise RuntimeError("not yet")
+
+    def close(self) -> None:
+        """Free the physics client."""
+        self.world.close()

@@ -1,0 +1,43 @@
+"""A PyBullet world of its own client, with the solver settings the chains were checked with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pybullet
+
+GRAVITY = 9.80665  # [m/s2]
+
+
+@dataclass(frozen=True)
+class SolverSettings:
+    """Contact solver: iterations a step; contacts of one manifold farther apart than the threshold
+    are left out.
+    """
+
+    iterations: int = 30
+
+
+class World:
+    """One physics client; every call names it, so several worlds can live in one process."""
+
+    def __init__(
+        self, step: float, gui: bool = False, settings: SolverSettings | None = None
+    ) -> None:
+        settings = settings or SolverSettings()
+        self.step_size = step
+        self.client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+        if self.client < 0:
+            raise RuntimeError("PyBullet refused a new client; with gui it needs a display")
+        pybullet.setTimeStep(step, physicsClientId=self.client)
+        pybullet.setPhysicsEngineParameter(
+            numSolverIterations=settings.iterations,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=0,
+            physicsClientId=self.client,
+        )
+
+    def close(self) -> None:
+        """Disconnect; the world cannot be used after that."""
+        if pybullet.isConnected(self.client):
+            pybullet.disconnect(self.client)

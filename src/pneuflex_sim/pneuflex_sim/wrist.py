@@ -1,0 +1,138 @@
+"""The compliant wrist: a mass and an inertia on a damped spring of limited force that follows a
+target pose.
+
+It stands for an impedance-controlled arm: force = stiffness*(target - pose) - damping*velocity, cut
+off at the force limit, plus what the hand feels. The arm carries the hand's own weight.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuflex_sim.compiled import compiled
+from pneuflex_sim.spatial import quaternion_of_rotation, quaternion_product
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WristParameters:
+    """Stiffness [N/m, N m/rad], limits [N, N m], effective mass [kg] and inertia [kg m2] of the
+    arm; critically damped.
+
+    Raises ValueError for a value that is not positive.
+    """
+
+    stiffness: float = 1000.0
+    rotational_stiffness: float = 30.0
+    force_limit: float = 20.0
+    torque_limit: float = 4.0
+    mass: float = 2.0
+    inertia: float = 0.02
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value > 0:
+                raise ValueError(f"wrist {name}: expected a positive number, got {value!r}")
+
+
+@dataclass
+class Wrist:
+    """State of the wrist in the world: position [m], quaternion, velocity [m/s], spin [rad/s], and
+    the hand's wrench on it.
+    """
+
+    parameters: WristParameters
+    position: Array
+    orientation: Array
+    velocity: Array = field(default_factory=lambda: np.zeros(3))
+    spin: Array = field(default_factory=lambda: np.zeros(3))
+    force: Array = field(default_factory=lambda: np.zeros(3))
+    torque: Array = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        self.target_position, self.target_orientation = (
+            self.position.copy(),
+            self.orientation.copy(),
+        )
+
+    def command(self, position: Array, orientation: Array) -> None:
+        """Set the target pose in the world: position (3,) [m], quaternion (4,); raises ValueError
+        for unusable numbers.
+        """
+        place, turn = np.array(position, float), np.array(orientation, float)
+        if place.shape != (3,) or not np.isfinite(place).all():
+            raise ValueError(
+                f"wrist target position: expected three finite numbers, got {position}"
+            )
+        if turn.shape != (4,) or not abs(np.linalg.norm(turn) - 1) < 1e-2:
+            raise ValueError(
+                f"wrist target orientation: expected a unit quaternion x, y, z, w, got {orientation}"
+            )
+        self.target_position, self.target_orientation = place, turn / np.linalg.norm(turn)
+
+    def advance(self, step: float) -> None:
+        """One implicit step of the damped spring under the wrench of the hand."""
+        p = self.parameters
+        turn_error = np.empty(3)
+        _rotation_error(self.target_orientation, self.orientation, turn_error)
+        _drive(
+            self.target_position - self.position,
+            self.velocity,
+            self.force,
+            p.stiffness,
+            p.mass,
+            p.force_limit,
+            step,
+        )
+        _drive(
+            turn_error,
+            self.spin,
+            self.torque,
+            p.rotational_stiffness,
+            p.inertia,
+            p.torque_limit,
+            step,
+        )
+        self.position = self.position + step * self.velocity
+        turn, after = np.empty(4), np.empty(4)
+        quaternion_of_rotation(step * self.spin, turn)
+        quaternion_product(turn, self.orientation, after)
+        self.orientation = after / math.sqrt(after @ after)
+
+
+@compiled
+def _rotation_error(target, orientation, out):
+    """Rotation vector [rad], in world axes, that turns `orientation` into `target`."""
+    inverse, change = np.empty(4), np.empty(4)
+    for k in range(3):
+        inverse[k] = -orientation[k]
+    inverse[3] = orientation[3]
+    quaternion_product(target, inverse, change)
+    norm = math.sqrt(change[0] ** 2 + change[1] ** 2 + change[2] ** 2)
+    factor = 2.0 if norm < 1e-9 else 2 * math.atan2(norm, abs(change[3])) / norm
+    if change[3] < 0:
+        factor = -factor
+    for k in range(3):
+        out[k] = factor * change[k]
+
+
+@compiled
+def _drive(error, velocity, load, stiffness, mass, limit, step):
+    """Update `velocity` by one step of mass*a = clip(stiffness*error - damping*v) + load, implicit
+    in the spring.
+    """
+    damping = 2 * math.sqrt(stiffness * mass)
+    inertia = mass + step * damping + step**2 * stiffness
+    drive, size = np.empty(3), 0.0
+    for k in range(3):
+        force = stiffness * (error[k] - step * velocity[k]) - damping * velocity[k] + load[k]
+        drive[k] = mass * force / inertia - load[k]
+        size += drive[k] ** 2
+    scale = min(1.0, limit / math.sqrt(size)) if size > 0 else 1.0
+    for k in range(3):
+        velocity[k] += step * (drive[k] * scale + load[k]) / mass
