@@ -1,0 +1,195 @@
+"""Air as the soft hand's working gas: enclosed mass, flow through an orifice and along a tube.
+
+Source: R. Deimel, *Soft Robotic Hands For Compliant Grasping*, section 4.4. All pressures here are
+absolute; flow is positive from `pressure_in` to `pressure_out`.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+GAS_CONSTANT = 287.05  # of dry air [J/(kg K)]
+ROOM_TEMPERATURE = 293.15  # the 20 degrees Celsius of the thesis [K]
+AMBIENT_PRESSURE = 101_300.0  # absolute, section 4.4.1 [Pa]
+VISCOSITY = 1.82e-5  # dynamic, of air at room temperature [Pa s]
+HEAT_CAPACITY_RATIO = 1.4
+CHOKED_PSI = 0.484  # flow function at sonic flow, as printed in section 4.4.1
+CRITICAL_RATIO = (2 / (HEAT_CAPACITY_RATIO + 1)) ** (
+    HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
+)  # p_out/p_in below which an orifice is choked, 1/1.894
+
+Floats = NDArray[np.float64]
+
+
+def air_mass(
+    pressure_abs: ArrayLike, volume: ArrayLike, temperature: float = ROOM_TEMPERATURE
+) -> Floats:
+    """Mass of the air that fills a volume: `m = p_abs V/(R_s T)` (section 4.2).
+
+    Args:
+        pressure_abs: absolute pressure [Pa].
+        volume: volume of air [m3].
+        temperature: of the air [K].
+
+    Returns:
+        Mass [kg], in the common shape of the arguments.
+
+    >>> round(1e6 * float(air_mass(101_300.0, 30e-6)), 1)  # mg in a finger's 30 cm3
+    36.1
+    """
+    product = np.asarray(pressure_abs, dtype=float) * np.asarray(volume, dtype=float)
+    return np.asarray(product / (GAS_CONSTANT * temperature))
+
+
+def air_pressure(
+    mass: ArrayLike, volume: ArrayLike, temperature: float = ROOM_TEMPERATURE
+) -> Floats:
+    """Absolute pressure of an enclosed mass of air: `p_abs = m R_s T/V` (section 4.2).
+
+    Args:
+        mass: enclosed air, all of it [kg].
+        volume: volume of air [m3], above zero.
+        temperature: of the air [K].
+
+    Returns:
+        Absolute pressure [Pa], in the common shape of the arguments.
+
+    >>> round(float(air_pressure(36.12e-6, 30e-6)))
+    101315
+    """
+    density = np.asarray(mass, dtype=float) / np.asarray(volume, dtype=float)
+    return np.asarray(density * (GAS_CONSTANT * temperature))
+
+
+def psi(ratio: ArrayLike) -> Floats:
+    """Flow function of an orifice (section 4.4.1).
+
+    ERRATUM: the thesis prints the factor 7.0 under the root for air; `kappa/(kappa - 1) = 3.5` is
+    right and meets the 0.484 of sonic flow.
+
+    Args:
+        ratio: outlet over inlet pressure, absolute [-]; above 1 counts as 1 (no flow).
+
+    Returns:
+        Psi [-], from 0 (no pressure drop) to 0.484 (choked).
+
+    >>> [round(float(psi(r)), 4) for r in (0.2, 0.5283, 0.8, 1.0)]
+    [0.4842, 0.4842, 0.3964, 0.0]
+    """
+    r = np.minimum(np.maximum(ratio, CRITICAL_RATIO), 1.0)
+    root = r ** (1 / HEAT_CAPACITY_RATIO)
+    exponent = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
+    return np.asarray(np.sqrt(exponent * root * (root - r)))
+
+
+def psi_approx(ratio: ArrayLike) -> Floats:
+    """Approximated flow function `sqrt(r (1 - r))`, 0.5 when choked (section 4.4.1).
+
+    ERRATUM: the square root holds for `p_out/p_in > 1/1.894`; the text prints `<`.
+
+    Args:
+        ratio: outlet over inlet pressure, absolute [-]; above 1 counts as 1 (no flow).
+
+    Returns:
+        Psi [-], from 0 to 0.5.
+
+    >>> [round(float(psi_approx(r)), 4) for r in (0.2, 0.8, 1.0)]
+    [0.5, 0.4, 0.0]
+    """
+    r = np.asarray(ratio, dtype=float)
+    below_sonic = np.minimum(r, 1.0)
+    root = np.sqrt(np.maximum(below_sonic * (1.0 - below_sonic), 0.0))
+    return np.asarray(np.where(r > CRITICAL_RATIO, root, 0.5))
+
+
+def orifice_conductance(area: ArrayLike, temperature: float = ROOM_TEMPERATURE) -> Floats:
+    """Mass flow of an orifice per inlet pressure and Psi: `A sqrt(2/(R_s T))`.
+
+    Args:
+        area: effective area, discharge coefficient included [m2].
+        temperature: of the air upstream [K].
+
+    Returns:
+        Conductance [kg/(s Pa)].
+
+    >>> hole = 3.14159e-8  # 0.2 mm across
+    >>> round(1e10 * float(orifice_conductance(hole)), 3)
+    1.532
+    """
+    return np.asarray(np.asarray(area, dtype=float) * np.sqrt(2 / (GAS_CONSTANT * temperature)))
+
+
+def orifice_flow(
+    pressure_in: ArrayLike,
+    pressure_out: ArrayLike,
+    area: ArrayLike,
+    temperature: float = ROOM_TEMPERATURE,
+) -> Floats:
+    """Isentropic mass flow through an orifice: `A p_in sqrt(2/(R_s T)) Psi(p_out/p_in)`.
+
+    Args:
+        pressure_in: absolute pressure upstream [Pa]; no flow where it is below `pressure_out`.
+        pressure_out: absolute pressure downstream [Pa].
+        area: effective area, discharge coefficient included [m2].
+        temperature: of the air upstream [K].
+
+    Returns:
+        Mass flow [kg/s], zero or above.
+
+    >>> round(1e6 * float(orifice_flow(300e3, 101.3e3, 3.14159e-8)), 2)  # mg/s, choked
+    22.25
+    """
+    upstream = np.asarray(pressure_in, dtype=float)
+    ratio = np.asarray(pressure_out, dtype=float) / upstream
+    return np.asarray(orifice_conductance(area, temperature) * upstream * psi(ratio))
+
+
+def line_conductance(
+    diameter: ArrayLike, length: ArrayLike, temperature: float = ROOM_TEMPERATURE
+) -> Floats:
+    """Mass flow of a tube per drop of squared pressure, laminar and isothermal.
+
+    Hagen-Poiseuille with the density of an ideal gas: `pi r**4/(16 mu L R_s T)`.
+
+    Args:
+        diameter: inner diameter [m].
+        length: of the tube [m].
+        temperature: of the air [K].
+
+    Returns:
+        Conductance `K` of `flow = K (p_in**2 - p_out**2)` [kg/(s Pa2)].
+
+    >>> round(1e13 * float(line_conductance(2e-3, 0.6)), 2)
+    2.14
+    """
+    resistance = 16 * VISCOSITY * np.asarray(length, dtype=float) * GAS_CONSTANT * temperature
+    return np.asarray(np.pi * (np.asarray(diameter, dtype=float) / 2) ** 4 / resistance)
+
+
+def series_flow(pressure_in: Floats, pressure_out: Floats, orifice: Floats, line: Floats) -> Floats:
+    """Mass flow through an orifice and a laminar line in series.
+
+    Their drops of squared pressure add, not their conductances: with the flow `f_o` that the
+    orifice alone and `f_l` that the line alone would pass under the whole drop, the flow `f` is
+    the root of `(f/f_o)**2 + f/f_l = 1`. Exact when either element dominates; in between the
+    orifice's characteristic is taken as a parabola in squared pressure.
+
+    Args:
+        pressure_in: absolute pressure upstream, not below `pressure_out` [Pa].
+        pressure_out: absolute pressure downstream [Pa].
+        orifice: conductance of `orifice_conductance` [kg/(s Pa)].
+        line: conductance of `line_conductance` [kg/(s Pa2)].
+
+    Returns:
+        Mass flow [kg/s], zero where there is no drop.
+
+    >>> orifice, line = orifice_conductance(2.26e-7), line_conductance(2e-3, 0.6)
+    >>> round(1e6 * float(series_flow(141.3e3, 101.3e3, orifice, line)), 1)  # mg/s
+    68.0
+    """
+    through_orifice = orifice * pressure_in * psi(pressure_out / pressure_in)
+    drop = pressure_in * pressure_in - pressure_out * pressure_out
+    through_line = line * drop
+    root = np.sqrt(through_orifice * through_orifice + 4.0 * through_line * through_line)
+    # 2 f_o f_l/(f_o + sqrt(f_o**2 + 4 f_l**2)); the floor makes it 0 where there is no drop
+    total = np.maximum(through_orifice + root, np.finfo(float).tiny)
+    return np.asarray(2.0 * through_orifice * through_line / total)

@@ -1,0 +1,86 @@
+"""Pressure sensors with class error, low-pass, noise and a 12-bit converter (Table 4.1)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.pneumatics.parameters import Sensor
+
+Floats = NDArray[np.float64]
+OFFSET_SHARE = 0.7  # of the accuracy class; the rest is gain, so that both together keep the class
+
+
+@dataclass
+class PressureSensors:
+    """One sensor per channel and one of the supply, last. Arrays have shape (channels + 1,).
+
+    `gain` [-] and `offset` [Pa] are this box's errors, `noise` [Pa] one sigma, `resolution` [Pa]
+    the converter's step and `full_scale` [Pa] its gauge range.
+    """
+
+    ambient: float
+    gain: Floats
+    offset: Floats
+    noise: Floats
+    resolution: Floats
+    full_scale: Floats
+    time_constant: Floats
+
+    def __post_init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Let the low-pass settle at ambient pressure."""
+        self.filtered: Floats = np.full(len(self.gain), self.ambient)
+
+    def follow(self, dt: float, pressures_abs: Floats) -> None:
+        """Let the low-pass follow true absolute pressures [Pa] for `dt` [s]."""
+        self.filtered += (dt / (dt + self.time_constant)) * (pressures_abs - self.filtered)
+
+    def read(self, noise: np.random.Generator) -> Floats:
+        """Return converted absolute pressures [Pa], ambient taken as exactly known."""
+        true = self.filtered - self.ambient
+        drawn = noise.standard_normal(len(true))
+        analog = self.gain * true + self.offset + self.noise * drawn
+        digital = np.round(
+            np.clip(analog, -0.02 * self.full_scale, self.full_scale) / self.resolution
+        )
+        return digital * self.resolution + self.ambient
+
+
+def build_sensors(
+    channel: Sensor,
+    supply: Sensor,
+    ambient: float,
+    tolerances: np.random.Generator,
+    channels: int,
+    slots: int,
+) -> PressureSensors:
+    """Draw the errors of the sensors of one box with `slots` channels, `channels` in use.
+
+    Args:
+        channel: data of a channel's sensor.
+        supply: data of the supply's sensor.
+        ambient: absolute ambient pressure [Pa].
+        tolerances: generator of the box.
+        channels: number of channels in use.
+        slots: number of channels that the box has.
+
+    Returns:
+        Sensors of the channels, then the supply.
+    """
+    kinds = [channel] * channels + [supply]
+    used = [*range(channels), slots]
+    drawn = tolerances.uniform(-1, 1, (2, slots + 1))[:, used]
+    accuracy = np.array([kind.accuracy for kind in kinds])
+    full_scale = np.array([kind.range for kind in kinds])
+    return PressureSensors(
+        ambient=ambient,
+        gain=1 + (1 - OFFSET_SHARE) * accuracy * drawn[0],
+        offset=OFFSET_SHARE * accuracy * full_scale * drawn[1],
+        noise=np.array([kind.noise for kind in kinds]),
+        resolution=full_scale / np.array([2**kind.bits for kind in kinds]),
+        full_scale=full_scale,
+        time_constant=np.array([kind.time_constant for kind in kinds]),
+    )
