@@ -7,7 +7,7 @@ PACKAGE = "softhand_bringup"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="What starts, records and shows the suite: launcher, bag recorder, demo and figures",
+    description="Starts, records and shows the suite: launcher, bag recorder, demo and figures",
     license="Apache-2.0",
     maintainer="Softhand developers",
     maintainer_email="softhand@example.org",

@@ -1,1 +1,1 @@
-"""What starts, records and shows the suite: launcher, bag recorder, demo and figures."""
+"""Starts, records and shows the suite: launcher, bag recorder, demo and figures."""

@@ -1,8 +1,8 @@
 """Repair of a bag whose recorder was killed: `python -m softhand_bringup.bags.repair <folder>`.
 
-Such a bag has chunks of messages but neither index nor `metadata.yaml`. The messages are read record
-by record up to where the file breaks off and written to a new bag, which then takes the place of
-the old one.
+Such a bag has chunks of messages but neither index nor `metadata.yaml`. The messages are read
+record by record up to where the file breaks off and written to a new bag, which then takes the
+place of the old one.
 """
 
 from __future__ import annotations
@@ -103,9 +103,10 @@ def _rewrite(broken: Path, whole: Path) -> int:
     connections: dict[str, Connection] = {}
     for message in recover(broken.read_bytes()):
         topic = message.topic
-        if topic.name not in connections:
-            connections[topic.name] = bag.add_topic(topic.name, topic.message_type, topic.offered_qos)
-        bag.write(connections[topic.name], message.logged, message.published, message.data)
+        name = topic.name
+        if name not in connections:
+            connections[name] = bag.add_topic(name, topic.message_type, topic.offered_qos)
+        bag.write(connections[name], message.logged, message.published, message.data)
     bag.close()
     return bag.message_count
 

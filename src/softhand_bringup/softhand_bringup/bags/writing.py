@@ -47,8 +47,8 @@ class _ChunkedMcap(McapWriter):
         chunk.message_end_time = max(logged, chunk.message_end_time)
         chunk.msgs[channel].append((logged, chunk.bio.tell()))
         self.channel_stats[channel] += 1
-        length = _MESSAGE_OVERHEAD + len(data)
-        chunk.bio.write(_MESSAGE_HEADER.pack(_MESSAGE_OPCODE, length, channel, 0, logged, published))
+        size = _MESSAGE_OVERHEAD + len(data)
+        chunk.bio.write(_MESSAGE_HEADER.pack(_MESSAGE_OPCODE, size, channel, 0, logged, published))
         chunk.bio.write(data)
         if chunk.bio.tell() > CHUNK_SIZE:
             self.flush()
@@ -76,9 +76,7 @@ class BagWriter:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._writer = _Writer(
-            folder, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP
-        )
+        self._writer = _Writer(folder, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
         self._storage: _ChunkedMcap = self._writer.storage
         self._types = get_typestore(Stores.ROS2_JAZZY)

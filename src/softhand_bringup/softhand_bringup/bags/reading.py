@@ -1,0 +1,187 @@
+"""Reading of a bag as arrays over simulated time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Connection
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class JointSeries:
+    """A topic of sensor_msgs/JointState: `time` (k,) [s], the fields (k, n), empty ones (k, 0)."""
+
+    time: Array
+    names: tuple[str, ...]
+    position: Array
+    velocity: Array
+    effort: Array
+
+
+@dataclass(frozen=True)
+class PoseSeries:
+    """A topic of geometry_msgs/PoseStamped: `time` (k,) [s], positions (k, 3) [m], (k, 4) [-]."""
+
+    time: Array
+    position: Array
+    orientation: Array
+
+    def at(self, time: Array) -> PoseSeries:
+        """The last pose known at each of these times [s]; before the first, the first."""
+        index = latest_index(self.time, time)
+        return PoseSeries(np.asarray(time), self.position[index], self.orientation[index])
+
+
+@dataclass(frozen=True)
+class Command:
+    """One trajectory_msgs/JointTrajectory: when it came and when it starts [s], and its points."""
+
+    received: float
+    start: float
+    names: tuple[str, ...]
+    time_from_start: Array
+    position: Array
+
+
+class Bag:
+    """A rosbag2 folder; a context manager.
+
+    Args:
+        folder: the bag, with its `metadata.yaml`.
+
+    Raises:
+        rosbags.highlevel.AnyReaderError: there is no readable bag; a cut-off one needs
+            `softhand_bringup.bags.repair` first.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._reader = AnyReader([folder])
+        self._reader.open()
+        self._clock = self._read_clock()
+
+    def __enter__(self) -> Bag:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._reader.close()
+
+    def topics(self) -> dict[str, int]:
+        """Number of messages by topic."""
+        return {name: topic.msgcount for name, topic in self._reader.topics.items()}
+
+    def messages(self, topic: str) -> Iterator[tuple[float, Any]]:
+        """(simulated time of reception [s], message) of a topic, none if it was not recorded."""
+        connections = self._connections(topic)
+        if connections:
+            for connection, stamp, data in self._reader.messages(connections=connections):
+                yield self._simulated(stamp), self._reader.deserialize(data, connection.msgtype)
+
+    def joints(self, topic: str) -> JointSeries:
+        """A topic of sensor_msgs/JointState.
+
+        Raises:
+            ValueError: the topic has no messages.
+        """
+        messages = self._all(topic)
+        return JointSeries(
+            time=np.array([stamp_seconds(m.header.stamp) for m in messages]),
+            names=tuple(messages[0].name),
+            position=np.array([m.position for m in messages]),
+            velocity=np.array([m.velocity for m in messages]),
+            effort=np.array([m.effort for m in messages]),
+        )
+
+    def poses(self, topic: str) -> PoseSeries:
+        """A topic of geometry_msgs/PoseStamped.
+
+        Raises:
+            ValueError: the topic has no messages.
+        """
+        messages = self._all(topic)
+        positions = [m.pose.position for m in messages]
+        orientations = [m.pose.orientation for m in messages]
+        return PoseSeries(
+            time=np.array([stamp_seconds(m.header.stamp) for m in messages]),
+            position=np.array([[p.x, p.y, p.z] for p in positions]),
+            orientation=np.array([[q.x, q.y, q.z, q.w] for q in orientations]),
+        )
+
+    def texts(self, topic: str) -> list[tuple[float, str]]:
+        """(simulated time [s], text) of a topic of std_msgs/String."""
+        return [(time, message.data) for time, message in self.messages(topic)]
+
+    def commands(self, topic: str) -> list[Command]:
+        """A topic of trajectory_msgs/JointTrajectory; stamp 0 starts when it is received."""
+        commands = []
+        for received, message in self.messages(topic):
+            stamp = stamp_seconds(message.header.stamp)
+            points = message.points
+            commands.append(
+                Command(
+                    received=received,
+                    start=stamp if stamp > 0 else received,
+                    names=tuple(message.joint_names),
+                    time_from_start=np.array([stamp_seconds(p.time_from_start) for p in points]),
+                    position=np.array([p.positions for p in points]),
+                )
+            )
+        return commands
+
+    def _all(self, topic: str) -> list[Any]:
+        messages = [message for _, message in self.messages(topic)]
+        if not messages:
+            raise ValueError(f"{topic}: expected messages in the bag, got none")
+        return messages
+
+    def _connections(self, topic: str) -> list[Connection]:
+        return [c for c in self._reader.connections if c.topic == topic]
+
+    def _read_clock(self) -> tuple[Array, Array]:
+        """Stamps of reception [ns] and the simulated time [s] that /clock told then."""
+        received, simulated = [], []
+        for connection, stamp, data in self._reader.messages(
+            connections=self._connections("/clock")
+        ):
+            received.append(stamp)
+            message = self._reader.deserialize(data, connection.msgtype)
+            simulated.append(stamp_seconds(message.clock))
+        return np.array(received, dtype=np.int64), np.array(simulated)
+
+    def _simulated(self, received: int) -> float:
+        stamps, times = self._clock
+        if len(stamps) == 0:  # recorded on hardware: no /clock, seconds since the start of the bag
+            return (received - self._reader.start_time) * 1e-9
+        return float(np.interp(received - stamps[0], stamps - stamps[0], times))
+
+
+def stamp_seconds(stamp: Any) -> float:
+    """Seconds of a ROS time or duration.
+
+    >>> from types import SimpleNamespace
+    >>> stamp_seconds(SimpleNamespace(sec=2, nanosec=500_000_000))
+    2.5
+    """
+    return stamp.sec + 1e-9 * stamp.nanosec
+
+
+def latest_index(known: Array, asked: Array) -> NDArray[np.int64]:
+    """Index of the last of the rising times `known` at or before each of `asked`; at least 0.
+
+    >>> latest_index(np.array([0.0, 1.0, 2.0]), np.array([-1.0, 1.0, 1.9])).tolist()
+    [0, 1, 1]
+    """
+    return np.maximum(np.searchsorted(known, asked, side="right") - 1, 0)

@@ -1,0 +1,1 @@
+"""The demonstration: three nodes grasp and lift an object, a fourth process records them."""

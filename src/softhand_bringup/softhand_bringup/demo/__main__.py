@@ -1,0 +1,89 @@
+"""`python -m softhand_bringup.demo`, which `make demo` runs: grasp, lift and hold an object.
+
+Exit status: 0 gripped; 1 not gripped or failed; 2 nothing could be started; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from pathlib import Path
+from threading import Event
+
+from softhand_bringup.demo.folder import make_run_folder
+from softhand_bringup.demo.run import Demo, DemoFailed, Interrupted
+from softhand_bringup.demo.variation import vary
+from softhand_bringup.launcher import NodeDied
+from softhand_bringup.suite import SuiteOptions
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the demo; see the module for the exit status."""
+    parsed = _parse(arguments)
+    try:
+        folder = make_run_folder(parsed.out)
+    except OSError as error:
+        say(f"cannot write {error.filename or parsed.out}: {error.strerror}")
+        return 2
+    stopped = Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    options = _options(parsed)
+    say(f"{options.hand} grasps the {options.object}, seed {options.seed}")
+    say(f"recording to {folder}/bag")
+    try:
+        return _run(Demo(options, folder, say, stopped))
+    except (DemoFailed, NodeDied, ValueError, OSError) as error:
+        say(str(error))
+        return 1
+    except Interrupted:
+        say(f"interrupted; what was recorded is in {folder}/bag")
+        return 130
+
+
+def say(line: str) -> None:
+    """Print one line at once."""
+    print(f"demo: {line}", flush=True)
+
+
+def _run(demo: Demo) -> int:
+    verdict = demo.run()
+    say("drawing the pictures")
+    demo.draw()
+    say(verdict.line(demo.folder))
+    return 0 if verdict.gripped else 1
+
+
+def _options(parsed: argparse.Namespace) -> SuiteOptions:
+    offset, mass_scale = vary(parsed.seed)
+    return SuiteOptions(
+        hand=parsed.hand,
+        object=parsed.object,
+        scene=parsed.scene,
+        model=parsed.model,
+        object_offset=offset,
+        object_mass_scale=mass_scale,
+        seed=parsed.seed,
+        # somebody who looks wants to see it happen as on a bench; else as fast as it goes
+        real_time_factor=1.0 if parsed.gui else 0.0,
+        gui=parsed.gui,
+    )
+
+
+def _parse(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="demo", description="Grasp, lift and hold an object with three ROS 2 nodes."
+    )
+    parser.add_argument("--seed", type=int, default=0, help="moves the object and changes its mass")
+    parser.add_argument("--gui", action="store_true", help="open PyBullet's window")
+    parser.add_argument("--hand", default="rbo_hand_2", help="name, or path of a YAML file")
+    parser.add_argument("--object", default="cylinder")
+    parser.add_argument("--scene", default="table")
+    parser.add_argument("--model", default="", help="model file of the physics")
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder of all runs")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

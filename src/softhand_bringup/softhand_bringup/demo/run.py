@@ -1,0 +1,126 @@
+"""One run of the demo: start everything, grasp, stop everything, draw."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Event
+
+from softhand_bringup import suite
+from softhand_bringup.demo.verdict import Verdict, verdict_from
+from softhand_bringup.environment import node_environment
+from softhand_bringup.launcher import Launcher, wait_until
+
+SERVICE = "grasp/surface_constrained"
+START_LIMIT = 90.0  # [s] of wall time; the first start compiles
+RECORDER_LIMIT = 20.0  # [s]
+GRASP_LIMIT = 300.0  # [s] of wall time
+
+
+class DemoFailed(RuntimeError):
+    """The demo could not come to a verdict; the message says why."""
+
+
+class Interrupted(Exception):
+    """Somebody pressed Ctrl-C."""
+
+
+@dataclass
+class Demo:
+    """One run in a folder of its own.
+
+    Args:
+        options: what is simulated.
+        folder: gets bag/, log/, the pictures and result.json.
+        say: prints one line.
+        stopped: set when the user wants to end.
+        record: whether a bag is written (and pictures are drawn from it).
+    """
+
+    options: suite.SuiteOptions
+    folder: Path
+    say: Callable[[str], None]
+    stopped: Event = field(default_factory=Event)
+    record: bool = True
+
+    def run(self) -> Verdict:
+        """Grasp once; writes result.json.
+
+        Raises:
+            DemoFailed: something did not start, or the grasp did not end.
+            NodeDied: a process ended by itself.
+            Interrupted: `stopped` was set.
+        """
+        environment = node_environment(self.folder / "log")
+        with Launcher(self.folder / "log", environment) as launcher:
+            if self.record:
+                self._start_recorder(launcher)
+            for command in suite.three_nodes(self.options):
+                launcher.start(command)
+            verdict = self._grasp(launcher)
+        verdict.write(self.folder / "result.json")
+        return verdict
+
+    def draw(self) -> None:
+        """Draw grasp.png and frames.png from the bag.
+
+        Raises:
+            ValueError: the bag lacks a topic that is drawn.
+        """
+        # imported late: these take a second that the start need not wait for
+        from softhand_bringup.bags.reading import Bag
+        from softhand_bringup.figures import draw_frames, draw_grasp
+
+        options = self.options
+        with Bag(self.folder / "bag") as bag:
+            draw_grasp(bag, self.folder / "grasp.png")
+            draw_frames(
+                bag, self.folder / "frames.png", options.hand, options.object, options.scene
+            )
+
+    def _start_recorder(self, launcher: Launcher) -> None:
+        bag = self.folder / "bag"
+        launcher.start(suite.recorder(bag))
+
+        def is_writing() -> bool:
+            launcher.check()
+            return (bag / "bag_0.mcap").exists()
+
+        if not wait_until(is_writing, RECORDER_LIMIT):
+            raise DemoFailed(f"the recorder did not begin to write {bag}")
+
+    def _grasp(self, launcher: Launcher) -> Verdict:
+        # imported late: with --help or a folder that cannot be written, nobody should wait for ROS
+        from softhand_bringup.demo.node import GraspClient
+
+        with GraspClient(SERVICE, self._tell_phase) as client:
+            self._wait_for_suite(client, launcher)
+            client.call()
+            simulated, wall = client.simulated_time, time.monotonic()
+            while (answer := client.answer()) is None:
+                self._check(launcher)
+                if time.monotonic() - wall > GRASP_LIMIT:
+                    raise DemoFailed(f"{SERVICE} gave no answer within {GRASP_LIMIT:.0f} s")
+            factor = (client.simulated_time - simulated) / (time.monotonic() - wall)
+            if not client.result:
+                raise DemoFailed(f"{SERVICE} ended without a grasp/result: {answer.message}")
+            return verdict_from(
+                client.result, answer.success, answer.message, factor, self.options.seed
+            )
+
+    def _wait_for_suite(self, client, launcher: Launcher) -> None:
+        end = time.monotonic() + START_LIMIT
+        while missing := client.missing(self.record):
+            self._check(launcher)
+            if time.monotonic() > end:
+                raise DemoFailed(f"not there after {START_LIMIT:.0f} s: {', '.join(missing)}")
+
+    def _check(self, launcher: Launcher) -> None:
+        launcher.check()
+        if self.stopped.is_set():
+            raise Interrupted
+
+    def _tell_phase(self, simulated_time: float, name: str) -> None:
+        self.say(f"{simulated_time:7.2f} s  {name}")

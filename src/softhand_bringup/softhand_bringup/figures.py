@@ -1,0 +1,213 @@
+"""The two pictures of a grasp, drawn from its bag: its course over time, and a contact sheet."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")  # also without a display
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from softhand_bringup.bags.reading import Bag, latest_index
+from softhand_bringup.commanded import commanded_masses
+
+Array = NDArray[np.float64]
+
+COMMAND_TOPIC = "/pneumaticbox/command"
+STATE_TOPIC = "/pneumaticbox/state"
+OBJECT_TOPIC = "/scene/object_pose"
+WRIST_TOPIC = "/wrist/pose"
+JOINTS_TOPIC = "/hand/joint_states"
+PHASE_TOPIC = "/grasp/phase"
+
+FRAME_COUNT = 8
+FRAME_SIZE = (560, 420)  # [pixels]
+MARGIN = 0.5  # [s] shown before the first and after the last phase
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A phase of the strategy and when it began and ended [s]."""
+
+    name: str
+    start: float
+    end: float
+
+
+def phases(texts: Sequence[tuple[float, str]], end: float) -> list[Phase]:
+    """Phases from the messages of `grasp/phase`; each lasts until the next, the last until `end`.
+
+    >>> phases([(1.0, "approach"), (3.0, "close")], 4.0)[1]
+    Phase(name='close', start=3.0, end=4.0)
+    """
+    ends = [time for time, _ in texts[1:]] + [end]
+    return [Phase(name, start, stop) for (start, name), stop in zip(texts, ends, strict=True)]
+
+
+def draw_grasp(bag: Bag, path: Path) -> None:
+    """Commanded and contained air mass, gauge pressure and object height over time, phases marked.
+
+    Raises:
+        ValueError: a topic that is drawn has no messages.
+    """
+    state, height = bag.joints(STATE_TOPIC), bag.poses(OBJECT_TOPIC)
+    marks = phases(bag.texts(PHASE_TOPIC), float(state.time[-1]))
+    commanded = commanded_masses(bag.commands(COMMAND_TOPIC), state.names, state.time)
+    figure, (air, pressure, lift) = plt.subplots(
+        3, 1, figsize=(10, 8), sharex=True, layout="constrained", height_ratios=(3, 2, 2)
+    )
+    for column, channel in enumerate(state.names):
+        color = f"C{column}"
+        air.plot(state.time, 1e6 * commanded[:, column], "--", color=color, linewidth=1)
+        air.plot(state.time, 1e6 * state.position[:, column], color=color, label=channel)
+        pressure.plot(state.time, 1e-3 * state.effort[:, column], color=color, label=channel)
+    lift.plot(height.time, 1e3 * (height.position[:, 2] - height.position[0, 2]), color="k")
+    air.set_ylabel("air mass above rest [mg]\ndashed: commanded")
+    pressure.set_ylabel("gauge pressure [kPa]")
+    lift.set_ylabel("object above start [mm]")
+    lift.set_xlabel("simulated time [s]")
+    air.legend(title="channel", loc="upper left", ncols=len(state.names))
+    _mark_phases((air, pressure, lift), marks)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def _mark_phases(axes: Sequence[Axes], marks: Sequence[Phase]) -> None:
+    for number, phase in enumerate(marks):
+        for axis in axes:
+            axis.axvspan(
+                phase.start, phase.end, color="0.5", alpha=0.12 * (number % 2), linewidth=0
+            )
+        axes[0].annotate(
+            phase.name,
+            (0.5 * (phase.start + phase.end), 1.02),
+            xycoords=("data", "axes fraction"),
+            rotation=30,
+            fontsize=8,
+            annotation_clip=False,
+        )
+    if marks:
+        axes[0].set_xlim(max(0.0, marks[0].start - MARGIN), marks[-1].end)
+
+
+def frame_times(marks: Sequence[Phase], last: float, count: int = FRAME_COUNT) -> Array:
+    """Times of the pictures (count,) [s]: the end of each phase, and more between if few.
+
+    Longest gaps are filled first, so that no part of the grasp is left out.
+
+    >>> frame_times([Phase("a", 0.0, 1.0), Phase("b", 1.0, 4.0)], 4.0, 4).tolist()
+    [0.0, 1.0, 2.5, 4.0]
+    """
+    times = sorted({marks[0].start, *(phase.end for phase in marks)}) if marks else [0.0, last]
+    times = [min(time, last) for time in times]
+    while len(times) < count:
+        gap = int(np.argmax(np.diff(times)))
+        times.insert(gap + 1, 0.5 * (times[gap] + times[gap + 1]))
+    return np.array(times)
+
+
+def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -> None:
+    """A contact sheet of rendered states of the grasp, each with its phase and time.
+
+    Raises:
+        ValueError: a topic that is drawn has no messages, or a name does not exist.
+    """
+    from pneuflex_sim.render import Camera, HandState, Renderer
+    from pneuflex_sim.urdf import joint_orientations
+
+    joints = bag.joints(JOINTS_TOPIC)
+    marks = phases(bag.texts(PHASE_TOPIC), float(joints.time[-1]))
+    times = frame_times(marks, float(joints.time[-1]))
+    wrist, thing = bag.poses(WRIST_TOPIC).at(times), bag.poses(OBJECT_TOPIC).at(times)
+    index = latest_index(joints.time, times)
+    renderer = Renderer(hand, object_name, scene, segments=_segments(hand, joints.names))
+    frames = [
+        renderer.frame(
+            HandState(
+                joint_orientations(joints.position[row]),
+                wrist.position[k],
+                wrist.orientation[k],
+                thing.position[k],
+                thing.orientation[k],
+            ),
+            FRAME_SIZE,
+            Camera(target=_between(wrist.position[k], thing.position[k])),
+        )
+        for k, row in enumerate(index)
+    ]
+    _save_sheet(frames, [_caption(marks, time) for time in times], path)
+
+
+def _between(wrist: Array, thing: Array) -> tuple[float, float, float]:
+    """Point to look at [m]: nearer to the object than to the wrist."""
+    x, y, z = (0.35 * wrist + 0.65 * thing).tolist()
+    return x, y, z
+
+
+def _segments(hand: str, joint_names: Sequence[str]) -> int:
+    """How many segments an actuator had in the recorded run, told from the number of joints."""
+    from pneuflex_sim.layout import build_layout
+    from pneuflex_sim.urdf import joint_names as names_of
+    from softhand_model.hands import load_hand
+    from softhand_model.model_file import load_model
+
+    for segments in range(1, 16):
+        if names_of(build_layout(load_hand(hand), segments, load_model(None))) == list(joint_names):
+            return segments
+    raise ValueError(f"hand: expected the joints of {hand}, got {len(joint_names)} others")
+
+
+def _caption(marks: Sequence[Phase], time: float) -> str:
+    name = next((m.name for m in marks if m.start <= time <= m.end), "")
+    return f"{name}  {time:.2f} s".strip()
+
+
+def _save_sheet(frames: Sequence[NDArray[np.uint8]], captions: Sequence[str], path: Path) -> None:
+    columns = 4 if len(frames) > 6 else 3
+    rows = -(-len(frames) // columns)
+    width, height = FRAME_SIZE
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(3.4 * columns, (3.4 * height / width + 0.3) * rows),
+        squeeze=False, layout="constrained",
+    )  # fmt: skip
+    for axis in axes.flat:
+        axis.axis("off")
+    for axis, frame, caption in zip(axes.flat, frames, captions, strict=False):
+        axis.imshow(frame)
+        axis.set_title(caption, fontsize=9)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Draw both pictures of a bag: `python -m softhand_bringup.figures <bag> <folder>`."""
+    parser = argparse.ArgumentParser(prog="figures", description="Draw the pictures of a grasp.")
+    parser.add_argument("bag", type=Path)
+    parser.add_argument("folder", type=Path, help="where grasp.png and frames.png go")
+    parser.add_argument("--hand", default="rbo_hand_2")
+    parser.add_argument("--object", default="cylinder")
+    parser.add_argument("--scene", default="table")
+    options = parser.parse_args(arguments)
+    try:
+        with Bag(options.bag) as bag:
+            draw_grasp(bag, options.folder / "grasp.png")
+            draw_frames(
+                bag, options.folder / "frames.png", options.hand, options.object, options.scene
+            )
+    except ValueError as error:
+        print(f"figures: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,76 @@
+"""The nodes of the suite as commands: simulator, driver and sequencer, and the recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from softhand_bringup.launcher import NodeCommand, ParameterValue
+
+
+@dataclass(frozen=True)
+class SuiteOptions:
+    """What is simulated.
+
+    Args:
+        hand, object, scene: names of shipped descriptions, or paths of the hand's YAML.
+        model: model file of the physics; empty takes the one that the simulator ships with.
+        object_offset: shift of the object from its place, x and y [m].
+        object_mass_scale: factor on the object's mass [-].
+        seed: of the sensors' noise and the valves' delays.
+        step: physics step [s].
+        real_time_factor: upper bound of simulated over wall time; 0: as fast as it goes.
+        gui: open PyBullet's window.
+    """
+
+    hand: str = "rbo_hand_2"
+    object: str = "cylinder"
+    scene: str = "table"
+    model: str = ""
+    object_offset: Sequence[float] = field(default=(0.0, 0.0))
+    object_mass_scale: float = 1.0
+    seed: int = 0
+    step: float = 0.002
+    real_time_factor: float = 0.0
+    gui: bool = False
+
+
+def simulator(options: SuiteOptions) -> NodeCommand:
+    """The node `hand_sim`."""
+    parameters: dict[str, ParameterValue] = {
+        "hand": options.hand,
+        "object": options.object,
+        "scene": options.scene,
+        "object_offset": [float(x) for x in options.object_offset],
+        "object_mass_scale": float(options.object_mass_scale),
+        "seed": options.seed,
+        "step": float(options.step),
+        "real_time_factor": float(options.real_time_factor),
+        "gui": options.gui,
+    }
+    if options.model:
+        parameters["model_file"] = options.model
+    return NodeCommand("hand_sim", "pneuflex_sim.node", parameters)
+
+
+def driver(options: SuiteOptions) -> NodeCommand:
+    """The node `pneumaticbox`, on the simulator's plant."""
+    parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    return NodeCommand("driver", "pneumaticbox_driver.node", parameters)
+
+
+def sequencer(options: SuiteOptions) -> NodeCommand:
+    """The node `grasp_sequencer`."""
+    parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    return NodeCommand("sequencer", "grasp_strategies.node", parameters)
+
+
+def recorder(folder: Path) -> NodeCommand:
+    """The recorder, writing to a bag folder that does not exist yet."""
+    return NodeCommand("recorder", "softhand_bringup.recorder.node", arguments=(str(folder),))
+
+
+def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
+    """Simulator, driver and sequencer, in the order in which they are started."""
+    return [simulator(options), driver(options), sequencer(options)]
