@@ -1,0 +1,89 @@
+"""The launch file, evaluated with a stand-in for the launch API (launch_ros is not on PyPI).
+
+The stand-in keeps what the file says and checks the keyword arguments against those of Jazzy's
+classes; it cannot show that the real `ros2 launch` accepts the file.
+"""
+
+import runpy
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+
+LAUNCH_FILE = Path(__file__).parents[2] / "src/grasp_strategies/launch/softhand.launch.py"
+ISSUED_ARGUMENTS = {"hand", "scene", "object", "model", "gui", "use_sim_time", "backend"}
+NODE_KEYWORDS = {
+    "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",
+    "output", "condition", "emulate_tty", "respawn", "sigterm_timeout", "exec_name",
+}  # fmt: skip
+
+
+def _node(**keywords):
+    unknown = set(keywords) - NODE_KEYWORDS
+    if unknown:
+        raise TypeError(f"Node has no keyword {unknown}")
+    return SimpleNamespace(kind="node", **keywords)
+
+
+def _argument(name, *, default_value=None, description=None, choices=None):
+    return SimpleNamespace(kind="argument", name=name, default=default_value, text=description)
+
+
+def _value(value, *, value_type=None, description=None):
+    return SimpleNamespace(kind="parameter", name=value.name, type=value_type)
+
+
+STAND_IN = {
+    "launch": {"LaunchDescription": lambda entities: SimpleNamespace(entities=list(entities))},
+    "launch.actions": {"DeclareLaunchArgument": _argument},
+    "launch.conditions": {"IfCondition": lambda predicate: predicate},
+    "launch.substitutions": {
+        "LaunchConfiguration": lambda name: SimpleNamespace(kind="configuration", name=name),
+        "EqualsSubstitution": lambda left, right: ("equals", left.name, right),
+    },
+    "launch_ros": {},
+    "launch_ros.actions": {"Node": _node},
+    "launch_ros.parameter_descriptions": {"ParameterValue": _value},
+}
+
+
+@pytest.fixture
+def entities(monkeypatch):
+    """What the launch file describes, told through the stand-in."""
+    for name, content in STAND_IN.items():
+        module = ModuleType(name)
+        vars(module).update(content)
+        monkeypatch.setitem(sys.modules, name, module)
+    return runpy.run_path(str(LAUNCH_FILE))["generate_launch_description"]().entities
+
+
+def nodes(entities):
+    return {e.executable: e for e in entities if e.kind == "node"}
+
+
+def test_with_a_stand_in_for_launch_the_file_declares_the_arguments_of_the_documentation(entities):
+    arguments = {e.name: e for e in entities if e.kind == "argument"}
+    assert set(arguments) == ISSUED_ARGUMENTS
+    assert arguments["backend"].default == "topic"
+    assert all(isinstance(a.default, str) and a.text for a in arguments.values())
+
+
+def test_with_a_stand_in_for_launch_the_three_nodes_are_started(entities):
+    assert {(n.package, n.executable) for n in nodes(entities).values()} == {
+        ("pneuflex_sim", "hand_sim"),
+        ("pneumaticbox_driver", "driver"),
+        ("grasp_strategies", "sequencer"),
+    }
+
+
+def test_with_a_stand_in_for_launch_the_simulator_starts_only_with_the_topic_backend(entities):
+    assert nodes(entities)["hand_sim"].condition == ("equals", "backend", "topic")
+
+
+def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(entities):
+    given = {}
+    for node in nodes(entities).values():
+        for value in node.parameters[0].values():
+            given[value.name] = value.type
+    assert given == dict.fromkeys(ISSUED_ARGUMENTS, str) | {"gui": bool, "use_sim_time": bool}
