@@ -1,4 +1,4 @@
-"""The colcon workspace: all packages build, and what `ros2 run` and `ros2 launch` need is installed."""
+"""The colcon workspace: packages build, what `ros2 run` and `ros2 launch` need is installed."""
 
 import ast
 import os

@@ -1,4 +1,4 @@
-"""Simulator, driver and sequencer on one machine: `ros2 launch grasp_strategies softhand.launch.py`.
+"""All three nodes on one machine: `ros2 launch grasp_strategies softhand.launch.py`.
 
 With `backend:=topic` (the default) the simulator owns valves, tubes and hand. With `embedded` or
 `hardware` the driver has its own plant, and the simulator is not started.
