@@ -1,0 +1,261 @@
+"""Descriptions of hands: which actuators, on which channels, mounted where.
+
+A hand is a list of chains in the frame `wrist` (z distal, x palmar, y towards the thumb of a right hand). A chain is
+one actuator, or two parallel arcs that bend and twist as one, with or without a flexible strut at its base; it is
+mounted on the wrist or on the tip of an earlier chain.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.actuator import Actuator, actuator_names, load_actuator
+from softhand_model.document import DocumentError, Node, find_document, read_document, shipped_names
+from softhand_model.rotation import from_rpy
+
+Array = NDArray[np.float64]
+
+FORMAT = "softhand-hand/1"
+WRIST = "wrist"
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Pose of a chain's base frame: position (3,) [m] and roll, pitch, yaw (3,) [rad] in the frame of `parent`.
+
+    The parent is `wrist` or a chain, whose tip frame is meant.
+    """
+
+    parent: str
+    position: tuple[float, ...]
+    rpy: tuple[float, ...]
+
+    @property
+    def quaternion(self) -> Array:
+        """Orientation as a quaternion (4,), x y z w."""
+        return from_rpy(self.rpy)
+
+
+@dataclass(frozen=True)
+class Strut:
+    """A flat polyamide strut between mount and actuator: length, width (along y), thickness (along x) [m].
+
+    modulus [Pa] is Young's modulus, density [kg/m3].
+    """
+
+    length: float
+    width: float
+    thickness: float
+    modulus: float
+    density: float = 950.0
+
+    def stiffness(self) -> Array:
+        """Stiffness (3,) [N m/rad] about x, y and z of a cantilever of this section, lumped in one joint.
+
+        E*I/length about x and y; about z G*J/length with J = w*t**3/3*(1 - 0.63*t/w) of a flat strip (Roark) and
+        G = E/2.8 (Poisson's ratio 0.4 of polyamide).
+
+        >>> float(np.round(Strut(0.05, 0.012, 0.002, 1.7e9).stiffness()[1], 3))
+        0.272
+        """
+        thin, wide = sorted((self.thickness, self.width))
+        about_x = self.modulus * self.thickness * self.width**3 / 12.0
+        about_y = self.modulus * self.width * self.thickness**3 / 12.0
+        torsion = self.modulus / 2.8 * wide * thin**3 / 3.0 * (1.0 - 0.63 * thin / wide)
+        return np.array([about_x, about_y, torsion]) / self.length
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.density * self.length * self.width * self.thickness
+
+
+@dataclass(frozen=True)
+class ChainDescription:
+    """One chain: its actuators (one, or inner and outer arc) with their channels, mount, strut and sense of the arc.
+
+    turn is +1 when the arc turns the chain's z towards its +y, -1 towards -y, and 0 for a straight actuator.
+    """
+
+    name: str
+    actuators: dict[str, Actuator]
+    channels: dict[str, str]
+    mount: Mount
+    strut: Strut | None = None
+    turn: int = 0
+
+
+@dataclass(frozen=True)
+class Plate:
+    """The rigid wrist plate: a box of size (3,) [m] centred at position (3,) [m] in the wrist frame."""
+
+    size: tuple[float, ...]
+    position: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class HandDescription:
+    """A hand: channels in their order, total mass [kg], chains (parents first) and the chains that are fingertips."""
+
+    name: str
+    channels: tuple[str, ...]
+    mass: float
+    chains: tuple[ChainDescription, ...]
+    tips: tuple[str, ...]
+    plate: Plate | None = None
+
+    def chain(self, name: str) -> ChainDescription:
+        """The chain of that name; raises ValueError listing the names."""
+        for chain in self.chains:
+            if chain.name == name:
+                return chain
+        raise ValueError(
+            f"chain: expected one of {', '.join(chain.name for chain in self.chains)}, got {name}"
+        )
+
+    @property
+    def actuator_names(self) -> tuple[str, ...]:
+        """Names of all actuators, in the order of the chains."""
+        return tuple(name for chain in self.chains for name in chain.actuators)
+
+    def channel_of(self, actuator: str) -> int:
+        """Index of the channel that feeds an actuator; raises ValueError listing the names."""
+        for chain in self.chains:
+            if actuator in chain.channels:
+                return self.channels.index(chain.channels[actuator])
+        raise ValueError(
+            f"actuator: expected one of {', '.join(self.actuator_names)}, got {actuator}"
+        )
+
+    def rest_volumes(self) -> Array:
+        """Air volume (channels,) [m3] of every channel's chambers and tubes with all actuators straight."""
+        volumes = np.zeros(len(self.channels))
+        for chain in self.chains:
+            for name, actuator in chain.actuators.items():
+                volumes[self.channel_of(name)] += actuator.chamber_volume() + actuator.supply_volume
+        return volumes
+
+    def max_pressures(self) -> Array:
+        """Pressure limit (channels,) [Pa] of every channel: that of its weakest actuator."""
+        limits = np.full(len(self.channels), np.inf)
+        for chain in self.chains:
+            for name, actuator in chain.actuators.items():
+                channel = self.channel_of(name)
+                limits[channel] = min(limits[channel], actuator.max_pressure)
+        return limits
+
+
+def hand_names() -> list[str]:
+    """Names of the shipped hands."""
+    return shipped_names("hands")
+
+
+def load_hand(name: str | Path) -> HandDescription:
+    """A shipped hand by name, or one from a YAML file.
+
+    Raises ValueError with the names that exist, or naming file, key, expected and got.
+
+    >>> load_hand("rbo_hand_2").channels
+    ('a', 'b', 'c', 'd')
+    """
+    document = read_document(find_document(name, "hands", "hand"), FORMAT)
+    fields = document.fields(["format", "name", "channels", "mass", "chains", "tips"], ["plate"])
+    channels = fields["channels"].names()
+    chains: dict[str, ChainDescription] = {}
+    actuators: set[str] = set()
+    for key, node in fields["chains"].mapping().items():
+        chains[key] = _chain(key, node, channels, [WRIST, *chains])
+        _refuse_repeated(node, actuators, chains[key])
+    tips = fields["tips"].names()
+    for node in fields["tips"].items():
+        node.choice(chains)
+    _refuse_idle_channels(fields["channels"], chains)
+    plate = _plate(fields["plate"]) if "plate" in fields else None
+    return HandDescription(
+        fields["name"].text(),
+        channels,
+        fields["mass"].positive(),
+        tuple(chains.values()),
+        tips,
+        plate,
+    )
+
+
+def _chain(
+    name: str, node: Node, channels: tuple[str, ...], parents: list[str]
+) -> ChainDescription:
+    fields = node.fields(["actuators", "mount"], ["strut", "turn"])
+    actuators, fed_by = {}, {}
+    for key, actuator in fields["actuators"].mapping().items():
+        entry = actuator.fields(["type", "channel"])
+        actuators[key] = load_actuator(entry["type"].choice(actuator_names()))
+        fed_by[key] = entry["channel"].choice(channels)
+    _check_shape(fields["actuators"], list(actuators.values()))
+    arc = next(iter(actuators.values())).arc_radius is not None
+    if arc != ("turn" in fields):
+        raise DocumentError(
+            f"{node.file}: {node.key}: expected the key turn for arcs and for them alone, "
+            f"got {', '.join(fields)}"
+        )
+    return ChainDescription(
+        name,
+        actuators,
+        fed_by,
+        _mount(fields["mount"], parents),
+        _strut(fields["strut"]) if "strut" in fields else None,
+        fields["turn"].choice([1, -1]) if arc else 0,
+    )
+
+
+def _check_shape(node: Node, actuators: list[Actuator]) -> None:
+    """One actuator, or two arcs of the same angle with the inner one first."""
+    if len(actuators) == 1:
+        return
+    arcs = [(actuator.arc_radius, actuator.arc_angle) for actuator in actuators]
+    good = len(arcs) == 2 and None not in arcs[0] + arcs[1] and arcs[0][1] == arcs[1][1]
+    if not good or not arcs[0][0] < arcs[1][0]:  # type: ignore[operator]
+        raise DocumentError(
+            f"{node.file}: {node.key}: expected one actuator, or two arcs of one angle, inner first, "
+            f"got {', '.join(actuator.name for actuator in actuators) or 'none'}"
+        )
+
+
+def _mount(node: Node, parents: list[str]) -> Mount:
+    fields = node.fields(["parent", "position", "rpy"])
+    return Mount(
+        fields["parent"].choice(parents), fields["position"].vector(), fields["rpy"].vector()
+    )
+
+
+def _strut(node: Node) -> Strut:
+    fields = node.fields(["length", "width", "thickness", "modulus"], ["density"])
+    return Strut(**{key: value.positive() for key, value in fields.items()})
+
+
+def _plate(node: Node) -> Plate:
+    fields = node.fields(["size", "position"])
+    if min(fields["size"].vector()) <= 0.0:
+        raise fields["size"].error("3 numbers above 0")
+    return Plate(fields["size"].vector(), fields["position"].vector())
+
+
+def _refuse_repeated(node: Node, seen: set[str], chain: ChainDescription) -> None:
+    for name in chain.actuators:
+        if name in seen:
+            raise DocumentError(
+                f"{node.file}: {node.key}.actuators: expected names not used before, got {name}"
+            )
+        seen.add(name)
+
+
+def _refuse_idle_channels(node: Node, chains: dict[str, ChainDescription]) -> None:
+    used = {channel for chain in chains.values() for channel in chain.channels.values()}
+    for channel in node.names():
+        if channel not in used:
+            raise DocumentError(
+                f"{node.file}: {node.key}: expected channels that feed an actuator, got {channel}"
+            )

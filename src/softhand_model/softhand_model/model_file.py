@@ -1,0 +1,135 @@
+"""The model file: base model, calibration and effects, the same for simulator, monitor and lab.
+
+format: softhand-model/1
+base: pneuflex                                  # or linear
+calibration: {modulus_scale: {A: 1.03}}         # or a scalar
+effects:
+  - {name: gravity, parameters: {mass_scale: 1.0}}
+  - {name: my_effect, file: my_effect.py, parameters: {...}}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from softhand_model.document import DocumentError, Node, find_document, read_document, shipped_names
+from softhand_model.effects import STAGES, Effect, effect_classes, effects_in_file
+
+FORMAT = "softhand-model/1"
+BASES = ("pneuflex", "linear")
+MODULUS_BOUNDS = (0.1, 10.0)  # the lab calibrates within 15 %; a file may hold more
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model: `base`, `calibration` (numbers, or numbers by batch, specimen or direction) and effects by stage order.
+
+    `std` holds the standard errors of the effects' parameters by effect name, as far as the file has them.
+    """
+
+    base: str = "pneuflex"
+    calibration: Mapping[str, float | Mapping[str, float]] = field(default_factory=dict)
+    effects: tuple[Effect, ...] = ()
+    std: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        in_order = sorted(self.effects, key=lambda effect: STAGES.index(effect.stage))
+        object.__setattr__(self, "effects", tuple(in_order))
+
+    def stage(self, name: str) -> tuple[Effect, ...]:
+        """Effects of one stage, in the order of the file."""
+        return tuple(effect for effect in self.effects if effect.stage == name)
+
+    def modulus_scale(self, batch: str | None = None) -> float:
+        """Factor on the shear modulus of a material batch; without a batch the only one there is.
+
+        Raises ValueError when the batch is not in the file or several are and none is asked for.
+        """
+        scale = self.calibration.get("modulus_scale", 1.0)
+        if not isinstance(scale, Mapping):
+            return scale
+        if batch is None and len(scale) == 1:
+            return next(iter(scale.values()))
+        if batch not in scale:
+            raise ValueError(
+                f"calibration.modulus_scale: expected one of the batches {', '.join(scale)}, got {batch}"
+            )
+        return scale[batch]
+
+    @property
+    def gravity_scale(self) -> float:
+        """Weight of the actuators over the nominal one; 0 without the effect `gravity`."""
+        return sum(
+            (
+                effect.values["mass_scale"]
+                for effect in self.stage("load")
+                if effect.name == "gravity"
+            ),
+            0.0,
+        )
+
+
+def model_names() -> list[str]:
+    """Names of the shipped model files."""
+    return shipped_names("models")
+
+
+def load_model(path: str | Path | None = None) -> Model:
+    """The model of a file or of a shipped name; None is `gravity`, the one that the hands ship with.
+
+    Raises ValueError naming file, key, expected and got.
+
+    >>> load_model().gravity_scale, load_model("base").gravity_scale
+    (1.0, 0.0)
+    """
+    document = read_document(find_document(path or "gravity", "models", "model"), FORMAT)
+    fields = document.fields(["format", "base"], ["calibration", "effects"])
+    calibration = _calibration(fields["calibration"]) if "calibration" in fields else {}
+    effects, std = _effects(fields["effects"]) if "effects" in fields else ((), {})
+    return Model(fields["base"].choice(BASES), calibration, effects, std)
+
+
+def _calibration(node: Node) -> dict[str, float | Mapping[str, float]]:
+    """Numbers or mappings of numbers; the modulus scale within its bounds."""
+    calibration: dict[str, float | Mapping[str, float]] = {}
+    for key, value in node.mapping().items():
+        bounds = MODULUS_BOUNDS if key == "modulus_scale" else (-float("inf"), float("inf"))
+        if isinstance(value.value, dict):
+            if not value.value:
+                raise value.error("at least one entry")
+            calibration[key] = {
+                name: entry.number(*bounds) for name, entry in value.mapping().items()
+            }
+        else:
+            calibration[key] = value.number(*bounds)
+    return calibration
+
+
+def _effects(node: Node) -> tuple[tuple[Effect, ...], dict[str, dict[str, float]]]:
+    effects: dict[str, Effect] = {}
+    std: dict[str, dict[str, float]] = {}
+    for entry in node.items():
+        fields = entry.fields(["name"], ["file", "parameters", "std"])
+        name = fields["name"].text()
+        if name in effects:
+            raise fields["name"].error("every effect once")
+        effects[name] = _effect(entry, fields)
+        if "std" in fields:
+            std[name] = {
+                key: value.number(low=0.0) for key, value in fields["std"].mapping().items()
+            }
+    return tuple(effects.values()), std
+
+
+def _effect(entry: Node, fields: dict[str, Node]) -> Effect:
+    known = effect_classes()
+    if "file" in fields:
+        known = effects_in_file(Path(entry.file).parent / fields["file"].text())
+    name = fields["name"].choice(known)
+    values = fields["parameters"].mapping() if "parameters" in fields else {}
+    try:
+        return known[name](**{key: value.value for key, value in values.items()})
+    except ValueError as reason:
+        raise DocumentError(f"{entry.file}: {entry.key}: {reason}") from reason

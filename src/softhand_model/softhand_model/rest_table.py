@@ -1,0 +1,69 @@
+"""Free bending angles of an actuator's segments as a function of pressure, tabulated once and interpolated."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model import section
+from softhand_model.actuator import Actuator
+
+Array = NDArray[np.float64]
+
+INTERVALS = 1024
+HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit
+
+
+class RestTable:
+    """Joint rotations of a chain by one actuator's pressure, by cubic Hermite interpolation.
+
+    The table holds the exact integral of the free curvature over each segment, already spread onto the chain's joint
+    axes by `spread` (m, n): values (m,) [rad] = spread @ segment angles (n,). Between its points the error is below
+    1e-8 of the value. Suction counts as no pressure; beyond the table it goes on in a straight line, as kappa(p) does.
+    """
+
+    def __init__(self, actuator: Actuator, segments: int, spread: Array) -> None:
+        highest = HIGHEST_OVER_LIMIT * actuator.max_pressure
+        self._step = highest / INTERVALS
+        pressures = np.linspace(0.0, highest, INTERVALS + 1)
+        value, slope = (part @ spread.T for part in segment_angles(actuator, segments, pressures))
+        self._cubic = _hermite(value, slope * self._step)
+
+    def value(self, pressure: float) -> Array:
+        """Values (m,) [rad] at a gauge pressure [Pa]."""
+        index, t = self._place(pressure)
+        return np.array((1.0, t, t * t, t * t * t)) @ self._cubic[index]
+
+    def slope(self, pressure: float) -> Array:
+        """Derivative (m,) [rad/Pa] of the values by the pressure; under suction the one at zero."""
+        index, t = self._place(pressure)
+        return np.array((0.0, 1.0, 2.0 * t, 3.0 * t * t)) @ self._cubic[index] / self._step
+
+    def _place(self, pressure: float) -> tuple[int, float]:
+        relative = max(float(pressure), 0.0) / self._step
+        index = min(int(relative), INTERVALS)
+        return index, relative - index
+
+
+def _hermite(value: Array, slope: Array) -> Array:
+    """Coefficients (k, 4, m) of 1, t, t**2, t**3 on k - 1 intervals of unit length, and a straight line after them."""
+    rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
+    inside = np.stack(
+        [value[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=1
+    )
+    zero = np.zeros_like(value[-1])
+    return np.concatenate([inside, [[value[-1], slope[-1], zero, zero]]])
+
+
+def segment_angles(actuator: Actuator, segments: int, pressures: Array) -> tuple[Array, Array]:
+    """Exact angles (m, n) [rad] of n segments at pressures (m,) [Pa] without load, and their derivatives [rad/Pa].
+
+    The derivative is eq. 3.31 with the side walls of 3.35: dkappa/dp = ratio/(4*G*d*(1 + 3*lambda**-4)).
+    """
+    x, weight = actuator.segment_quadrature(segments)
+    curvature = actuator.free_curvature(pressures[:, None, None], x)
+    stretch = 1.0 + curvature * actuator.height(x)
+    slope = actuator.side_wall_ratio(x) / (
+        4.0 * actuator.shear_modulus * actuator.wall * (1.0 + 3.0 * stretch**-4.0)
+    )
+    return np.sum(weight * curvature, axis=-1), np.sum(weight * slope, axis=-1)
