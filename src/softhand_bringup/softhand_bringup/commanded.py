@@ -30,7 +30,7 @@ def commanded_masses(commands: Sequence[Command], channels: Sequence[str], time:
         for column, channel in enumerate(channels):
             if channel in command.names and command.position.size:
                 points = command.position[:, command.names.index(channel)]
-                begin = masses[np.searchsorted(time, command.start, side="left") - 1, column]
+                begin = float(np.interp(command.start, time, masses[:, column]))
                 masses[after, column] = _follow(command, points, begin, time[after])
     return masses
 

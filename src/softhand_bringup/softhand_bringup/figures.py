@@ -28,6 +28,7 @@ OBJECT_TOPIC = "/scene/object_pose"
 WRIST_TOPIC = "/wrist/pose"
 JOINTS_TOPIC = "/hand/joint_states"
 PHASE_TOPIC = "/grasp/phase"
+IDLE = "idle"  # what the sequencer publishes before it is called
 
 FRAME_COUNT = 8
 FRAME_SIZE = (560, 420)  # [pixels]
@@ -46,11 +47,12 @@ class Phase:
 def phases(texts: Sequence[tuple[float, str]], end: float) -> list[Phase]:
     """Phases from the messages of `grasp/phase`; each lasts until the next, the last until `end`.
 
-    >>> phases([(1.0, "approach"), (3.0, "close")], 4.0)[1]
+    >>> phases([(0.5, "idle"), (1.0, "approach"), (3.0, "close")], 4.0)[1]
     Phase(name='close', start=3.0, end=4.0)
     """
     ends = [time for time, _ in texts[1:]] + [end]
-    return [Phase(name, start, stop) for (start, name), stop in zip(texts, ends, strict=True)]
+    spans = zip(texts, ends, strict=True)
+    return [Phase(name, start, stop) for (start, name), stop in spans if name != IDLE]
 
 
 def draw_grasp(bag: Bag, path: Path) -> None:

@@ -17,6 +17,7 @@ SERVICE = "grasp/surface_constrained"
 START_LIMIT = 90.0  # [s] of wall time; the first start compiles
 RECORDER_LIMIT = 20.0  # [s]
 GRASP_LIMIT = 300.0  # [s] of wall time
+IDLE = "idle"
 
 
 class DemoFailed(RuntimeError):
@@ -123,4 +124,5 @@ class Demo:
             raise Interrupted
 
     def _tell_phase(self, simulated_time: float, name: str) -> None:
-        self.say(f"{simulated_time:7.2f} s  {name}")
+        if name != IDLE:  # latched: what the sequencer said before it was called
+            self.say(f"{simulated_time:7.2f} s  {name}")

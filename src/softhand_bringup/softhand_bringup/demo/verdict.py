@@ -67,7 +67,7 @@ def verdict_from(
     """Verdict from the key-value pairs of `grasp/result` and the answer of the service.
 
     Args:
-        values: `gripped` (gripped, lost or none), `lift_height` [m], `slip` [m] (nan if
+        values: `outcome` (gripped, lost or none), `lift_height` [m], `slip` [m] (nan if
             it was never held), `duration` [s].
         success, reason: the service's answer.
 
@@ -82,8 +82,8 @@ def verdict_from(
             got = values.get(key, "nothing")
             raise ValueError(f"grasp/result: {key}: expected a number, got {got}") from None
     return Verdict(
-        gripped=success and values.get("gripped") == "gripped",
-        reason=reason,
+        gripped=success and values.get("outcome") == "gripped",
+        reason=values.get("reason", "") or reason,
         lift_height=numbers["lift_height"],
         slip=None if math.isnan(numbers["slip"]) else numbers["slip"],
         duration=numbers["duration"],

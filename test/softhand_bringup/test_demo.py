@@ -1,0 +1,79 @@
+"""Parts of the demo that need no nodes: the verdict, the run's folder, the variation by seed."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from softhand_bringup.demo.__main__ import main
+from softhand_bringup.demo.folder import make_run_folder
+from softhand_bringup.demo.variation import vary
+from softhand_bringup.demo.verdict import verdict_from
+
+VALUES = {"outcome": "gripped", "lift_height": "0.112", "slip": "0.0004", "duration": "9.5"}
+
+
+def test_the_line_says_what_a_reader_needs(tmp_path):
+    line = verdict_from(VALUES, True, "held", 1.25, 3).line(tmp_path)
+    assert line.startswith(
+        "gripped: lifted 112 mm, slip 0.40 mm in the hold, real-time factor 1.25"
+    )
+    for name in ("bag", "grasp.png", "frames.png"):
+        assert f"{tmp_path}/{name}" in line
+    assert "\n" not in line
+
+
+def test_the_result_file_is_plain_json_in_si(tmp_path):
+    verdict_from(VALUES, True, "held", 1.25, 3).write(tmp_path / "result.json")
+    result = json.loads((tmp_path / "result.json").read_text(), parse_constant=pytest.fail)
+    assert result["gripped"] is True
+    assert (result["lift_height"], result["slip"], result["seed"]) == (0.112, 0.0004, 3)
+    assert result["real_time_factor"] == 1.25
+    assert re.match(r"\d+\.\d+", result["versions"]["pybullet"])
+
+
+def test_a_grasp_that_was_never_held_has_no_slip_and_says_why(tmp_path):
+    values = VALUES | {"outcome": "none", "slip": "nan", "reason": "time out in lift"}
+    verdict = verdict_from(values, False, "none: time out in lift", 1.0, 0)
+    assert not verdict.gripped
+    assert "not gripped (time out in lift)" in verdict.line(tmp_path)
+    verdict.write(tmp_path / "result.json")
+    assert json.loads((tmp_path / "result.json").read_text())["slip"] is None
+
+
+@pytest.mark.parametrize(
+    ("values", "success"),
+    [(VALUES | {"outcome": "lost"}, True), (VALUES, False)],
+    ids=["result says lost", "service says no"],
+)
+def test_both_the_service_and_the_result_must_say_gripped(values, success):
+    assert not verdict_from(values, success, "", 1.0, 0).gripped
+
+
+def test_a_result_without_a_number_is_refused_by_name():
+    with pytest.raises(ValueError, match="lift_height: expected a number, got high"):
+        verdict_from(VALUES | {"lift_height": "high"}, True, "", 1.0, 0)
+
+
+def test_every_run_has_a_folder_and_the_link_points_to_the_latest(tmp_path):
+    first, second = make_run_folder(tmp_path), make_run_folder(tmp_path)
+    assert first != second
+    assert (tmp_path / "demo").resolve() == second
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([first.name, second.name, "demo"])
+
+
+def test_seeds_cover_the_range_of_offsets_and_masses_and_are_repeatable():
+    draws = [vary(seed) for seed in range(200)]
+    offsets, masses = np.array([d[0] for d in draws]), np.array([d[1] for d in draws])
+    assert np.abs(offsets).max() <= 0.010 and np.abs(offsets).max(axis=0) == pytest.approx(
+        [0.01, 0.01], rel=0.05
+    )
+    assert [masses.min(), masses.max()] == pytest.approx([0.8, 1.2], abs=0.01)
+    assert vary(7) == vary(7)
+
+
+def test_a_folder_that_cannot_be_written_is_named_before_anything_starts(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["--out", str(tmp_path / "file" / "out")]) == 2
+    assert f"cannot write {tmp_path}/file/out: Not a directory" in capsys.readouterr().out

@@ -1,0 +1,54 @@
+"""The figures show what is in the bag; what they look like is looked at, not tested."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from softhand_bringup import figures
+from softhand_bringup.bags.reading import Bag
+
+
+@pytest.fixture
+def drawn(grasp_bag, tmp_path, monkeypatch):
+    """The axes of grasp.png, kept from being closed."""
+    kept = []
+    monkeypatch.setattr(plt, "close", kept.append)
+    with Bag(grasp_bag) as bag:
+        figures.draw_grasp(bag, tmp_path / "grasp.png")
+    assert (tmp_path / "grasp.png").stat().st_size > 10_000
+    yield kept[0].axes
+    monkeypatch.undo()
+    plt.close(kept[0])
+
+
+def curves(axis):
+    return [np.column_stack(line.get_data()) for line in axis.get_lines()]
+
+
+def test_air_is_drawn_in_milligrams_commanded_beside_contained(drawn):
+    commanded, contained = curves(drawn[0])
+    assert commanded[-1] == pytest.approx([4.0, 20.0])
+    assert contained[75] == pytest.approx([1.5, 10.0])
+
+
+def test_pressure_is_drawn_in_kilopascal_and_height_in_millimetres_above_the_start(drawn):
+    assert curves(drawn[1])[0][-1] == pytest.approx([4.0, 20.0])
+    assert curves(drawn[2])[0][[0, -1], 1] == pytest.approx([0.0, 100.0])
+
+
+def test_phases_are_named_without_the_idle_before_the_call(drawn):
+    assert [text.get_text() for text in drawn[0].texts] == ["close", "lift"]
+
+
+def test_pictures_are_taken_at_the_ends_of_phases_and_in_the_longest_gaps():
+    marks = [figures.Phase("a", 0.0, 1.0), figures.Phase("b", 1.0, 9.0)]
+    times = figures.frame_times(marks, 9.0, 8)
+    assert len(times) == 8
+    assert {0.0, 1.0, 9.0} <= set(times)
+    assert np.diff(times).max() <= 2.0
+
+
+def test_a_bag_without_the_object_is_refused_by_topic(grasp_bag, tmp_path, monkeypatch):
+    monkeypatch.setattr(figures, "OBJECT_TOPIC", "/scene/nothing")
+    with Bag(grasp_bag) as bag, pytest.raises(ValueError, match="/scene/nothing"):
+        figures.draw_grasp(bag, tmp_path / "grasp.png")
