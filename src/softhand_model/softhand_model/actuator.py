@@ -1,9 +1,10 @@
-"""A PneuFlex actuator: its profiles along x, and what follows from them by the theory of chapter 3."""
+"""A PneuFlex actuator: its profiles along x and what follows from them (chapter 3)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -35,9 +36,10 @@ OPTIONAL = (
 class Actuator:
     """One actuator; x [m] runs from its base along the passive layer (along the arc, if it is one).
 
-    length [m]; height, width, circumference [m] as profiles; wall and side_wall [m]; shear_modulus [Pa]; mass [kg] of
-    the rubber; max_pressure [Pa]; supply_volume [m3] of what is connected; arc_radius [m] and arc_angle [rad] when the
-    passive layer lies in a plane but is curved in it (the palm), else None.
+    length [m]; height, width, circumference [m] as profiles; wall and side_wall [m]; shear_modulus
+    [Pa]; mass [kg] of the rubber; max_pressure [Pa]; supply_volume [m3] of what is connected;
+    arc_radius [m] and arc_angle [rad] when the passive layer lies in a plane but is curved in it
+    (the palm), else None.
     """
 
     name: str
@@ -59,7 +61,7 @@ class Actuator:
         return section.side_wall_ratio(self.height(x), self.width(x), self.wall, self.side_wall)
 
     def free_curvature(self, pressure: ArrayLike, x: ArrayLike) -> Array:
-        """Curvature [1/m] without load at a gauge pressure [Pa], exact; suction counts as no pressure.
+        """Exact curvature [1/m] without load at a gauge pressure [Pa]; suction counts as none.
 
         >>> finger = load_actuator("P10.finger")
         >>> round(float(finger.free_curvature(30e3, 0.0)), 2)
@@ -75,14 +77,15 @@ class Actuator:
         )
 
     def stiffness(self, x: ArrayLike) -> Array:
-        """Bending stiffness [N m2] of the linear springs of the simulation at x (eq. 3.26, with the side walls).
+        """Bending stiffness [N m2] of the simulation's linear springs at x (eq. 3.26).
 
-        B = (2/ratio)*2*G*d*(c/4)**3. This is the one place where the linear stiffness is fixed: the circumference form
-        of the rule (its curvature factor (1 + 3*lambda**-4)/2, 2 when straight and 1/2 when far bent, set to 1), times
-        the share 2/ratio of the side walls that also divides the load. Rest angles and springs then agree on the
-        moment of a blocked section: G, d and ratio cancel, as they must, up to the secant nonlinearity of kappa(p).
-        The text adds the smaller share of eq. 3.29 instead and thereby loses a quarter of that moment (ERRATUM, see
-        `section.bending_stiffness`).
+        B = (2/ratio)*2*G*d*(c/4)**3. This is the one place where the linear stiffness is fixed: the
+        circumference form of the rule (its curvature factor (1 + 3*lambda**-4)/2, 2 when straight
+        and 1/2 when far bent, set to 1), times the share 2/ratio of the side walls that also
+        divides the load. Rest angles and springs then agree on the moment of a blocked section: G,
+        d and ratio cancel, as they must, up to the secant nonlinearity of kappa(p). The text adds
+        the smaller share of eq. 3.29 instead and thereby loses a quarter of that moment (ERRATUM,
+        see `section.bending_stiffness`).
 
         >>> round(float(load_actuator("P10.finger").stiffness(0.0)) * 1e3, 3)
         3.881
@@ -95,7 +98,7 @@ class Actuator:
         )
 
     def chamber_volume_per_length(self, x: ArrayLike, curvature: ArrayLike = 0.0) -> Array:
-        """Air volume per length [m2] at x and a curvature [1/m], side walls taken off (eq. 3.15-3.17)."""
+        """Air volume per length [m2] at x and a curvature [1/m], less side walls (eq. 3.15)."""
         return section.chamber_area(
             curvature, self.height(x), self.width(x), self.wall, self.side_wall
         )
@@ -114,7 +117,7 @@ class Actuator:
         return float(np.sum(weight * self.chamber_volume_per_length(x, curvature)))
 
     def tip_angle(self, pressure: ArrayLike) -> Array:
-        """Angle [rad] between tip and base without load, the integral of the free curvature; pressure [Pa] of any shape.
+        """Angle [rad] between tip and base without load, at pressures [Pa] of any shape.
 
         >>> round(float(np.degrees(load_actuator("P10.finger").tip_angle(31e3))), 1)
         143.5
@@ -143,7 +146,7 @@ class Actuator:
         return x.ravel(), (half * weights).ravel()
 
     def segment_quadrature(self, segments: int) -> tuple[Array, Array]:
-        """Gauss points x and weights [m], each (segments, points), on equal segments of the length."""
+        """Gauss points x and weights [m], (segments, points), on equal segments of the length."""
         x, weight = self.quadrature(panels=segments * PANELS_PER_SEGMENT)
         return x.reshape(segments, -1), weight.reshape(segments, -1)
 
@@ -242,7 +245,7 @@ def read_profile(node: Node, length: float) -> Profile:
 
 def _table(node: Node) -> TableProfile:
     rows = [row.vector(2) for row in node.items()]
-    growing = all(before[0] < after[0] for before, after in zip(rows, rows[1:], strict=False))
+    growing = all(before[0] < after[0] for before, after in pairwise(rows))
     if len(rows) < 2 or not growing or min(row[1] for row in rows) <= 0.0:
         raise node.error("at least two [x, value] with growing x and positive values")
     return TableProfile(tuple(row[0] for row in rows), tuple(row[1] for row in rows))

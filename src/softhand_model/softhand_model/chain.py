@@ -1,4 +1,4 @@
-"""The chain that the simulator runs: spring joints whose rest orientation follows the pressure (section 5.1.3)."""
+"""The simulated chain: spring joints whose rest orientation follows the pressure (5.1.3)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hands import ChainDescription
 from softhand_model.model_file import Model
 from softhand_model.response import SegmentResponse, bends
@@ -19,7 +20,6 @@ __all__ = ["ChainModel", "SegmentChain", "discretise"]
 
 Array = NDArray[np.float64]
 
-ROOM_TEMPERATURE = 293.15  # [K]
 BEND = 1  # index of the bending axis (y)
 
 
@@ -41,11 +41,11 @@ def discretise(description: ChainDescription, segments: int, model: Model) -> Ch
 
 
 class ChainModel:
-    """A discretised chain under a model; pressures are gauge, one for each actuator of the chain in its order.
+    """A discretised chain under a model; pressures are gauge, one for each of its actuators.
 
     segments: the rigid links and joint springs.
-    volume_gain (actuators, n) [m3/rad]: change of each chamber's volume with a joint's rotation about y; constant,
-        because the volume is linear in the curvature (eq. 3.17).
+    volume_gain (actuators, n) [m3/rad]: change of each chamber's volume with a joint's rotation
+        about y; constant, because the volume is linear in the curvature (eq. 3.17).
     """
 
     def __init__(self, description: ChainDescription, segments: int, model: Model) -> None:
@@ -57,25 +57,20 @@ class ChainModel:
         self.segments = cut_chain(self.description, segments)
         self._shape = self.segments.offset.shape
         self._spread = spread_angles(self.description, self.segments, segments)
-        self._tables = [
-            RestTable(part, segments, spread)
-            for part, spread in zip(parts.values(), self._spread, strict=True)
-        ]
-        self._responses = (
-            [SegmentResponse(part, segments, model) for part in parts.values()]
-            if bends(model)
-            else []
-        )
-        self._rest_volume = np.array(
-            [part.chamber_volume() + part.supply_volume for part in parts.values()]
-        )
+        self._tables, self._responses, volumes = [], [], []
+        for part, spread in zip(parts.values(), self._spread, strict=True):
+            self._tables.append(RestTable(part, segments, spread))
+            volumes.append(part.chamber_volume() + part.supply_volume)
+            if bends(model):
+                self._responses.append(SegmentResponse(part, segments, model))
+        self._rest_volume = np.array(volumes)
         self.volume_gain = volume_gains(self.description, self.segments, segments)
 
     def rest_rotation(self, pressures: Sequence[float] | Array) -> Array:
-        """Rotation vector (n, 3) [rad] in each link's frame that the pressures (actuators,) [Pa] add to its rest.
+        """Rotation (n, 3) [rad] of each joint's rest by the pressures (actuators,) [Pa].
 
-        The rest orientation of a joint under pressure is `segments.rest` followed by this rotation. No memory, no
-        effects: the base model.
+        It is a rotation vector in the link's frame: the rest orientation of a joint under pressure
+        is `segments.rest` followed by this rotation. No memory, no effects: the base model.
         """
         rotation = self._tables[0].value(pressures[0])
         for table, pressure in zip(self._tables[1:], pressures[1:], strict=True):
@@ -83,18 +78,15 @@ class ChainModel:
         return rotation.reshape(self._shape)
 
     def rest_gain(self, pressures: Sequence[float] | Array) -> Array:
-        """Derivative (actuators, n) [rad/Pa] of the rest rotation about y by each pressure [Pa] (base model)."""
-        return np.array(
-            [
-                table.slope(pressure)[BEND::3]
-                for table, pressure in zip(self._tables, pressures, strict=True)
-            ]
-        )
+        """Derivative (actuators, n) [rad/Pa] of the base model's rest rotation about y."""
+        pairs = zip(self._tables, pressures, strict=True)
+        return np.array([table.slope(pressure)[BEND::3] for table, pressure in pairs])
 
     def volume(self, bend: Array) -> Array:
-        """Air volume (actuators,) [m3] of chamber and supply tube at joint rotations about y (n,) [rad] from rest.
+        """Air volume (actuators,) [m3] of chamber and supply tube.
 
-        Two parallel arcs are taken to bend alike: what a twist moves between them is left out.
+        bend (n,) [rad] is the rotation of the joints about y from their rest. Two parallel arcs are
+        taken to bend alike: what a twist moves between them is left out.
         """
         return self._rest_volume + self.volume_gain @ bend
 
@@ -105,28 +97,27 @@ class ChainModel:
         bend: Array,
         temperature: float = ROOM_TEMPERATURE,
     ) -> Array:
-        """Advance the effects' memory by dt [s] and give the rest rotation (n, 3) [rad] that the springs pull to.
+        """Advance the effects' memory by dt [s]; rest rotation (n, 3) [rad] of the joints then.
 
-        bend (n,) [rad] is the actual rotation of the joints about y, temperature in [K]. Where an effect scales the
-        stiffness by f the returned rest is moved so that the unscaled spring pulls as the scaled one would.
+        pressures (actuators,) [Pa], bend (n,) [rad] the actual rotation of the joints about y,
+        temperature in [K].
         """
         if not self._responses:
             return self.rest_rotation(pressures)
-        angles = [
-            response.angles(dt, float(pressure), temperature)
-            for response, pressure in zip(self._responses, pressures, strict=True)
+        rotation = np.zeros(self._shape[0] * 3)
+        for response, spread, pressure in zip(
+            self._responses, self._spread, pressures, strict=True
+        ):
+            rotation += spread @ response.angles(dt, float(pressure), temperature)
+        return self._scaled(rotation.reshape(self._shape), bend, temperature)
+
+    def _scaled(self, rotation: Array, bend: Array, temperature: float) -> Array:
+        """Rest moved so that the unscaled springs pull as the ones scaled by the effects would."""
+        rest = rotation[:, BEND].copy()
+        factors = [
+            response.stiffness_factor(bend, rest, temperature) for response in self._responses
         ]
-        rotation = sum(
-            spread @ angle for spread, angle in zip(self._spread, angles, strict=True)
-        ).reshape(self._shape)
-        factor = np.mean(
-            [
-                response.stiffness_factor(bend, rotation[:, BEND], temperature)
-                for response in self._responses
-            ],
-            axis=0,
-        )
-        rotation[:, BEND] = bend + factor * (rotation[:, BEND] - bend)
+        rotation[:, BEND] = bend + np.mean(factors, axis=0) * (rest - bend)
         return rotation
 
     def reset(self) -> None:

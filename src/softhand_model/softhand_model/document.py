@@ -1,4 +1,4 @@
-"""Reading YAML with errors that say which file, which key, what was expected and what stands there."""
+"""Reading YAML with errors that name file, key, what was expected and what was found."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class DocumentError(ValueError):
 
 
 class Node:
-    """A value in a document together with its place; every accessor checks and returns plain Python data."""
+    """A value in a document with its place; accessors check it and return plain data."""
 
     def __init__(self, file: str, key: str, value: Any) -> None:
         self.file, self.key, self.value = file, key, value
@@ -36,7 +36,7 @@ class Node:
         return {key: Node(self.file, prefix + key, value) for key, value in self.value.items()}
 
     def fields(self, required: Iterable[str] = (), optional: Iterable[str] = ()) -> dict[str, Node]:
-        """Children of a mapping that must have the required keys, may have the optional ones and no others."""
+        """Children of a mapping with all the required keys, and no others but the optional."""
         children, required, optional = self.mapping(), list(required), list(optional)
         missing = [key for key in required if key not in children]
         if missing:
@@ -106,13 +106,28 @@ class Node:
         return names
 
 
+class _Loader(yaml.SafeLoader):
+    """The safe loader that refuses a key given twice, which YAML forbids and PyYAML lets pass."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """A mapping; raises a YAMLError for a repeated key."""
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {key} twice", node.start_mark
+                )
+        return super().construct_mapping(node, deep=deep)
+
+
 def read_document(path: Path, format_name: str | None = None) -> Node:
     """The YAML document of a file; its key `format`, if asked for, must have the given value.
 
-    Raises DocumentError (a ValueError) when the file cannot be read, is no YAML or has another format.
+    Raises DocumentError (a ValueError) when the file cannot be read, is no YAML or has another
+    format.
     """
     try:
-        value = yaml.safe_load(path.read_text(encoding="utf-8"))
+        value = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except OSError as reason:
         raise DocumentError(f"{path}: expected a readable file, got {reason.strerror}") from reason
     except (yaml.YAMLError, UnicodeDecodeError) as reason:

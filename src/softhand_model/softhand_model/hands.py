@@ -1,8 +1,8 @@
 """Descriptions of hands: which actuators, on which channels, mounted where.
 
-A hand is a list of chains in the frame `wrist` (z distal, x palmar, y towards the thumb of a right hand). A chain is
-one actuator, or two parallel arcs that bend and twist as one, with or without a flexible strut at its base; it is
-mounted on the wrist or on the tip of an earlier chain.
+A hand is a list of chains in the frame `wrist` (z distal, x palmar, y towards the thumb of a right
+hand). A chain is one actuator, or two parallel arcs that bend and twist as one, with or without a
+flexible strut at its base; it is mounted on the wrist or on the tip of an earlier chain.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ WRIST = "wrist"
 
 @dataclass(frozen=True)
 class Mount:
-    """Pose of a chain's base frame: position (3,) [m] and roll, pitch, yaw (3,) [rad] in the frame of `parent`.
+    """Pose of a chain's base frame: position (3,) [m] and roll, pitch, yaw (3,) [rad] in the frame
+    of `parent`.
 
     The parent is `wrist` or a chain, whose tip frame is meant.
     """
@@ -42,7 +43,8 @@ class Mount:
 
 @dataclass(frozen=True)
 class Strut:
-    """A flat polyamide strut between mount and actuator: length, width (along y), thickness (along x) [m].
+    """A flat polyamide strut between mount and actuator: length, width (along y), thickness (along
+    x) [m].
 
     modulus [Pa] is Young's modulus, density [kg/m3].
     """
@@ -54,10 +56,11 @@ class Strut:
     density: float = 950.0
 
     def stiffness(self) -> Array:
-        """Stiffness (3,) [N m/rad] about x, y and z of a cantilever of this section, lumped in one joint.
+        """Stiffness (3,) [N m/rad] about x, y and z of a cantilever of this section, lumped in one
+        joint.
 
-        E*I/length about x and y; about z G*J/length with J = w*t**3/3*(1 - 0.63*t/w) of a flat strip (Roark) and
-        G = E/2.8 (Poisson's ratio 0.4 of polyamide).
+        E*I/length about x and y; about z G*J/length with J = w*t**3/3*(1 - 0.63*t/w) of a flat
+        strip (Roark) and G = E/2.8 (Poisson's ratio 0.4 of polyamide).
 
         >>> float(np.round(Strut(0.05, 0.012, 0.002, 1.7e9).stiffness()[1], 3))
         0.272
@@ -76,9 +79,11 @@ class Strut:
 
 @dataclass(frozen=True)
 class ChainDescription:
-    """One chain: its actuators (one, or inner and outer arc) with their channels, mount, strut and sense of the arc.
+    """One chain: its actuators (one, or inner and outer arc) with their channels, mount, strut and
+    sense of the arc.
 
-    turn is +1 when the arc turns the chain's z towards its +y, -1 towards -y, and 0 for a straight actuator.
+    turn is +1 when the arc turns the chain's z towards its +y, -1 towards -y, and 0 for a straight
+    actuator.
     """
 
     name: str
@@ -91,7 +96,9 @@ class ChainDescription:
 
 @dataclass(frozen=True)
 class Plate:
-    """The rigid wrist plate: a box of size (3,) [m] centred at position (3,) [m] in the wrist frame."""
+    """The rigid wrist plate: a box of size (3,) [m] centred at position (3,) [m] in the wrist
+    frame.
+    """
 
     size: tuple[float, ...]
     position: tuple[float, ...]
@@ -99,7 +106,9 @@ class Plate:
 
 @dataclass(frozen=True)
 class HandDescription:
-    """A hand: channels in their order, total mass [kg], chains (parents first) and the chains that are fingertips."""
+    """A hand: channels in their order, total mass [kg], chains (parents first) and the chains that
+    are fingertips.
+    """
 
     name: str
     channels: tuple[str, ...]
@@ -132,7 +141,9 @@ class HandDescription:
         )
 
     def rest_volumes(self) -> Array:
-        """Air volume (channels,) [m3] of every channel's chambers and tubes with all actuators straight."""
+        """Air volume (channels,) [m3] of every channel's chambers and tubes with all actuators
+        straight.
+        """
         volumes = np.zeros(len(self.channels))
         for chain in self.chains:
             for name, actuator in chain.actuators.items():
@@ -219,8 +230,8 @@ def _check_shape(node: Node, actuators: list[Actuator]) -> None:
     good = len(arcs) == 2 and None not in arcs[0] + arcs[1] and arcs[0][1] == arcs[1][1]
     if not good or not arcs[0][0] < arcs[1][0]:  # type: ignore[operator]
         raise DocumentError(
-            f"{node.file}: {node.key}: expected one actuator, or two arcs of one angle, inner first, "
-            f"got {', '.join(actuator.name for actuator in actuators) or 'none'}"
+            f"{node.file}: {node.key}: expected one actuator, or two arcs of one angle, inner "
+            f"first, got {', '.join(actuator.name for actuator in actuators) or 'none'}"
         )
 
 

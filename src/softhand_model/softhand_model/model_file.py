@@ -24,9 +24,11 @@ MODULUS_BOUNDS = (0.1, 10.0)  # the lab calibrates within 15 %; a file may hold 
 
 @dataclass(frozen=True)
 class Model:
-    """A model: `base`, `calibration` (numbers, or numbers by batch, specimen or direction) and effects by stage order.
+    """A model: `base`, `calibration` (numbers, or numbers by batch, specimen or direction) and
+    effects by stage order.
 
-    `std` holds the standard errors of the effects' parameters by effect name, as far as the file has them.
+    `std` holds the standard errors of the effects' parameters by effect name, as far as the file
+    has them.
     """
 
     base: str = "pneuflex"
@@ -52,23 +54,20 @@ class Model:
             return scale
         if batch is None and len(scale) == 1:
             return next(iter(scale.values()))
-        if batch not in scale:
+        if batch is None or batch not in scale:
             raise ValueError(
-                f"calibration.modulus_scale: expected one of the batches {', '.join(scale)}, got {batch}"
+                f"calibration.modulus_scale: expected one of the batches {', '.join(scale)}, "
+                f"got {batch}"
             )
         return scale[batch]
 
     @property
     def gravity_scale(self) -> float:
         """Weight of the actuators over the nominal one; 0 without the effect `gravity`."""
-        return sum(
-            (
-                effect.values["mass_scale"]
-                for effect in self.stage("load")
-                if effect.name == "gravity"
-            ),
-            0.0,
-        )
+        scales = [
+            effect.values["mass_scale"] for effect in self.effects if effect.name == "gravity"
+        ]
+        return scales[0] if scales else 0.0
 
 
 def model_names() -> list[str]:
@@ -77,7 +76,8 @@ def model_names() -> list[str]:
 
 
 def load_model(path: str | Path | None = None) -> Model:
-    """The model of a file or of a shipped name; None is `gravity`, the one that the hands ship with.
+    """The model of a file or of a shipped name; None is `gravity`, the one that the hands ship
+    with.
 
     Raises ValueError naming file, key, expected and got.
 

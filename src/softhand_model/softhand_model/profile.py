@@ -51,8 +51,8 @@ class TableProfile:
 class TaperedProfile:
     """The profiles of section 7.3: maximum*(1 - taper*x/length)**(1/root) [m].
 
-    Circumference: taper 1, root 3 (ERRATUM: the text prints x/x_tip for 1 - x/x_tip, with x from the base); width:
-    taper 0.925, root 8.
+    Circumference: taper 1, root 3 (ERRATUM: the text prints x/x_tip for 1 - x/x_tip, with x from
+    the base); width: taper 0.925, root 8.
 
     >>> round(float(TaperedProfile(0.02, 0.09, 0.925, 8)(0.09)), 4)
     0.0145

@@ -1,4 +1,6 @@
-"""Free bending of one actuator's segments under a model's effects, stage by stage; the base model needs none of it."""
+"""Free bending of one actuator's segments under a model's effects, stage by stage; the base model
+needs none of it.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,7 @@ HIGHEST_STRETCH = 12.0
 
 
 class SegmentResponse:
-    """Free angles of an actuator's segments that carry the memory of the effects from step to step."""
+    """Free angles of an actuator's segments, with the effects' memory from step to step."""
 
     def __init__(self, actuator: Actuator, segments: int, model: Model) -> None:
         x, self._weight = actuator.segment_quadrature(segments)
@@ -57,7 +59,9 @@ class SegmentResponse:
         self._stretch = np.ones_like(self._weight)
 
     def angles(self, dt: float, pressure: float, temperature: float) -> Array:
-        """Free angle (n,) [rad] of each segment after a step dt [s] at a gauge pressure [Pa] and temperature [K]."""
+        """Free angle (n,) [rad] of each segment after a step dt [s] at a gauge pressure [Pa] and
+        temperature [K].
+        """
         for effect in self._input:
             pressure = effect.chamber_pressure(pressure, self._memory[effect.name], dt)
         pressure = max(pressure, 0.0)
@@ -100,7 +104,8 @@ class SegmentResponse:
     def _balance(self, load: Array, dt: float) -> Array:
         """Stretch at which the elastic side carries the load, by Newton from the last one.
 
-        Raises RuntimeError if it does not converge: the effects' parameters let the elastic side fall.
+        Raises RuntimeError if it does not converge: the effects' parameters let the elastic side
+        fall.
         """
         stretch = self._stretch.copy()
         for _ in range(NEWTON_STEPS):
@@ -113,8 +118,8 @@ class SegmentResponse:
             if np.all(np.abs(step) <= TOLERANCE):
                 return stretch
         raise RuntimeError(
-            f"the effects {', '.join(self._memory)} leave no equilibrium of the rubber at a load of "
-            f"{float(np.max(load)):.3g}"
+            f"the effects {', '.join(self._memory)} leave no equilibrium of the rubber at a load "
+            f"of {float(np.max(load)):.3g}"
         )
 
     def _remember(self, dt: float) -> None:
@@ -127,7 +132,7 @@ class SegmentResponse:
 
 
 def bends(model: Model) -> bool:
-    """Whether any effect of the model changes how chains bend (weight, sensors and valves do not)."""
+    """Whether any effect of the model changes how chains bend; weight and sensors do not."""
     return any(_acts(effect) for effect in model.effects)
 
 

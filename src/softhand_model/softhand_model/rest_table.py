@@ -1,11 +1,12 @@
-"""Free bending angles of an actuator's segments as a function of pressure, tabulated once and interpolated."""
+"""Free bending angles of an actuator's segments as a function of pressure, tabulated once and
+interpolated.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_model import section
 from softhand_model.actuator import Actuator
 
 Array = NDArray[np.float64]
@@ -17,9 +18,10 @@ HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressur
 class RestTable:
     """Joint rotations of a chain by one actuator's pressure, by cubic Hermite interpolation.
 
-    The table holds the exact integral of the free curvature over each segment, already spread onto the chain's joint
-    axes by `spread` (m, n): values (m,) [rad] = spread @ segment angles (n,). Between its points the error is below
-    1e-8 of the value. Suction counts as no pressure; beyond the table it goes on in a straight line, as kappa(p) does.
+    The table holds the exact integral of the free curvature over each segment, already spread onto
+    the chain's joint axes by `spread` (m, n): values (m,) [rad] = spread @ segment angles (n,).
+    Between its points the error is below 1e-8 of the value. Suction counts as no pressure; beyond
+    the table it goes on in a straight line, as kappa(p) does.
     """
 
     def __init__(self, actuator: Actuator, segments: int, spread: Array) -> None:
@@ -28,6 +30,10 @@ class RestTable:
         pressures = np.linspace(0.0, highest, INTERVALS + 1)
         value, slope = (part @ spread.T for part in segment_angles(actuator, segments, pressures))
         self._cubic = _hermite(value, slope * self._step)
+
+    def __deepcopy__(self, memo: dict[int, object]) -> RestTable:
+        """Itself: a table never changes, and snapshots of a simulation copy the models."""
+        return self
 
     def value(self, pressure: float) -> Array:
         """Values (m,) [rad] at a gauge pressure [Pa]."""
@@ -46,7 +52,9 @@ class RestTable:
 
 
 def _hermite(value: Array, slope: Array) -> Array:
-    """Coefficients (k, 4, m) of 1, t, t**2, t**3 on k - 1 intervals of unit length, and a straight line after them."""
+    """Coefficients (k, 4, m) of 1, t, t**2, t**3 on k - 1 intervals of unit length, and a straight
+    line after them.
+    """
     rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
     inside = np.stack(
         [value[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=1
@@ -56,9 +64,11 @@ def _hermite(value: Array, slope: Array) -> Array:
 
 
 def segment_angles(actuator: Actuator, segments: int, pressures: Array) -> tuple[Array, Array]:
-    """Exact angles (m, n) [rad] of n segments at pressures (m,) [Pa] without load, and their derivatives [rad/Pa].
+    """Exact angles (m, n) [rad] of n segments at pressures (m,) [Pa] without load, and their
+    derivatives [rad/Pa].
 
-    The derivative is eq. 3.31 with the side walls of 3.35: dkappa/dp = ratio/(4*G*d*(1 + 3*lambda**-4)).
+    The derivative is eq. 3.31 with the side walls of 3.35: dkappa/dp = ratio/(4*G*d*(1 +
+    3*lambda**-4)).
     """
     x, weight = actuator.segment_quadrature(segments)
     curvature = actuator.free_curvature(pressures[:, None, None], x)

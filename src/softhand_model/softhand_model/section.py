@@ -1,9 +1,10 @@
-"""Bending of one rectangular section of a PneuFlex actuator: pressure, moment, stretch, curvature, volume.
+"""Bending of one rectangular section of a PneuFlex actuator: pressure, moment, stretch, curvature,
+volume.
 
-All functions take numbers or arrays that broadcast, in SI units. Symbols of the thesis (R. Deimel, Soft Robotic Hands
-For Compliant Grasping, chapter 3): height h [m], width z [m], wall d [m] on top, side_wall [m] of each of the two side
-walls, shear_modulus G [Pa], pressure p [Pa] (gauge), curvature kappa [1/m] of the passive layer, and the stretch
-lambda = 1 + kappa*h [-] of the top.
+All functions take numbers or arrays that broadcast, in SI units. Symbols of the thesis (R. Deimel,
+Soft Robotic Hands For Compliant Grasping, chapter 3): height h [m], width z [m], wall d [m] on top,
+side_wall [m] of each of the two side walls, shear_modulus G [Pa], pressure p [Pa] (gauge),
+curvature kappa [1/m] of the passive layer, and the stretch lambda = 1 + kappa*h [-] of the top.
 """
 
 from __future__ import annotations
@@ -33,10 +34,11 @@ def side_wall_ratio(
 ) -> Array:
     """Factor `ratio` [-] by which the side walls change the actuation ratio of eq. 3.32 (eq. 3.35).
 
-    2/ratio is the elastic energy with side walls over that of the top wall alone; without side walls ratio is 2.
-    The base model puts this one factor on load and stiffness alike. ERRATUM: 3.35 prints the factor
-    (d_l + d_r)/(2*d) outside the fraction; 3.36 is the case z = h. ERRATUM: the "common case z = d" of the text, in
-    which the ratio is 1 for thin walls, must read z = h. A wall thicker than the height leaves no side walls.
+    2/ratio is the elastic energy with side walls over that of the top wall alone; without side
+    walls ratio is 2. The base model puts this one factor on load and stiffness alike. ERRATUM: 3.35
+    prints the factor (d_l + d_r)/(2*d) outside the fraction; 3.36 is the case z = h. ERRATUM: the
+    "common case z = d" of the text, in which the ratio is 1 for thin walls, must read z = h. A wall
+    thicker than the height leaves no side walls.
 
     >>> round(float(side_wall_ratio(0.02, 0.02, 0.002, 0.002)), 3)
     1.105
@@ -55,7 +57,8 @@ def bending_load(
     ratio: ArrayLike,
     shear_modulus: ArrayLike,
 ) -> Array:
-    """Load s = p*ratio*h/(4*G*d) [-] that the elastic term balances in free bending (eq. 3.30 with 3.37).
+    """Load s = p*ratio*h/(4*G*d) [-] that the elastic term balances in free bending (eq. 3.30 with
+    3.37).
 
     >>> float(bending_load(67e3, 0.02, 0.002, 1.0, 67e3))
     2.5
@@ -70,10 +73,11 @@ def bending_load(
 
 
 def free_stretch(load: ArrayLike) -> Array:
-    """Stretch lambda [-] with lambda - lambda**-3 = load: the positive root of lambda**4 - s*lambda**3 - 1 = 0.
+    """Stretch lambda [-] with lambda - lambda**-3 = load: the positive root of lambda**4 -
+    s*lambda**3 - 1 = 0.
 
-    The thesis calls the exact solution convoluted and uses eq. 5.3 instead; Newton from max(1, s) has it in a few
-    steps to machine precision. A negative load gives a stretch below 1.
+    The thesis calls the exact solution convoluted and uses eq. 5.3 instead; Newton from max(1, s)
+    has it in a few steps to machine precision. A negative load gives a stretch below 1.
 
     >>> round(float(free_stretch(3.0 - 3.0**-3)), 12)
     3.0
@@ -97,7 +101,8 @@ def free_curvature(
     side_wall: ArrayLike,
     shear_modulus: ArrayLike,
 ) -> Array:
-    """Curvature [1/m] of an unloaded section at a pressure, exact: kappa = (lambda - 1)/h (eq. 3.12, 3.30-3.37).
+    """Curvature [1/m] of an unloaded section at a pressure, exact: kappa = (lambda - 1)/h (eq.
+    3.12, 3.30-3.37).
 
     >>> kappa = free_curvature(31e3, 0.02, 0.02, 0.002, 0.002, 73.7e3)
     >>> round(float(np.degrees(kappa * 0.09)), 1)
@@ -115,9 +120,10 @@ def printed_nonlinearity(
 ) -> Array:
     """Secant actuation ratio over that of the rule 3.32, as approximated by eq. 5.3 [-].
 
-    relative_pressure is u = p*h/(8*G*d) [-], slope_ratio is a and transition p0*h/(8*G*d). ERRATUM: 5.6 prints p0
-    with a minus sign, which has no effect because p0 enters squared. Against the exact secant (ratio = 1) it errs by
-    +8.4 % at u = 0.3, -1.2 % at 1.5 and +12 % at 5; its limit is 1/2 + sqrt(3) = 2.23, not 2.
+    relative_pressure is u = p*h/(8*G*d) [-], slope_ratio is a and transition p0*h/(8*G*d). ERRATUM:
+    5.6 prints p0 with a minus sign, which has no effect because p0 enters squared. Against the
+    exact secant (ratio = 1) it errs by +8.4 % at u = 0.3, -1.2 % at 1.5 and +12 % at 5; its limit
+    is 1/2 + sqrt(3) = 2.23, not 2.
 
     >>> float(printed_nonlinearity(0.0))
     0.5
@@ -135,7 +141,8 @@ def free_curvature_printed(
     side_wall: ArrayLike,
     shear_modulus: ArrayLike,
 ) -> Array:
-    """Curvature [1/m] of an unloaded section by the approximation of the thesis (eq. 5.2, 5.3, 5.6).
+    """Curvature [1/m] of an unloaded section by the approximation of the thesis (eq. 5.2, 5.3,
+    5.6).
 
     >>> kappa = free_curvature_printed(31e3, 0.02, 0.02, 0.002, 0.002, 73.7e3)
     >>> round(float(np.degrees(kappa * 0.09)), 1)
@@ -147,7 +154,9 @@ def free_curvature_printed(
 
 
 def rule_actuation_ratio(wall: ArrayLike, shear_modulus: ArrayLike) -> Array:
-    """Actuation ratio dkappa/dp = 1/(8*G*d) [1/(m Pa)] of the design rule, independent of h and z (eq. 3.32)."""
+    """Actuation ratio dkappa/dp = 1/(8*G*d) [1/(m Pa)] of the design rule, independent of h and z
+    (eq. 3.32).
+    """
     return 1.0 / (8.0 * np.asarray(shear_modulus, float) * np.asarray(wall, float))
 
 
@@ -160,10 +169,12 @@ def bending_moment(
     side_wall: ArrayLike,
     shear_modulus: ArrayLike,
 ) -> Array:
-    """External moment [N m] that holds a section at a curvature; positive straightens (section 3.4.3).
+    """External moment [N m] that holds a section at a curvature; positive straightens (section
+    3.4.3).
 
-    M = h**2*z*p/2 - (2/ratio)*G*h*d*z*q(lambda). ERRATUM: the text prints a minus before the pressure term, against
-    eq. 3.23. A straight section carries h**2*z*p/2 whatever G, d and side walls; at the free curvature M is 0.
+    M = h**2*z*p/2 - (2/ratio)*G*h*d*z*q(lambda). ERRATUM: the text prints a minus before the
+    pressure term, against eq. 3.23. A straight section carries h**2*z*p/2 whatever G, d and side
+    walls; at the free curvature M is 0.
 
     >>> round(float(bending_moment(50e3, 0.0, 0.02, 0.02, 0.002, 0.002, 67e3)), 9)
     0.2
@@ -191,8 +202,9 @@ def bending_stiffness(
 ) -> Array:
     """Tangent stiffness B = -dM/dkappa = (2/ratio)*h**2*z*G*d*(1 + 3*lambda**-4) [N m2] (eq. 3.24).
 
-    ERRATUM: eq. 3.27 has two lengths and 3.28 one length too many, and the share of the side walls of 3.29 contradicts
-    that of 3.36; the base model uses 2/ratio of 3.35 for both. See `printed_side_wall_share` for 3.29.
+    ERRATUM: eq. 3.27 has two lengths and 3.28 one length too many, and the share of the side walls
+    of 3.29 contradicts that of 3.36; the base model uses 2/ratio of 3.35 for both. See
+    `printed_side_wall_share` for 3.29.
 
     >>> round(float(bending_stiffness(0.0, 0.02, 0.02, 0.002, 0.0, 67e3) * 1e3), 3)
     4.288
@@ -215,10 +227,11 @@ def bending_stiffness(
 
 
 def rule_stiffness(edge: ArrayLike, wall: ArrayLike, shear_modulus: ArrayLike) -> Array:
-    """Stiffness B = 2*edge**3*G*d [N m2] of the design rule, edge = h (eq. 3.25) or a quarter circumference (3.26).
+    """Stiffness B = 2*edge**3*G*d [N m2] of the design rule, edge = h (eq. 3.25) or a quarter
+    circumference (3.26).
 
-    ERRATUM: the text has it reversed; the rule underestimates the tangent stiffness by 2 at zero curvature and
-    overestimates it by 2 at large curvature.
+    ERRATUM: the text has it reversed; the rule underestimates the tangent stiffness by 2 at zero
+    curvature and overestimates it by 2 at large curvature.
 
     >>> round(float(rule_stiffness(0.02, 0.002, 67e3) * 1e3), 3)
     2.144
@@ -232,12 +245,15 @@ def rule_stiffness(edge: ArrayLike, wall: ArrayLike, shear_modulus: ArrayLike) -
 
 
 def stiffness_from_actuation(edge: ArrayLike, actuation_ratio: ArrayLike) -> Array:
-    """Stiffness B = edge**3/(4*dkappa/dp) [N m2] that goes with an actuation ratio [1/(m Pa)] (eq. 3.33)."""
+    """Stiffness B = edge**3/(4*dkappa/dp) [N m2] that goes with an actuation ratio [1/(m Pa)] (eq.
+    3.33).
+    """
     return np.asarray(edge, float) ** 3 / (4.0 * np.asarray(actuation_ratio, float))
 
 
 def printed_side_wall_share(height: ArrayLike, wall: ArrayLike, side_wall: ArrayLike) -> Array:
-    """Stiffness of both side walls over that of eq. 3.26 [-], as printed in eq. 3.29 (the base model does not use it).
+    """Stiffness of both side walls over that of eq. 3.26 [-], as printed in eq. 3.29 (the base
+    model does not use it).
 
     >>> round(float(printed_side_wall_share(1.0, 0.1, 0.1)), 3)
     0.328
@@ -250,7 +266,8 @@ def printed_side_wall_share(height: ArrayLike, wall: ArrayLike, side_wall: Array
 def side_wall_share(
     height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike
 ) -> Array:
-    """Stiffness of both side walls over that of the top wall at zero curvature [-]: the integral of 3.27 done properly.
+    """Stiffness of both side walls over that of the top wall at zero curvature [-]: the integral of
+    3.27 done properly.
 
     >>> round(float(side_wall_share(1.0, 1.0, 0.1, 0.1)), 3)
     0.486
@@ -271,7 +288,8 @@ def side_wall_share(
 def side_wall_term(
     curvature: ArrayLike, height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike
 ) -> Array:
-    """What the side walls add to q(lambda) in p*h/(2*G*d) = q + term [-], integrated exactly over their height.
+    """What the side walls add to q(lambda) in p*h/(2*G*d) = q + term [-], integrated exactly over
+    their height.
 
     ERRATUM: 3.34 drops a factor y/h. With Y = h - d the integral of y*q(1 + kappa*y) dy is
     Y**2/2 + kappa*Y**3/3 - Y**2/(2*(1 + kappa*Y)**2).
@@ -291,7 +309,8 @@ def side_wall_term(
 def small_strain_side_wall_ratio(
     height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike
 ) -> Array:
-    """The ratio of `side_wall_ratio` from the exact integral at small strain [-] (ERRATUM of eq. 3.34).
+    """The ratio of `side_wall_ratio` from the exact integral at small strain [-] (ERRATUM of eq.
+    3.34).
 
     >>> round(float(small_strain_side_wall_ratio(1.0, 1.0, 0.1, 0.1)), 3)
     1.346
@@ -306,10 +325,11 @@ def chamber_area(
     wall: ArrayLike,
     side_wall: ArrayLike = 0.0,
 ) -> Array:
-    """Air volume per length of the passive layer [m2]: z*h*(1 + h*kappa/2) less the rubber (eq. 3.15-3.17).
+    """Air volume per length of the passive layer [m2]: z*h*(1 + h*kappa/2) less the rubber (eq.
+    3.15-3.17).
 
-    The rubber is z*d of the top and, for the contained mass, (h - d)*2*side_wall of the side walls; it keeps its
-    volume, so dV/dkappa = z*h**2/2 with and without it.
+    The rubber is z*d of the top and, for the contained mass, (h - d)*2*side_wall of the side walls;
+    it keeps its volume, so dV/dkappa = z*h**2/2 with and without it.
 
     >>> round(float(chamber_area(0.0, 9e-3, 9e-3, 3e-3) * 0.12 * 1e6), 2)
     6.48
@@ -330,6 +350,8 @@ def curvature_from_chamber_area(
     wall: ArrayLike,
     side_wall: ArrayLike = 0.0,
 ) -> Array:
-    """Curvature [1/m] of a section whose air volume per length is `area` [m2] (eq. 3.17 solved for kappa)."""
+    """Curvature [1/m] of a section whose air volume per length is `area` [m2] (eq. 3.17 solved for
+    kappa).
+    """
     change = np.asarray(area, float) - chamber_area(0.0, height, width, wall, side_wall)
     return 2.0 * change / (np.asarray(width, float) * np.asarray(height, float) ** 2)

@@ -1,8 +1,9 @@
-"""Cutting a chain into rigid segments with one joint in the middle of each (section 5.1.1 of the thesis)."""
+"""Cutting a chain into rigid segments with one joint in the middle of each (section 5.1.1)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +19,13 @@ Array = NDArray[np.float64]
 class SegmentChain:
     """Rigid links with a spring joint each; row i belongs to joint i and to the link beyond it.
 
-    Link frames have z along the link, y along the bending axis and +x to the bending side; their origin is the joint,
-    on the neutral layer. A strut, if there is one, is joint 0. With n joints:
+    Link frames have z along the link, y along the bending axis and +x to the bending side; their
+    origin is the joint, on the neutral layer. A strut, if there is one, is joint 0. With n joints:
 
     offset (n, 3) [m]: joint in the frame of the link before it (joint 0: in the chain's base frame)
     rest (n, 4): orientation against the link before at zero pressure, quaternion
-    axes (n, 4): frame in which the joint bends about y and twists about z, seen from the link (the middle of an arc's
-        segment; identity for straight actuators)
+    axes (n, 4): frame in which the joint bends about y and twists about z, seen from the link: the
+        middle of an arc's segment; identity for straight actuators
     stiffness (n, 3) [N m/rad]: about x, y, z of the link frame
     body_size (n, 3), body_center (n, 3) [m]: box of height, width and length in the link frame
     mass (n,) [kg]; tip_offset (3,) [m]: tip in the last link's frame
@@ -46,17 +47,18 @@ class SegmentChain:
 def cut_chain(description: ChainDescription, segments: int) -> SegmentChain:
     """Segments of a chain, `segments` to an actuator and one more joint for its strut."""
     parts = list(description.actuators.values())
-    curved = len(parts) == 2 or parts[0].arc_radius is not None
-    chain = (
-        _arc(description, parts, segments) if curved else _straight(description, parts[0], segments)
-    )
+    if description.turn:
+        chain = _arc(description, parts, segments)
+    else:
+        chain = _straight(description, parts[0], segments)
     return chain if description.strut is None else _on_strut(chain, description, description.strut)
 
 
 def segment_stiffness(actuator: Actuator, segments: int) -> Array:
     """Joint stiffness (n,) [N m/rad] k = B/segment_length, B taken in the middle of each segment.
 
-    The thesis does not say how B becomes k; all three axes get the same value "for want of a model" (5.2.4).
+    The thesis does not say how B becomes k; all three axes get the same value "for want of a model"
+    (5.2.4).
     """
     edge = actuator.length / segments
     return actuator.stiffness((np.arange(segments) + 0.5) * edge) / edge
@@ -85,13 +87,14 @@ def _straight(description: ChainDescription, actuator: Actuator, segments: int) 
 
 
 def _arc(description: ChainDescription, parts: list[Actuator], segments: int) -> SegmentChain:
-    """One or two parallel arcs as a chain along their middle; link i points along the chord to the next joint."""
+    """One arc, or two as a chain along their middle; a link points along the chord ahead."""
     angle, radius = arc_angle(parts) / segments, mean_radius(parts)
     turn = description.turn
     chord, half_chord = 2.0 * radius * np.sin(angle / 2.0), 2.0 * radius * np.sin(angle / 4.0)
     towards = np.array([0.0, turn * np.sin(angle / 4.0), np.cos(angle / 4.0)])
     offset = np.tile([0.0, 0.0, chord], (segments, 1))
     offset[0] = half_chord * towards
+    stiffness = np.sum([segment_stiffness(part, segments) for part in parts], axis=0)
     length = np.full(segments, chord)
     length[-1] = half_chord
     height = np.full(segments, max(float(part.height(0.0)) for part in parts))
@@ -101,7 +104,7 @@ def _arc(description: ChainDescription, parts: list[Actuator], segments: int) ->
         offset,
         np.tile(about_x(-turn * angle), (segments, 1)),
         np.tile(about_x(turn * angle / 2.0), (segments, 1)),
-        np.repeat(sum(segment_stiffness(part, segments) for part in parts)[:, None], 3, axis=1),
+        np.repeat(stiffness[:, None], 3, axis=1),
         np.stack([height, width, length], axis=1),
         np.stack([-height / 2.0, 0.0 * height, length / 2.0], axis=1),
         np.sum([_link_masses(part, segments) for part in parts], axis=0),
@@ -110,13 +113,12 @@ def _arc(description: ChainDescription, parts: list[Actuator], segments: int) ->
 
 
 def _on_strut(chain: SegmentChain, description: ChainDescription, strut: Strut) -> SegmentChain:
-    """The chain behind a joint in the middle of its strut; the joint's link carries the base half of segment 0."""
+    """The chain behind a joint in its strut's middle, whose link carries segment 0's base half."""
     base = chain.offset[0]
     half = np.array([0.0, 0.0, strut.length / 2.0])
     offset = np.vstack([half, half + base, chain.offset[1:]])
     size = np.array([chain.body_size[0, 0], chain.body_size[0, 1], np.linalg.norm(base)])
     center = half + base / 2.0 - [size[0] / 2.0, 0.0, 0.0]
-    # a uniform actuator's base half weighs what its last half does; a tapered one's is the heaviest half
     mass = strut.mass / 2.0 + _base_half_mass(description, len(chain.mass))
     return SegmentChain(
         (f"{description.name}_strut", *chain.names),
@@ -141,9 +143,7 @@ def _base_half_mass(description: ChainDescription, segments: int) -> float:
 def _link_masses(actuator: Actuator, segments: int) -> Array:
     """Mass (n,) [kg] of the rubber between each joint and the next, the last one to the tip."""
     edges = np.append((np.arange(segments) + 0.5) * actuator.length / segments, actuator.length)
-    return np.array(
-        [actuator.mass_between(*pair) for pair in zip(edges[:-1], edges[1:], strict=True)]
-    )
+    return np.array([actuator.mass_between(*pair) for pair in pairwise(edges)])
 
 
 def arc_angle(parts: list[Actuator]) -> float:

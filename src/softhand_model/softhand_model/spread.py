@@ -1,14 +1,17 @@
-"""From the free angles of an actuator's segments to the joints of its chain: bend, and the twist of parallel arcs.
+"""From the free angles of an actuator's segments to the joints of its chain: bend, and the twist of
+parallel arcs.
 
-Two parallel arcs of radii r_i < r_o share one line of radius r = (r_i + r_o)/2 and rigid cross sections. Per arc angle
-phi, let the line bend by b and twist by t. A fibre at the distance rho outwards runs r_j = r + rho an angle and tilts by
-rho*t/r_j against the line, so it bends by b plus the derivative of that tilt, clamped to no tilt at the base. Both arcs
-bend freely, beta_j = integral of kappa_j*r_j, if
+Two parallel arcs of radii r_i < r_o share one line of radius r = (r_i + r_o)/2 and rigid cross
+sections. Per arc angle phi, let the line bend by b and twist by t. A fibre at the distance rho
+outwards runs r_j = r + rho an angle and tilts by rho*t/r_j against the line, so it bends by b plus
+the derivative of that tilt, clamped to no tilt at the base. Both arcs bend freely, beta_j =
+integral of kappa_j*r_j, if
 
     b = (r_i*b_i + r_o*b_o)/(2*r),    |t| = r_i*r_o/(r*(r_o - r_i)) * (beta_o - beta_i).
 
-Equal free bends give no twist: by the design rule (3.32) that is kappa ~ 1/r, the rule by which the palm's walls were
-chosen (d_o/d_i = r_o/r_i). The thesis says no more than that unequal pressure twists the palm; this is our reading.
+Equal free bends give no twist: by the design rule (3.32) that is kappa ~ 1/r, the rule by which the
+palm's walls were chosen (d_o/d_i = r_o/r_i). The thesis says no more than that unequal pressure
+twists the palm; this is our reading.
 """
 
 from __future__ import annotations
@@ -25,7 +28,9 @@ Array = NDArray[np.float64]
 
 
 def spread_angles(description: ChainDescription, chain: SegmentChain, segments: int) -> list[Array]:
-    """Matrix (3*n, segments) of each actuator that takes its segments' angles to the rotation vectors of the joints."""
+    """Matrix (3*n, segments) of each actuator that takes its segments' angles to the rotation
+    vectors of the joints.
+    """
     parts = list(description.actuators.values())
     joints = len(chain.mass)
     first = joints - segments
@@ -43,9 +48,11 @@ def spread_angles(description: ChainDescription, chain: SegmentChain, segments: 
 
 
 def volume_gains(description: ChainDescription, chain: SegmentChain, segments: int) -> Array:
-    """Change (actuators, n) [m3/rad] of each chamber's volume with the joints' rotation about their link's y.
+    """Change (actuators, n) [m3/rad] of each chamber's volume with the joints' rotation about their
+    link's y.
 
-    The volume follows the rotation about the axis in the middle of the segment, of which an arc's link sees the cosine.
+    The volume follows the rotation about the axis in the middle of the segment, of which an arc's
+    link sees the cosine.
     """
     gains = np.zeros((len(description.actuators), len(chain.mass)))
     for row, part in zip(gains, description.actuators.values(), strict=True):
@@ -65,7 +72,8 @@ def _bend_share(parts: list[Actuator], part: Actuator) -> float:
 def _twist(parts: list[Actuator], part: Actuator, turn: int, segments: int) -> Array:
     """Matrix (segments, segments): twist of each segment by an arc's segment angles.
 
-    The twist rate grows with the angle bent so far: segments nearer to the base count fully, the own one by half.
+    The twist rate grows with the angle bent so far: segments nearer to the base count fully, the
+    own one by half.
     """
     if len(parts) == 1:
         return np.zeros((segments, segments))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,7 +13,7 @@ EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_t
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect: unit ("" if it has none) and the bounds within which it makes sense."""
+    """One number of an effect: unit ("" for none) and the bounds within which it makes sense."""
 
     name: str
     unit: str
@@ -24,8 +25,8 @@ class Parameter:
 class Effect:
     """Base class of all effects; a subclass sets the class attributes and the method of its stage.
 
-    Values of the parameters are attributes of the instance. Raises ValueError for a parameter that is unknown, missing
-    or out of bounds.
+    Values of the parameters are attributes of the instance. Raises ValueError for a parameter that
+    is unknown, missing or out of bounds.
     """
 
     name: ClassVar[str] = ""
@@ -68,8 +69,8 @@ class Effect:
         if not number or not parameter.low <= value <= parameter.high:
             unit = f" {parameter.unit}" if parameter.unit else ""
             raise ValueError(
-                f"effect {self.name}: {parameter.name}: expected a number from {parameter.low:g} to "
-                f"{parameter.high:g}{unit}, got {value!r}"
+                f"effect {self.name}: {parameter.name}: expected a number from "
+                f"{parameter.low:g} to {parameter.high:g}{unit}, got {value!r}"
             )
 
     def __repr__(self) -> str:
@@ -77,5 +78,5 @@ class Effect:
         return f"{type(self).__name__}({shown})"
 
 
-def _listed(names: object) -> str:
-    return ", ".join(str(name) for name in names) or "nothing"  # type: ignore[attr-defined]
+def _listed(names: Iterable[object]) -> str:
+    return ", ".join(str(name) for name in names) or "nothing"

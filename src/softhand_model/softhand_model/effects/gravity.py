@@ -9,8 +9,8 @@ from softhand_model.effects.stages import LoadEffect
 class Gravity(LoadEffect):
     """The actuator's own weight, mass_scale times its mass.
 
-    The simulator lets the physics engine pull at the segments; static experiments take the moment of what lies beyond
-    x in the deformed shape, positive when it straightens.
+    The simulator lets the physics engine pull at the segments; static experiments take the moment
+    of what lies beyond x in the deformed shape, positive when it straightens.
     """
 
     name = "gravity"

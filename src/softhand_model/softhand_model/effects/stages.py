@@ -1,8 +1,9 @@
-"""One base class per stage: the method by which its effects act, and the order in which the stages run.
+"""One base class per stage: the method by which its effects act, and the order in which the stages
+run.
 
-Pressures are gauge. `memory` is a dictionary of the effect's own, empty at the start and after a reset, one for each
-actuator; a method may be called several times within a time step, so it changes memory in `remember` alone (the
-methods of stages that are called once say so).
+Pressures are gauge. `memory` is a dictionary of the effect's own, empty at the start and after a
+reset, one for each actuator; a method may be called several times within a time step, so it changes
+memory in `remember` alone (the methods of stages that are called once say so).
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ Memory = dict[str, Any]
 
 @dataclass(frozen=True)
 class SectionShape:
-    """Sections at which the model is evaluated: height, width, wall, side_wall, ratio (eq. 3.35), all of one shape."""
+    """Sections at which the model is evaluated: height, width, wall, side_wall, ratio (eq. 3.35),
+    all of one shape.
+    """
 
     height: Array
     width: Array
@@ -37,7 +40,9 @@ class InputEffect(Effect):
     stage: ClassVar[str] = "input"
 
     def chamber_pressure(self, pressure: float, memory: Memory, dt: float) -> float:
-        """Pressure [Pa] in the chamber, given the one that is read [Pa]; called once a step, may change memory."""
+        """Pressure [Pa] in the chamber, given the one that is read [Pa]; called once a step, may
+        change memory.
+        """
         return pressure
 
 
@@ -51,7 +56,9 @@ class LoadEffect(Effect):
         return load
 
     def modulus_factor(self, temperature: float) -> float:
-        """Shear modulus over its nominal value at a temperature [K]; it divides the load and stiffens the joints."""
+        """Shear modulus over its nominal value at a temperature [K]; it divides the load and
+        stiffens the joints.
+        """
         return 1.0
 
 
@@ -64,13 +71,17 @@ class ElasticEffect(Effect):
     def stress(
         self, stress: Array, stretch: Array, shape: SectionShape, memory: Memory, dt: float
     ) -> Array:
-        """Elastic side [-] of the balance with this effect, given that without it, at a stretch; changes no memory."""
+        """Elastic side [-] of the balance with this effect, given that without it, at a stretch;
+        changes no memory.
+        """
         return stress
 
     def remember(
         self, stress: Array, stretch: Array, shape: SectionShape, memory: Memory, dt: float
     ) -> None:
-        """Take over the solved stretch of a step, with the stress that came before this effect in it."""
+        """Take over the solved stretch of a step, with the stress that came before this effect in
+        it.
+        """
 
 
 class StructureEffect(Effect):
@@ -83,7 +94,7 @@ class StructureEffect(Effect):
         return curvature
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array:
-        """Factor (n,) [-] on the joints' bending stiffness, given actual and free bend (n,) [rad]."""
+        """Factor (n,) [-] on the joints' stiffness, given actual and free bend (n,) [rad]."""
         return np.ones_like(bend)
 
 
