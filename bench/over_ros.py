@@ -1,0 +1,47 @@
+"""The demo's grasp with the three nodes as processes at 2 ms, for ten seeds."""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from bench.row import at_least, at_most
+from softhand_bringup.demo.run import Demo
+from softhand_bringup.demo.variation import vary
+from softhand_bringup.demo.verdict import Verdict
+from softhand_bringup.suite import SuiteOptions
+
+SEEDS = range(10)
+
+
+def run() -> list[dict[str, Any]]:
+    """Real-time factor of the three nodes, grasps that succeed, and drift while held."""
+    with tempfile.TemporaryDirectory() as folder:
+        verdicts = [grasp(seed, Path(folder) / str(seed)) for seed in SEEDS]
+    factors = [verdict.real_time_factor for verdict in verdicts]
+    slips = [verdict.slip for verdict in verdicts if verdict.slip is not None]
+    gripped = sum(verdict.gripped for verdict in verdicts)
+    return [
+        at_least("three nodes over ROS, 2 ms: real-time factor", statistics.median(factors), "", 1),
+        at_least("grasps over ROS that succeed, of 10 seeds", gripped, "", len(SEEDS)),
+        at_most(
+            "drift of the held object in 1 s, worst of the seeds",
+            1e3 * max(slips, default=float("inf")),
+            "mm",
+            1,
+        ),
+    ]
+
+
+def grasp(seed: int, folder: Path) -> Verdict:
+    """One grasp without a recorder, as fast as it goes."""
+    offset, mass_scale = vary(seed)
+    options = SuiteOptions(
+        object_offset=offset, object_mass_scale=mass_scale, seed=seed, real_time_factor=0.0
+    )
+    folder.mkdir(parents=True)
+    verdict = Demo(options, folder, lambda line: None, record=False).run()
+    print(f"  seed {seed}: {verdict.line(folder).split(';')[0]}", flush=True)
+    return verdict
