@@ -1,0 +1,197 @@
+"""Runs a strategy on a scene: commands wrist and air, ends phases, heeds an abort, judges."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from grasp_strategies.judge import GraspJudge, GraspResult
+from grasp_strategies.phase_run import PhaseRun
+from grasp_strategies.scene import Scene, SceneError
+from grasp_strategies.strategy import Phase, Strategy
+
+CONTROL_STEP = 0.01  # [s]
+VENT, HOLD = "vent", "hold"
+ABORT_ACTIONS = (VENT, HOLD)
+DONE, ABORTED, FAILED = (
+    "done",
+    "aborted",
+    "failed",
+)  # what the phase callback gets after the last phase
+
+
+class _Aborted(Exception):
+    """The abort flag was seen."""
+
+
+class _PhaseTimedOut(Exception):
+    """No end condition of a phase came true in time."""
+
+
+class Sequencer:
+    """One run of one strategy.
+
+    `options` switches optional phases on; `control_step` [s] is the time between two commands;
+    `on_phase` is told each phase's name and at the end `done`, `aborted` or `failed`; `abort` may
+    be set by any thread at any time, and `abort_action` says what then happens to the air: `vent`
+    opens every outlet, `hold` keeps what the channels contain. Raises ValueError for an unknown
+    option, channel, action or a control step that is not positive.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        strategy: Strategy,
+        *,
+        options: Iterable[str] = (),
+        control_step: float = CONTROL_STEP,
+        on_phase: Callable[[str], None] = lambda name: None,
+        abort: threading.Event | None = None,
+        abort_action: str = VENT,
+    ) -> None:
+        self._scene, self._strategy = scene, strategy
+        self._options = frozenset(options)
+        self._control_step = control_step
+        self._on_phase = on_phase
+        self._abort = abort or threading.Event()
+        self._abort_action = abort_action
+        self._phase = ""
+        self._check()
+
+    def _check(self) -> None:
+        unknown = self._options - self._strategy.options
+        if unknown:
+            raise ValueError(
+                f"options: expected some of {sorted(self._strategy.options)}, got {sorted(unknown)}"
+            )
+        if not self._control_step > 0:
+            raise ValueError(
+                f"control_step: expected a number above 0 [s], got {self._control_step!r}"
+            )
+        if self._abort_action not in ABORT_ACTIONS:
+            raise ValueError(
+                f"abort_action: expected one of {', '.join(ABORT_ACTIONS)}, "
+                f"got {self._abort_action!r}"
+            )
+        for phase in self._strategy.phases:
+            foreign = sorted(set(phase.air_mass) - set(self._scene.channels))
+            if foreign:
+                raise ValueError(
+                    f"strategy {self._strategy.name}: phase {phase.name}: air_mass: expected "
+                    f"channels of the hand ({', '.join(self._scene.channels)}), "
+                    f"got {', '.join(foreign)}"
+                )
+
+    def run(self) -> GraspResult:
+        """Run all phases and judge; an abort, a time-out or a failing scene ends the run early."""
+        try:
+            first = self._scene.observe()
+        except SceneError as error:
+            self._on_phase(FAILED)
+            return GraspResult.not_begun(str(error))
+        self._judge = GraspJudge(self._strategy.success, self._scene.hand_bodies, first)
+        self._observed, self._commanded_air = first, first.air_mass
+        self._commanded_pose = first.wrist
+        return self._run_phases()
+
+    def _run_phases(self) -> GraspResult:
+        try:
+            for phase in self._strategy.phases:
+                if phase.option is None or phase.option in self._options:
+                    self._run_phase(phase)
+        except _Aborted:
+            reason, safe = abort_scene(self._scene, self._abort_action)
+            return self._stop(ABORTED, f"aborted in phase {self._phase}: {reason}", safe)
+        except _PhaseTimedOut as timed_out:
+            return self._stop(FAILED, str(timed_out))
+        except SceneError as error:
+            return self._stop(FAILED, f"phase {self._phase}: {error}")
+        self._on_phase(DONE)
+        return self._judge.result()
+
+    def _stop(self, ending: str, reason: str, safe: bool = True) -> GraspResult:
+        self._on_phase(ending)
+        return self._judge.result().stopped(reason, safe)
+
+    # ---------------------------------------------------------------- one phase
+    def _run_phase(self, phase: Phase) -> None:
+        self._phase = phase.name
+        self._raise_if_aborted()
+        self._on_phase(phase.name)
+        run = PhaseRun(
+            phase,
+            self._strategy.object_rpy,
+            self._observed,
+            self._commanded_pose,
+            self._commanded_air,
+            self._scene.channels,
+        )
+        while True:
+            self._command(run, self._scene.time - run.start)
+            self._scene.step(self._control_step)
+            self._raise_if_aborted()
+            self._observed = self._scene.observe()
+            self._judge.watch(self._observed, phase.name == self._strategy.success.hold_phase)
+            if self._ended(run):
+                return
+
+    def _command(self, run: PhaseRun, elapsed: float) -> None:
+        if run.motion is not None:
+            self._commanded_pose = run.motion.at(elapsed)
+            self._scene.command_wrist(
+                self._commanded_pose.position, self._commanded_pose.orientation
+            )
+        if run.phase.air_mass:
+            wanted = run.air_at(elapsed)
+            if elapsed == 0 or not np.array_equal(wanted, self._commanded_air):
+                self._scene.command_air(wanted)
+            self._commanded_air = wanted
+
+    def _raise_if_aborted(self) -> None:
+        if self._abort.is_set():
+            raise _Aborted
+
+    def _ended(self, run: PhaseRun) -> bool:
+        phase, elapsed = run.phase, self._observed.time - run.start
+        if not phase.until:
+            return elapsed > run.least_duration - 1e-9
+        quantities = self._quantities(run)
+        if any(condition.holds(quantities[condition.quantity]) for condition in phase.until):
+            return True
+        if phase.time_out is None or elapsed < phase.time_out:
+            return False
+        if phase.next_on_time_out:
+            return True
+        raise _PhaseTimedOut(_time_out_sentence(phase, quantities))
+
+    def _quantities(self, run: PhaseRun) -> dict[str, float]:
+        """The quantities of end conditions now, in the units of `strategy.QUANTITIES`."""
+        seen = self._observed
+        return {
+            "contact_force": float(np.linalg.norm(seen.wrist_force)),
+            "height": self._judge.rise(seen),
+            "air_mass_error": float(np.max(np.abs(run.air_goal - seen.air_mass), initial=0.0)),
+        }
+
+
+def _time_out_sentence(phase: Phase, quantities: dict[str, float]) -> str:
+    wanted = " or ".join(map(str, phase.until))
+    got = ", ".join(f"{c.quantity} {quantities[c.quantity]:.3g}" for c in phase.until)
+    return f"phase {phase.name}: expected {wanted} within {phase.time_out:g} s, got {got}"
+
+
+def abort_scene(scene: Scene, action: str) -> tuple[str, bool]:
+    """Vent, or hold the air as it is; the wrist stays where it was commanded.
+
+    Returns a text about it and whether it was done.
+    """
+    try:
+        if action == VENT:
+            scene.vent()
+            return "vented", True
+        scene.command_air(scene.observe().air_mass)
+        return "holds", True
+    except SceneError as error:
+        return f"could not {action}: {error}", False

@@ -1,0 +1,250 @@
+"""A grasp strategy as data: phases of wrist motion and air, read from YAML.
+
+The file has the keys `format: softhand-strategy/1`, `name`, `description`, `hand`, `object_rpy`
+(optional), `success` (optional) and `phases`. A phase has a `name` and any of
+
+* `wrist: {frame, position, rpy}` with `speed` (greatest, [m/s]; turning `turn_speed` [rad/s]) or
+  `duration` [s]. Frames: `object` (centre of the object as seen when the phase begins, z up, turned
+  by its heading against `object_rpy`; axes of the world without that key), `environment` (the
+  world), `wrist` (the commanded pose and its own axes), `wrist_level` (the commanded position with
+  the axes of the world). Without `rpy` the orientation stays.
+* `air_mass: {channel: kg}` above the fill at rest, reached in a straight line over `air_ramp` [s];
+  channels that are not named keep theirs.
+* `duration` [s], the least time of a phase without wrist motion.
+* `until: {quantity: {above | below: value}}`: the first condition that holds ends the phase.
+  Quantities: `contact_force` [N] on the wrist, `height` [m] of the object above its start,
+  `air_mass_error` [kg], the largest of all channels. With it go `time_out` [s] and `on_time_out:
+  error | next`. Without it a phase ends when motion, ramp and duration are over.
+* `option`: the phase is skipped unless this option is asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from softhand_model.document import Node, read_document
+
+FORMAT = "softhand-strategy/1"
+DATA = Path(__file__).with_name("data") / "strategies"
+FRAMES = ("object", "environment", "wrist", "wrist_level")
+QUANTITIES = {"contact_force": "N", "height": "m", "air_mass_error": "kg"}
+DEFAULT_TURN_SPEED = 1.5  # [rad/s]
+
+_PHASE_KEYS = (
+    "wrist",
+    "speed",
+    "turn_speed",
+    "duration",
+    "air_mass",
+    "air_ramp",
+    "until",
+    "time_out",
+    "on_time_out",
+    "option",
+)
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """Where the wrist goes: `position` [m] and `rpy` [rad], None to keep it, in a frame."""
+
+    frame: str
+    position: Vector
+    rpy: Vector | None
+
+
+@dataclass(frozen=True)
+class Condition:
+    """An end condition: a quantity above or below a threshold in the quantity's unit."""
+
+    quantity: str
+    above: bool
+    threshold: float
+
+    def holds(self, value: float) -> bool:
+        """Whether a value of the quantity fulfils the condition.
+
+        >>> Condition("contact_force", above=True, threshold=2.0).holds(2.5)
+        True
+        """
+        return value > self.threshold if self.above else value < self.threshold
+
+    def __str__(self) -> str:
+        relation = "above" if self.above else "below"
+        return f"{self.quantity} {relation} {self.threshold:g} {QUANTITIES[self.quantity]}"
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One phase: times [s], speeds [m/s] and [rad/s], air masses [kg]; see the module's text."""
+
+    name: str
+    wrist: Waypoint | None
+    speed: float | None
+    turn_speed: float
+    duration: float | None
+    air_mass: dict[str, float]
+    air_ramp: float
+    until: tuple[Condition, ...]
+    time_out: float | None
+    next_on_time_out: bool
+    option: str | None
+
+
+@dataclass(frozen=True)
+class Success:
+    """When a grasp counts: least lift [m] and hold [s], the phase to judge, largest slip [m]."""
+
+    lift_height: float = 0.100
+    hold_time: float = 1.0
+    hold_phase: str = "hold"
+    max_slip: float = 0.010
+
+
+@dataclass(frozen=True)
+class Strategy:
+    """A strategy: its name, what it is for, the hand it was written for and its phases in order."""
+
+    name: str
+    description: str
+    hand: str
+    object_rpy: Vector | None
+    success: Success
+    phases: tuple[Phase, ...]
+
+    @property
+    def options(self) -> frozenset[str]:
+        """Names of the options that switch phases on."""
+        return frozenset(phase.option for phase in self.phases if phase.option)
+
+
+def strategy_names() -> list[str]:
+    """Names of the strategies that come with the package."""
+    return sorted(path.stem for path in DATA.glob("*.yaml"))
+
+
+def load_strategy(name: str | Path) -> Strategy:
+    """Read a strategy by name, or by path when the name ends in .yaml.
+
+    Raises ValueError that lists the names there are, or names file, key, what was expected and
+    what came.
+
+    >>> [phase.name for phase in load_strategy("surface_constrained").phases][:3]
+    ['approach', 'touch', 'close']
+    """
+    path = Path(name)
+    if path.suffix != ".yaml":
+        if str(name) not in strategy_names():
+            raise ValueError(
+                f"strategy: expected one of {', '.join(strategy_names())} or the path of a "
+                f".yaml file, got {str(name)!r}"
+            )
+        path = DATA / f"{name}.yaml"
+    return _strategy(read_document(path, FORMAT))
+
+
+def _strategy(document: Node) -> Strategy:
+    top = document.fields(
+        ("format", "name", "description", "hand", "phases"), ("object_rpy", "success")
+    )
+    phases = tuple(_phase(node) for node in top["phases"].items())
+    names = [phase.name for phase in phases]
+    if not names or len(set(names)) < len(names):
+        raise top["phases"].error(
+            f"phases of different names (names: {', '.join(names) or 'none'})"
+        )
+    success = _success(top["success"]) if "success" in top else Success()
+    if success.hold_phase not in names:
+        raise top.get("success", document).error(f"hold_phase to be one of {', '.join(names)}")
+    return Strategy(
+        top["name"].text(),
+        top["description"].text(),
+        top["hand"].text(),
+        _vector(top["object_rpy"]) if "object_rpy" in top else None,
+        success,
+        phases,
+    )
+
+
+def _success(node: Node) -> Success:
+    fields = node.fields(optional=("lift_height", "hold_time", "hold_phase", "max_slip"))
+    read = {
+        key: child.text() if key == "hold_phase" else child.positive()
+        for key, child in fields.items()
+    }
+    return Success(**read)
+
+
+def _phase(node: Node) -> Phase:
+    fields = node.fields(("name",), _PHASE_KEYS)
+    _check_timing(node, fields)
+    return Phase(
+        name=fields["name"].text(),
+        wrist=_waypoint(fields["wrist"]) if "wrist" in fields else None,
+        speed=_positive(fields, "speed"),
+        turn_speed=_positive(fields, "turn_speed") or DEFAULT_TURN_SPEED,
+        duration=_positive(fields, "duration"),
+        air_mass=_air_mass(fields["air_mass"]) if "air_mass" in fields else {},
+        air_ramp=_positive(fields, "air_ramp") or 0.0,
+        until=_conditions(fields["until"]) if "until" in fields else (),
+        time_out=_positive(fields, "time_out"),
+        next_on_time_out="on_time_out" in fields
+        and fields["on_time_out"].choice(("error", "next")) == "next",
+        option=fields["option"].text() if "option" in fields else None,
+    )
+
+
+def _positive(fields: dict[str, Node], key: str) -> float | None:
+    return fields[key].positive() if key in fields else None
+
+
+def _vector(node: Node) -> Vector:
+    x, y, z = node.vector(3)
+    return x, y, z
+
+
+def _check_timing(node: Node, fields: dict[str, Node]) -> None:
+    """Refuse phases that could not end or whose speed is not defined."""
+    if "wrist" in fields and ("speed" in fields) == ("duration" in fields):
+        raise node.error("either `speed` or `duration` beside `wrist`")
+    if "wrist" not in fields and "speed" in fields:
+        raise fields["speed"].error("no speed in a phase without `wrist`")
+    if "air_ramp" in fields and "air_mass" not in fields:
+        raise fields["air_ramp"].error("no ramp in a phase without `air_mass`")
+    if "until" in fields and "time_out" not in fields:
+        raise node.error("a `time_out` beside `until`")
+    if "until" not in fields and ("time_out" in fields or "on_time_out" in fields):
+        raise node.error("an `until` beside `time_out`")
+    if not {"wrist", "air_mass", "duration", "until"} & fields.keys():
+        raise node.error("at least one of `wrist`, `air_mass`, `duration`, `until`")
+
+
+def _waypoint(node: Node) -> Waypoint:
+    fields = node.fields(("frame", "position"), ("rpy",))
+    return Waypoint(
+        fields["frame"].choice(FRAMES),
+        _vector(fields["position"]),
+        _vector(fields["rpy"]) if "rpy" in fields else None,
+    )
+
+
+def _air_mass(node: Node) -> dict[str, float]:
+    return {channel: mass.number(low=0.0) for channel, mass in node.mapping().items()}
+
+
+def _conditions(node: Node) -> tuple[Condition, ...]:
+    fields = node.fields(optional=QUANTITIES)
+    if not fields:
+        raise node.error(f"at least one of {', '.join(QUANTITIES)}")
+    return tuple(_condition(quantity, bound) for quantity, bound in fields.items())
+
+
+def _condition(quantity: str, node: Node) -> Condition:
+    bounds = node.fields(optional=("above", "below"))
+    if len(bounds) != 1:
+        raise node.error("either `above` or `below`")
+    ((relation, value),) = bounds.items()
+    return Condition(quantity, relation == "above", value.number())

@@ -1,0 +1,205 @@
+"""Grasp trials in process: one trial from a seed, a batch, and the command that runs it.
+
+Each seed draws where the object lies and how heavy it is; the same seed gives the same trial.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grasp_strategies.judge import GraspResult
+from grasp_strategies.scene_in_process import build_scene
+from grasp_strategies.sequencer import Sequencer
+from grasp_strategies.strategy import load_strategy
+from pneuflex_sim.simulation import SimulationConfig
+
+OFFSET = 0.010  # largest shift of the object in x and in y [m]
+MASS_SPREAD = 0.20  # largest change of the object's mass, as a share of it
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """What all trials of a batch share; `step` [s], `offset` [m], `mass_spread` as a share."""
+
+    strategy: str = "surface_constrained"
+    object: str = "cylinder"
+    scene: str = "table"
+    model: str | None = None
+    step: float = 0.002
+    segments: int = 5
+    offset: float = OFFSET
+    mass_spread: float = MASS_SPREAD
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One trial: seed, shift of the object [m], factor on its mass, result, simulated over wall
+    time.
+    """
+
+    seed: int
+    offset: tuple[float, float]
+    mass_scale: float
+    result: GraspResult
+    real_time_factor: float
+
+    def record(self) -> dict[str, Any]:
+        """Plain data for JSON, SI units; a slip that was not seen is null."""
+        fields = asdict(self)
+        result = fields.pop("result")
+        if math.isnan(result["slip"]):
+            result["slip"] = None
+        return fields | result
+
+
+def draw_placement(seed: int, settings: TrialSettings) -> tuple[tuple[float, float], float]:
+    """Shift of the object (x, y) [m] and factor on its mass, uniform, for a seed.
+
+    Seeds do not share numbers, and the draw does not depend on how many trials there are.
+    """
+    draw = np.random.default_rng(seed).uniform(-1.0, 1.0, 3)
+    x, y = (settings.offset * draw[:2]).tolist()
+    return (x, y), float(1.0 + settings.mass_spread * draw[2])
+
+
+def run_trial(seed: int, settings: TrialSettings | None = None) -> Trial:
+    """Run one trial up to the end of the hold; raises ValueError for names that do not exist."""
+    settings = settings or TrialSettings()
+    strategy = load_strategy(settings.strategy)
+    offset, mass_scale = draw_placement(seed, settings)
+    config = SimulationConfig(
+        hand=strategy.hand,
+        object=settings.object,
+        scene=settings.scene,
+        model=settings.model,
+        step=settings.step,
+        segments=settings.segments,
+        seed=seed,
+        object_offset=offset,
+        object_mass_scale=mass_scale,
+    )
+    scene = build_scene(config)
+    try:
+        begin = time.perf_counter()
+        result = Sequencer(scene, strategy).run()
+        wall = time.perf_counter() - begin
+        return Trial(seed, offset, mass_scale, result, scene.time / wall)
+    finally:
+        scene.close()
+
+
+def run_batch(
+    seeds: Iterable[int], settings: TrialSettings | None = None, jobs: int = 1
+) -> Iterator[Trial]:
+    """Trials of several seeds, each as soon as it and those before it are done.
+
+    With `jobs` above 1 in that many processes; they are spawned, as PyBullet does not bear a fork.
+    """
+    settings = settings or TrialSettings()
+    seeds = list(seeds)
+    if jobs == 1:
+        yield from (run_trial(seed, settings) for seed in seeds)
+        return
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        yield from pool.map(run_trial, seeds, [settings] * len(seeds))
+
+
+def summarise(trials: list[Trial], settings: TrialSettings) -> dict[str, Any]:
+    """A batch as plain data for JSON: settings, number of successes, every trial."""
+    successes = sum(trial.result.gripped for trial in trials)
+    return {
+        "settings": asdict(settings),
+        "trials": [trial.record() for trial in trials],
+        "gripped": successes,
+        "count": len(trials),
+    }
+
+
+def _parser() -> argparse.ArgumentParser:
+    usual = TrialSettings()
+    parser = argparse.ArgumentParser(
+        prog="trials", description="Grasp trials in process, without ROS: seeded offset and mass."
+    )
+    add = parser.add_argument
+    add("--strategy", default=usual.strategy, help="name or .yaml file (%(default)s)")
+    add("--object", default=usual.object, help="object to grasp (%(default)s)")
+    add("--scene", default=usual.scene, help="what stands around it (%(default)s)")
+    add("--model", default=usual.model, help="softhand-model file (the base model)")
+    add("--step", type=float, default=usual.step, help="physics step [s] (%(default)s)")
+    add("--segments", type=int, default=usual.segments, help="per actuator (%(default)s)")
+    add("--offset", type=float, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")
+    add("--mass-spread", type=float, default=MASS_SPREAD, help="share of mass (%(default)s)")
+    add("--seeds", type=int, default=10, help="number of trials (%(default)s)")
+    add("--first-seed", type=int, default=0, help="seed of the first trial (%(default)s)")
+    add("--jobs", type=int, default=1, help="processes at a time (%(default)s)")
+    add("--out", type=Path, help="JSON file to write; without it JSON goes to standard output")
+    add("--force", action="store_true", help="overwrite the JSON file")
+    return parser
+
+
+def _settings(options: argparse.Namespace) -> TrialSettings:
+    return TrialSettings(
+        strategy=options.strategy,
+        object=options.object,
+        scene=options.scene,
+        model=options.model,
+        step=options.step,
+        segments=options.segments,
+        offset=options.offset,
+        mass_spread=options.mass_spread,
+    )
+
+
+def _write(summary: dict[str, Any], out: Path | None) -> None:
+    text = json.dumps(summary, indent=2)
+    if out is None:
+        print(text)
+        return
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(text + "\n", encoding="utf-8")
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.seeds < 1 or options.jobs < 1:
+        raise ValueError(f"seeds and jobs: expected 1 or more, got {options.seeds}, {options.jobs}")
+    if options.out is not None and options.out.exists() and not options.force:
+        raise ValueError(f"{options.out}: expected a new file (or --force), got one that exists")
+    settings, trials = _settings(options), []
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
+    for trial in run_batch(seeds, settings, options.jobs):
+        trials.append(trial)
+        print(
+            f"[{len(trials)}/{options.seeds}] seed {trial.seed}: {trial.result.outcome}, "
+            f"{trial.result.reason}",
+            file=sys.stderr,
+        )
+    summary = summarise(trials, settings)
+    _write(summary, options.out)
+    print(f"gripped {summary['gripped']} of {summary['count']}", file=sys.stderr)
+    return 0
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a batch from the command line; returns 0, or 2 when the options cannot be used."""
+    options = _parser().parse_args(arguments)
+    try:
+        return _run(options)
+    except (ValueError, OSError) as error:
+        print(f"trials: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())
