@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import synthetic_bag
 
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.commanded import commanded_masses
@@ -44,3 +45,13 @@ def test_a_command_with_stamp_zero_starts_when_it_was_received(grasp_bag):
 def test_a_topic_that_was_not_recorded_is_named(grasp_bag):
     with Bag(grasp_bag) as bag, pytest.raises(ValueError, match="/none: expected messages"):
         bag.joints("/none")
+
+
+def test_without_a_clock_times_count_from_the_start_of_the_bag(tmp_path):
+    bag = synthetic_bag.SyntheticBag(tmp_path / "bag")
+    bag.say("/grasp/phase", 1.0, "approach")
+    bag.say("/grasp/phase", 3.0, "close")
+    bag.close()
+    with Bag(tmp_path / "bag") as read:
+        assert list(read.messages("/clock")) == []
+        assert read.texts("/grasp/phase") == [(0.0, "approach"), (1.0, "close")]

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Connection
 
 Array = NDArray[np.float64]
 
@@ -85,10 +84,8 @@ class Bag:
 
     def messages(self, topic: str) -> Iterator[tuple[float, Any]]:
         """(simulated time of reception [s], message) of a topic, none if it was not recorded."""
-        connections = self._connections(topic)
-        if connections:
-            for connection, stamp, data in self._reader.messages(connections=connections):
-                yield self._simulated(stamp), self._reader.deserialize(data, connection.msgtype)
+        for stamp, message in self._raw(topic):
+            yield self._simulated(stamp), message
 
     def joints(self, topic: str) -> JointSeries:
         """A topic of sensor_msgs/JointState.
@@ -147,19 +144,19 @@ class Bag:
             raise ValueError(f"{topic}: expected messages in the bag, got none")
         return messages
 
-    def _connections(self, topic: str) -> list[Connection]:
-        return [c for c in self._reader.connections if c.topic == topic]
+    def _raw(self, topic: str) -> Iterator[tuple[int, Any]]:
+        """(stamp of reception [ns], message) of a topic."""
+        connections = [c for c in self._reader.connections if c.topic == topic]
+        if not connections:  # to the reader, an empty list means all
+            return
+        for connection, stamp, data in self._reader.messages(connections=connections):
+            yield stamp, self._reader.deserialize(data, connection.msgtype)
 
     def _read_clock(self) -> tuple[Array, Array]:
         """Stamps of reception [ns] and the simulated time [s] that /clock told then."""
-        received, simulated = [], []
-        for connection, stamp, data in self._reader.messages(
-            connections=self._connections("/clock")
-        ):
-            received.append(stamp)
-            message = self._reader.deserialize(data, connection.msgtype)
-            simulated.append(stamp_seconds(message.clock))
-        return np.array(received, dtype=np.int64), np.array(simulated)
+        ticks = [(stamp, stamp_seconds(message.clock)) for stamp, message in self._raw("/clock")]
+        stamps = np.array([stamp for stamp, _ in ticks], dtype=np.int64)
+        return stamps, np.array([time for _, time in ticks])
 
     def _simulated(self, received: int) -> float:
         stamps, times = self._clock

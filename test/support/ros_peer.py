@@ -1,0 +1,80 @@
+"""A test's own ROS node: what it hears, says and calls."""
+
+import os
+import time
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+
+from softhand_bringup.environment import node_environment
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Peer:
+    """Keeps every message of the topics it listens to; spins only while it waits."""
+
+    def __init__(self, domain, log_folder):
+        os.environ.update(node_environment(log_folder, domain))
+        self._context = Context()
+        rclpy.init(
+            context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
+        )
+        self.node = Node("test_peer", context=self._context, enable_rosout=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._heard = {}
+        self._publishers = {}
+
+    def close(self):
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self._context)
+
+    def spin(self, duration):
+        end = time.monotonic() + duration
+        while (left := end - time.monotonic()) > 0:
+            self._executor.spin_once(timeout_sec=left)
+
+    def wait(self, condition, limit, what):
+        """Spin until `condition()`; fail the test with `what` when `limit` [s] is over."""
+        end = time.monotonic() + limit
+        while not (found := condition()):
+            assert time.monotonic() < end, f"not within {limit} s: {what}"
+            self._executor.spin_once(timeout_sec=0.05)
+        return found
+
+    def listen(self, kind, topic, qos=50):
+        """The growing list of a topic's messages."""
+        if topic not in self._heard:
+            heard = self._heard[topic] = []
+            self.node.create_subscription(kind, topic, heard.append, qos)
+        return self._heard[topic]
+
+    def publish(self, kind, topic, message, limit=20.0):
+        """Publish once somebody listens."""
+        if topic not in self._publishers:
+            self._publishers[topic] = self.node.create_publisher(kind, topic, 10)
+        publisher = self._publishers[topic]
+        self.wait(publisher.get_subscription_count, limit, f"a subscriber of {topic}")
+        publisher.publish(message)
+
+    def request(self, kind, service, limit=20.0, **fields):
+        """Call a service without waiting for the answer: a future."""
+        client = self.node.create_client(kind, service)
+        self.wait(client.service_is_ready, limit, f"service {service}")
+        return client.call_async(kind.Request(**fields))
+
+    def call(self, kind, service, limit=20.0, **fields):
+        """Call a service and wait for its answer."""
+        future = self.request(kind, service, **fields)
+        self.wait(future.done, limit, f"an answer of {service}")
+        return future.result()
+
+
+def seconds(stamp):
+    return stamp.sec + 1e-9 * stamp.nanosec

@@ -1,0 +1,73 @@
+"""The recorder as a process: everything is recorded, and a kill costs at most the last second."""
+
+import signal
+import time
+
+import pytest
+from ros_peer import LATCHED
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from softhand_bringup import suite
+from softhand_bringup.bags.reading import Bag
+from softhand_bringup.bags.repair import repair
+
+RATE = 500  # [Hz]
+
+
+@pytest.fixture
+def recorder(launcher, tmp_path):
+    return launcher.start(suite.recorder(tmp_path / "bag"))
+
+
+@pytest.fixture
+def traffic(peer, recorder):
+    """Publishes a latched text before, then numbered samples; returns the function that does."""
+    text = peer.node.create_publisher(String, "robot_description", LATCHED)
+    text.publish(String(data="<robot/>"))
+    samples = peer.node.create_publisher(JointState, "samples", 10)
+    peer.wait(samples.get_subscription_count, 20.0, "the recorder's subscription")
+
+    def publish(count):
+        due = time.monotonic()
+        for number in range(count):
+            samples.publish(JointState(position=[float(number)]))
+            due += 1.0 / RATE
+            time.sleep(max(0.0, due - time.monotonic()))
+
+    return publish
+
+
+def recorded(folder):
+    with Bag(folder) as bag:
+        numbers = [message.position[0] for _, message in bag.messages("/samples")]
+        texts = [message.data for _, message in bag.messages("/robot_description")]
+    return numbers, texts
+
+
+def test_every_message_is_recorded_in_order_the_latched_one_too(recorder, traffic, tmp_path):
+    traffic(1000)
+    recorder.send(signal.SIGINT)
+    assert recorder.wait(10.0) == 0
+    assert recorded(tmp_path / "bag") == ([float(n) for n in range(1000)], ["<robot/>"])
+
+
+def test_a_killed_recorder_loses_at_most_what_came_after_the_last_second(
+    recorder, traffic, tmp_path
+):
+    traffic(1500)
+    recorder.send(signal.SIGKILL)
+    assert recorder.wait(10.0) == -signal.SIGKILL
+    repair(tmp_path / "bag")
+    numbers, texts = recorded(tmp_path / "bag")
+    assert numbers == [float(n) for n in range(len(numbers))]
+    assert len(numbers) >= 1500 - 1.2 * RATE
+    assert texts == ["<robot/>"]
+
+
+def test_a_bag_folder_that_cannot_be_written_ends_the_recorder_with_one_line(launcher, tmp_path):
+    (tmp_path / "file").write_text("")
+    process = launcher.start(suite.recorder(tmp_path / "file" / "bag"))
+    assert process.wait(10.0) == 1
+    expected = f"recorder: cannot write the bag {tmp_path}/file/bag: Not a directory"
+    assert process.output().strip() == expected
