@@ -1,0 +1,94 @@
+"""Two parallel arcs that share one chain, as in the palm: how their free bends add up to bend and
+twist.
+
+The arcs have radii r_i < r_o and rigid common cross sections on a line of radius r = (r_i + r_o)/2.
+Per arc angle phi the line bends by b and twists by t. The fibre of an arc runs r_j an angle and
+tilts by +-(gap/2)*t/r_j against the line, so the arc bends by b + s_j*t', s_j = +-(gap/2)/r_j,
+and both arcs twist by t. With free bends b_j = kappa_j*r_j, stiffness k_j = B_j/r_j and a torsional
+stiffness equal to the bending one (as the joints of the simulation have, for want of a model), the
+rest shape minimises
+
+    integral of sum_j k_j*(b + s_j*t' - b_j)**2 + (k_i + k_o)*t**2,    t = 0 at the base.
+
+So b is the mean of the arcs' bends weighted by k_j, and the twist obeys t'' = mu**2*t where the
+difference D = b_o - b_i is constant, with S*t' = D at the tip, S = s_o - s_i and
+mu = (k_i + k_o)/(S*sqrt(k_i*k_o)). No difference, no twist: by the design rule (3.32) that is
+kappa ~ 1/r at equal pressure, the rule by which the palm's walls were chosen
+(d_o/d_i = r_o/r_i). The thesis says no more than that a pressure difference twists the palm; the
+model is ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.actuator import Actuator
+
+Array = NDArray[np.float64]
+
+GAUSS_POINTS = 6
+
+
+@dataclass(frozen=True)
+class ParallelArcs:
+    """Inner and outer arc: radii (2,) [m], weights (2,) [-] of their bends, arc angle [rad].
+
+    turn is +1 when the arcs turn towards the chain's +y, -1 towards -y; decay is mu.
+    """
+
+    radii: Array
+    weights: Array
+    angle: float
+    turn: int
+    decay: float
+
+    @property
+    def tilt(self) -> Array:
+        """Bend (2,) of each fibre for a growth of the twist rate by 1: -s_i, s_o with the sign of
+        the turn.
+        """
+        gap = self.radii[1] - self.radii[0]
+        return self.turn * np.array([-0.5, 0.5]) * gap / self.radii
+
+    def twist_rate(self, at: Array, start: Array, stop: Array) -> Array:
+        """Twist rate t [-] at arc angles `at` for a difference b_o - b_i = 1 from `start` to `stop`
+        [rad].
+        """
+        tilt = self.tilt
+        return (self._green(at, stop) - self._green(at, start)) / (tilt[1] - tilt[0])
+
+    def _green(self, at: Array, source: Array) -> Array:
+        """Solution of mu**2*t - t'' = delta(source) with t = 0 at the base and t' = 0 at the tip."""
+        near, far = np.minimum(at, source), np.maximum(at, source)
+        mu, end = self.decay, self.angle
+        return np.sinh(mu * near) * np.cosh(mu * (end - far)) / (mu * np.cosh(mu * end))
+
+
+def parallel_arcs(inner: Actuator, outer: Actuator, turn: int) -> ParallelArcs:
+    """The pair of two arcs of uniform section; their stiffness is taken at the base."""
+    radii = np.array([inner.arc_radius or 0.0, outer.arc_radius or 0.0])
+    stiffness = np.array([float(inner.stiffness(0.0)), float(outer.stiffness(0.0))]) / radii
+    span = (radii[1] - radii[0]) / 2.0 * np.sum(1.0 / radii)
+    decay = stiffness.sum() / (span * np.sqrt(stiffness.prod()))
+    return ParallelArcs(radii, stiffness / stiffness.sum(), inner.arc_angle or 0.0, turn, decay)
+
+
+def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:
+    """Matrices (2, segments, segments) from each arc's free segment angles to the line's.
+
+    Row i of the first gives the bend of segment i [rad], of the second its twist [rad].
+    """
+    edges = np.linspace(0.0, arcs.angle, segments + 1)
+    step = arcs.angle / segments
+    start, stop = edges[:-1], edges[1:]
+    at_edges = arcs.twist_rate(edges[:, None], start, stop) / step
+    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    inside = (start[:, None] + step / 2.0 * (points + 1.0))[..., None]
+    twist = np.einsum("p,ipk->ik", weights / 2.0, arcs.twist_rate(inside, start, stop))
+    bend = -float(arcs.weights @ arcs.tilt) * np.diff(at_edges, axis=0)
+    signs = np.array([-1.0, 1.0])[:, None, None]
+    own = arcs.weights[:, None, None] * np.eye(segments)
+    return own + signs * bend, signs * twist
