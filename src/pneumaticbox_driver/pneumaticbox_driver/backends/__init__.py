@@ -1,0 +1,1 @@
+"""What the box is connected to, beside the topics: the embedded bench."""

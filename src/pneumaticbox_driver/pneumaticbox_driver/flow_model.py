@@ -1,0 +1,51 @@
+"""Equation 4.1: the mass that one valve pulse moves, linear in what can be measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.gas import psi
+
+Floats = NDArray[np.float64]
+TERMS = ("bias", "friction", "injector", "switch_in", "switch_out")  # c0 ... c4
+
+
+@dataclass(frozen=True)
+class PulseCoefficients:
+    """Coefficients of equation 4.1 for one channel and one direction.
+
+    `bias` c0 [kg], `friction` c1 [kg/(Pa s)], `injector` c2 [kg/(Pa s)], `switch_in` c3 and
+    `switch_out` c4 [kg/Pa].
+
+    ERRATUM: while deflating the outlet is ambient and constant, its column is collinear with the
+    bias; `switch_out` is 0 there (Algorithm 1 lists it).
+    """
+
+    bias: float
+    friction: float
+    injector: float
+    switch_in: float
+    switch_out: float = 0.0
+
+    def as_array(self) -> Floats:
+        """Return c0 ... c4 in the order of `TERMS` (5,)."""
+        return np.array([getattr(self, term) for term in TERMS])
+
+
+def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Floats]:
+    """Integrands of the friction and the injector term of equation 4.1.
+
+    Args:
+        pressure_in: absolute pressure upstream [Pa].
+        pressure_out: absolute pressure downstream [Pa].
+
+    Returns:
+        `p_in - p_out` [Pa], not below 0, and `p_in Psi(p_out/p_in)` [Pa].
+
+    >>> friction, injector = flow_rates(np.array([300e3]), np.array([100e3]))
+    >>> float(friction[0]), round(float(injector[0]))
+    (200000.0, 145264)
+    """
+    drop = np.maximum(pressure_in - pressure_out, 0.0)
+    return drop, pressure_in * psi(pressure_out / pressure_in)

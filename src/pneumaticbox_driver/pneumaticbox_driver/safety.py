@@ -1,0 +1,123 @@
+"""Safety of the box: pressure limits, silence of the sensors and the latched vent."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Valves = NDArray[np.int8]
+RELIEF_END = 0.97  # of the limit; the outlet closes again below it
+BURST_MARGIN = 1.2  # of the limit; above it relief has failed
+SILENCE_LIMIT = 0.25  # without a sensor sample, node time [s]
+WALL_SILENCE_LIMIT = 2.0  # the same in wall time, unless the simulation is paused [s]
+
+
+class VentLatch:
+    """Remembers why the outlets must stay open, until `release`.
+
+    >>> latch = VentLatch()
+    >>> latch.set("no sensors"); latch.set("no sensors"); latch.reasons
+    ['no sensors']
+    """
+
+    def __init__(self) -> None:
+        self.reasons: list[str] = []
+
+    def set(self, reason: str) -> None:
+        """Latch for one more reason; the first ten are kept."""
+        if reason not in self.reasons and len(self.reasons) < 10:
+            self.reasons.append(reason)
+
+    def release(self) -> None:
+        """Leave the safe state; only the user's reset may do this."""
+        self.reasons.clear()
+
+    def __bool__(self) -> bool:
+        return bool(self.reasons)
+
+
+class PressureGuard:
+    """Holds each channel below its pressure limit.
+
+    Above the limit the outlet opens until the pressure is 3 % below, and the channel is not
+    inflated again before it gets a lower setpoint or a new command: otherwise control and relief
+    would take turns. 20 % above the limit relief has failed and everything vents.
+
+    Args:
+        limits: gauge pressure limits (n,) [Pa].
+    """
+
+    def __init__(self, limits: Floats) -> None:
+        self.limits = limits
+        n = len(limits)
+        self.relieving: Flags = np.zeros(n, dtype=bool)
+        self.blocked: Flags = np.zeros(n, dtype=bool)
+        self._blocked_at: Floats = np.full(n, np.nan)  # setpoint that led over the limit
+
+    def apply(self, gauge: Floats, setpoints: Floats, valves: Valves) -> Valves:
+        """Return `valves` (n,) with what the limits forbid replaced.
+
+        Args:
+            gauge: channel pressures (n,) [Pa].
+            setpoints: of the channels, NaN for none (n,).
+            valves: wanted by control (n,).
+        """
+        over = gauge > self.limits
+        if over.any():
+            self._blocked_at = np.where(over & ~self.blocked, setpoints, self._blocked_at)
+            self.relieving |= over
+            self.blocked |= over
+        if not self.blocked.any():
+            return valves
+        self.relieving &= gauge > RELIEF_END * self.limits
+        self.blocked &= self.relieving | ~(setpoints < self._blocked_at)
+        held = np.where(self.blocked & (valves > 0), 0, valves)
+        return np.where(self.relieving, -1, held).astype(np.int8)
+
+    def burst(self, gauge: Floats) -> int | None:
+        """Index of the first channel whose relief has failed, None if all is well."""
+        beyond = gauge > BURST_MARGIN * self.limits
+        return int(np.argmax(beyond)) if beyond.any() else None
+
+    def unblock(self, channels: tuple[int, ...]) -> None:
+        """Let new commands inflate these channels again."""
+        self.blocked[list(channels)] = self.relieving[list(channels)]
+
+
+@dataclass
+class SampleWatch:
+    """Notices that the sensors have fallen silent; the first sample starts the watch."""
+
+    node_limit: float = SILENCE_LIMIT
+    wall_limit: float = WALL_SILENCE_LIMIT
+    _node_time: float = field(default=math.nan, init=False)
+    _wall_time: float = field(default=math.nan, init=False)
+
+    def heard(self, node_time: float, wall_time: float) -> None:
+        """Note a sample at this node time [s] and monotonic wall time [s]."""
+        self._node_time, self._wall_time = node_time, wall_time
+
+    @property
+    def started(self) -> bool:
+        """Whether there has been a sample at all."""
+        return not math.isnan(self._wall_time)
+
+    def silence(self, node_time: float, wall_time: float, paused: bool) -> str | None:
+        """Say what is wrong at these times [s], None if nothing is.
+
+        Args:
+            node_time: of the node's clock, simulated or not.
+            wall_time: monotonic.
+            paused: the simulation is known to stand still.
+        """
+        if not self.started:
+            return None
+        silent, wall = node_time - self._node_time, wall_time - self._wall_time
+        if silent > self.node_limit:
+            return f"no sensor sample for {self.node_limit * 1e3:.0f} ms"
+        if wall > self.wall_limit and not paused:
+            return f"no sensor sample for {self.wall_limit:.0f} s of wall time"
+        return None

@@ -1,0 +1,76 @@
+"""Settings of the box, checked when they are made."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pneumaticbox_driver.controllers import check_mode
+from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
+
+MOST_CHANNELS = 8
+
+
+@dataclass(frozen=True)
+class BoxSettings:
+    """Settings of the box.
+
+    `channels` are names in the order of the outlets, `rest_volumes` [m3] what they enclose at
+    rest with their tubes, `pressure_limits` gauge [Pa], `control_modes` one per channel.
+    `command_timeout` [s] vents after that silence of commands, 0 holds the last target.
+    `shortest_pulse` and `shortest_pause` [s] are what the valves can follow, `zero_band` [Pa] is
+    the largest reading that can be a sensor's offset at ambient pressure.
+
+    Raises:
+        ValueError: naming the setting, what was expected and what was found.
+    """
+
+    channels: tuple[str, ...]
+    rest_volumes: tuple[float, ...]
+    pressure_limits: tuple[float, ...]
+    control_modes: tuple[str, ...]
+    command_timeout: float = 0.0
+    shortest_pulse: float = 0.045
+    shortest_pause: float = 0.06
+    zero_band: float = 5000.0
+    ambient: float = AMBIENT_PRESSURE
+    temperature: float = ROOM_TEMPERATURE
+    start_enabled: bool = True
+
+    def __post_init__(self) -> None:
+        n = len(self.channels)
+        if not 1 <= n <= MOST_CHANNELS or len(set(self.channels)) < n:
+            expected = f"1 to {MOST_CHANNELS} different names"
+            raise ValueError(f"channels must be {expected}, got {list(self.channels)}")
+        if not all(name and name.isidentifier() for name in self.channels):
+            raise ValueError(f"channels must be letters, digits and _, got {list(self.channels)}")
+        for name in ("rest_volumes", "pressure_limits"):
+            _check_positive(name, getattr(self, name), n)
+        if len(self.control_modes) != n:
+            raise ValueError(f"control_modes must have {n} entries, got {len(self.control_modes)}")
+        for mode in self.control_modes:
+            check_mode(mode)
+        for name in ("command_timeout", "shortest_pause", "shortest_pulse", "zero_band"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise ValueError(f"{name} must be 0 or above, got {value}")
+
+
+def _check_positive(name: str, values: Sequence[float], n: int) -> None:
+    if len(values) != n:
+        raise ValueError(f"{name} must have {n} values, one a channel, got {len(values)}")
+    if not all(math.isfinite(value) and value > 0 for value in values):
+        raise ValueError(f"{name} must be above 0, got {list(values)}")
+
+
+def per_channel(name: str, given: Sequence[str], channels: int) -> tuple[str, ...]:
+    """Spread a setting with one entry over all channels.
+
+    Raises:
+        ValueError: neither one entry nor one a channel.
+
+    >>> per_channel("control_mode", ["mass"], 3)
+    ('mass', 'mass', 'mass')
+    """
+    if len(given) not in (1, channels):
+        raise ValueError(f"{name} must have 1 or {channels} entries, got {len(given)}")
+    return tuple(given) * channels if len(given) == 1 else tuple(given)
