@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from ros_peer import Peer
+from suite_peer import SuitePeer
 
 from softhand_bringup import suite
 from softhand_bringup.environment import node_environment
@@ -46,7 +46,7 @@ def launcher(domain, tmp_path):
 @pytest.fixture
 def peer(domain, tmp_path):
     """The test's own node."""
-    peer = Peer(domain, tmp_path)
+    peer = SuitePeer(domain, tmp_path)
     yield peer
     peer.close()
 

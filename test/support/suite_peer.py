@@ -1,0 +1,91 @@
+"""What system tests ask of the suite's nodes, in the words of the interface."""
+
+import math
+
+from diagnostic_msgs.msg import DiagnosticArray
+from ros_peer import LATCHED, Peer, seconds
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+AMBIENT = 101_325.0  # [Pa]
+CHANNELS = ["a", "b", "c", "d"]  # of RBO Hand 2
+START_LIMIT = 60.0  # [s] of wall time, a first start compiles
+
+
+class SuitePeer(Peer):
+    """A peer that knows the suite's topics and services."""
+
+    def state(self):
+        """Latest state of the driver, or None."""
+        return next(reversed(self.listen(JointState, "pneumaticbox/state")), None)
+
+    def sensors(self):
+        """Latest absolute pressures [Pa] of the channels, as the plant's sensors tell, or None."""
+        sample = next(reversed(self.listen(JointState, "pneumaticbox/sensors")), None)
+        return None if sample is None else list(sample.effort)[:-1]
+
+    def valves(self):
+        """Latest valve states, or None."""
+        message = next(reversed(self.listen(JointState, "pneumaticbox/valves")), None)
+        return None if message is None else list(message.position)
+
+    def phases(self):
+        """Names of the phases so far."""
+        return [message.data for message in self.listen(String, "grasp/phase", LATCHED)]
+
+    def result(self):
+        """Key-value pairs of the last grasp/result."""
+        results = self.listen(DiagnosticArray, "grasp/result", LATCHED)
+        return {p.key: p.value for p in results[-1].status[0].values} if results else {}
+
+    def time(self):
+        """Simulated time [s], or None."""
+        tick = next(reversed(self.listen(Clock, "/clock")), None)
+        return None if tick is None else seconds(tick.clock)
+
+    def wait_for_driver(self):
+        """Until the driver answers the simulator's samples."""
+        self.wait(self.state, START_LIMIT, "a message on pneumaticbox/state")
+        self.wait(self.time, START_LIMIT, "a tick of /clock")
+
+    def pass_time(self, duration, limit=60.0):
+        """Let so much simulated time [s] pass."""
+        end = self.time() + duration
+        self.wait(lambda: self.time() >= end, limit, f"{duration} s of simulated time")
+
+    def command(self, masses, channels=None, after=0.0):
+        """Command air masses [kg] on pneumaticbox/command."""
+        message = JointTrajectory(joint_names=CHANNELS if channels is None else channels)
+        point = JointTrajectoryPoint(positions=[float(m) for m in masses])
+        point.time_from_start.sec = math.floor(after)
+        point.time_from_start.nanosec = round(after % 1 * 1e9)
+        message.points = [point]
+        self.publish(JointTrajectory, "pneumaticbox/command", message)
+
+    def grasp(self):
+        """Call the grasp; a future."""
+        return self.request(Trigger, "grasp/surface_constrained", limit=START_LIMIT)
+
+    def trigger(self, service, limit=30.0):
+        """Call a Trigger service and wait for its answer."""
+        return self.call(Trigger, service, limit)
+
+    def diagnosis(self, *words, limit=10.0):
+        """Wait for a diagnostic status in which all these words stand; its text."""
+        arrays = self.listen(DiagnosticArray, "/diagnostics")
+        del arrays[:]
+
+        def told():
+            texts = [status_text(status) for array in arrays for status in array.status]
+            return next((t for t in texts if all(word in t for word in words)), None)
+
+        return self.wait(told, limit, f"a diagnostic with {words}")
+
+
+def status_text(status):
+    """All of a diagnostic status in one line."""
+    values = ", ".join(f"{pair.key}: {pair.value}" for pair in status.values)
+    return f"{status.name}: {status.message} ({values})"

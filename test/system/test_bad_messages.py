@@ -1,0 +1,51 @@
+"""A command that cannot be used is refused whole, named in /diagnostics, and changes nothing."""
+
+import math
+
+import pytest
+
+GOOD = 2.0e-5  # [kg]
+
+
+@pytest.fixture
+def filled(nodes, peer):
+    """The peer, once channel a holds the mass that was commanded."""
+    peer.wait_for_driver()
+    peer.command([GOOD, 0.0, 0.0, 0.0])
+    peer.wait(
+        lambda: abs(peer.state().position[0] - GOOD) < 0.15 * GOOD, 30.0, "channel a to be filled"
+    )
+    return peer
+
+
+@pytest.mark.parametrize(
+    ("masses", "channels", "field"),
+    [
+        ([math.nan, 5e-5, 0.0, 0.0], None, "positions"),
+        ([5e-5, 5e-5, 5e-5], None, "positions"),
+        ([5e-5, 5e-5], ["a", "z"], "joint_names"),
+    ],
+    ids=["NaN", "wrong length", "unknown channel"],
+)
+def test_an_unusable_command_is_refused_whole_and_named_in_diagnostics(
+    filled, masses, channels, field
+):
+    filled.command(masses, channels)
+    assert "pneumaticbox/command" in filled.diagnosis("pneumaticbox", field)
+    filled.pass_time(0.5)
+    mass = list(filled.state().position)
+    assert mass[0] == pytest.approx(GOOD, rel=0.2)
+    assert mass[1:] == pytest.approx([0.0] * 3, abs=0.2 * GOOD)
+
+
+def test_a_good_command_after_a_bad_one_is_obeyed(filled):
+    filled.command([math.nan] * 4)
+    filled.diagnosis("pneumaticbox", "positions")
+    filled.command([0.0, GOOD, 0.0, 0.0])
+    filled.wait(
+        lambda: (
+            filled.state().position[0] < 0.3 * GOOD and filled.state().position[1] > 0.85 * GOOD
+        ),
+        30.0,
+        "channel b to be filled and a emptied",
+    )

@@ -1,0 +1,48 @@
+"""Calls of the grasp services while things are under way."""
+
+import pytest
+
+
+@pytest.fixture
+def gripping(nodes, peer):
+    """The peer and the future of a grasp in which the hand is being filled."""
+    peer.wait_for_driver()
+    answer = peer.grasp()
+    peer.wait(
+        lambda: answer.done() or (peer.state() and max(peer.state().effort) > 15e3),
+        60.0,
+        "a channel under pressure",
+    )
+    assert not answer.done(), answer.result().message
+    return peer, answer
+
+
+def test_abort_in_mid_grasp_vents_and_ends_the_call(gripping):
+    peer, answer = gripping
+    abort = peer.trigger("grasp/abort")
+    assert abort.success, abort.message
+    peer.wait(answer.done, 20.0, "the answer of the grasp that was aborted")
+    assert not answer.result().success
+    assert "abort" in answer.result().message
+    peer.pass_time(2.0)
+    assert max(peer.state().effort) < 5e3
+    assert peer.result()["completed"] == "False"
+
+
+def test_a_second_call_while_one_runs_is_refused_and_does_not_disturb_it(gripping):
+    peer, answer = gripping
+    before = peer.phases()
+    second = peer.trigger("grasp/surface_constrained")
+    assert not second.success
+    assert "running" in second.message
+    assert not answer.done()
+    peer.wait(
+        lambda: len(peer.phases()) > len(before), 60.0, "the first grasp to go on to its next phase"
+    )
+
+
+@pytest.mark.parametrize("service", ["push", "edge", "slide_to_wall"])
+def test_a_strategy_that_is_not_there_yet_is_refused_with_the_reason(nodes, peer, service):
+    answer = peer.trigger(f"grasp/{service}", limit=60.0)
+    assert not answer.success
+    assert service in answer.message
