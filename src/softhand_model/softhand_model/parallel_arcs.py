@@ -47,21 +47,17 @@ class ParallelArcs:
 
     @property
     def tilt(self) -> Array:
-        """Bend (2,) of each fibre for a growth of the twist rate by 1: -s_i, s_o with the sign of
-        the turn.
-        """
+        """Bend s_i, s_o (2,) [-] of the two fibres where the twist rate grows by 1 an angle."""
         gap = self.radii[1] - self.radii[0]
         return self.turn * np.array([-0.5, 0.5]) * gap / self.radii
 
     def twist_rate(self, at: Array, start: Array, stop: Array) -> Array:
-        """Twist rate t [-] at arc angles `at` for a difference b_o - b_i = 1 from `start` to `stop`
-        [rad].
-        """
+        """Twist rate t [-] at arc angles `at` [rad] for b_o - b_i = 1 from `start` to `stop`."""
         tilt = self.tilt
         return (self._green(at, stop) - self._green(at, start)) / (tilt[1] - tilt[0])
 
     def _green(self, at: Array, source: Array) -> Array:
-        """Solution of mu**2*t - t'' = delta(source) with t = 0 at the base and t' = 0 at the tip."""
+        """Solution of mu**2*t - t'' = delta(source), with t = 0 at the base, t' = 0 at the tip."""
         near, far = np.minimum(at, source), np.maximum(at, source)
         mu, end = self.decay, self.angle
         return np.sinh(mu * near) * np.cosh(mu * (end - far)) / (mu * np.cosh(mu * end))
