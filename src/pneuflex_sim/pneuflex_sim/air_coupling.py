@@ -20,17 +20,14 @@ class AirCoupling:
     """
 
     def __init__(self, layout: HandLayout) -> None:
-        channels = layout.description.channels
-        n = len(layout.mass)
+        channels, n = len(layout.description.channels), len(layout.mass)
         self.layout = layout
-        self.rest_volumes = np.zeros(len(channels))
-        self._volume_gain = np.zeros((len(channels), n))
+        self.rest_volumes = np.zeros(channels)
+        self._volume_gain = np.zeros((channels, n))
         self._members: list[tuple[str, slice, NDArray[np.int64]]] = []
         for chain in layout.description.chains:
             joints, model = layout.chain_joints[chain.name], layout.models[chain.name]
-            of_channel = np.array(
-                [channels.index(actuator.channel) for actuator in chain.actuators]
-            )
+            of_channel = np.array([layout.description.channel_of(name) for name in chain.actuators])
             np.add.at(
                 self.rest_volumes, of_channel, model.volume(np.zeros(joints.stop - joints.start))
             )

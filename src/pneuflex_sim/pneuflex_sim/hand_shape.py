@@ -71,7 +71,7 @@ class HandShape:
             joints = self.layout.chain_joints[chain.name]
             first = joints.start + (1 if chain.strut is not None else 0)
             angle = float(bend[first : joints.stop].sum())
-            angles.update({actuator.name: angle for actuator in chain.actuators})
+            angles.update(dict.fromkeys(chain.actuators, angle))
         return angles
 
     def center_of_mass(self, q: Array) -> Array:

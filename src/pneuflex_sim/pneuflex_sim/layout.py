@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
 from softhand_model.chain import ChainModel, discretise
 from softhand_model.hands import HandDescription
 from softhand_model.model_file import Model

@@ -17,13 +17,13 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped, WrenchStamped
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from softhand_model.pneumatics.command_watch import CommandWatch
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
@@ -32,6 +32,7 @@ from pneuflex_sim.pacing import Pace
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
 from pneuflex_sim.wrist import WristParameters
+from softhand_model.pneumatics.command_watch import CommandWatch
 
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED = QoSProfile(
@@ -103,8 +104,8 @@ class HandSim(Node):
             self.declare_parameter(name, default, _descriptor(default, text, bounds))
         self.simulation = Simulation(self._config())
         self.lockstep, self.paused, self.single_steps = self._value("lockstep"), False, 0
-        self.watch = CommandWatch()
-        self.valves = np.zeros(len(self.simulation.channels))
+        self.watch = CommandWatch(len(self.simulation.channels))
+        self.driver_seen = False
         self.answered_stamp, self.missed_answers, self.refused = -1, 0, ""
         self.pace = Pace(self._value("real_time_factor"))
         self.substeps = max(1, round(SENSOR_PERIOD / self.simulation.step_size))
@@ -170,20 +171,17 @@ class HandSim(Node):
         self.get_logger().warning(reason, throttle_duration_sec=1.0)
 
     def _on_valves(self, message: JointState) -> None:
-        states = np.asarray(message.position)
-        if tuple(message.name) != self.simulation.channels or states.shape != self.valves.shape:
-            self._refuse(
-                f"pneumaticbox/valves: name: expected {list(self.simulation.channels)} "
-                f"with one position each, got {list(message.name)} with {len(states)}"
-            )
-        elif not np.isin(states, (-1.0, 0.0, 1.0)).all():
-            self._refuse(
-                f"pneumaticbox/valves: position: expected -1, 0 or +1, got {states.tolist()}"
-            )
-        else:
-            self.valves = states
-            self.answered_stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-            self.watch.command_received(self.simulation.time)
+        try:
+            if tuple(message.name) != self.simulation.channels:
+                raise ValueError(
+                    f"name: expected {list(self.simulation.channels)}, got {list(message.name)}"
+                )
+            self.watch.receive(self.simulation.time, message.position)
+        except ValueError as error:
+            self._refuse(f"pneumaticbox/valves: {error}")
+            return
+        self.driver_seen = True
+        self.answered_stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
     def _on_target(self, message: PoseStamped) -> None:
         p, o = message.pose.position, message.pose.orientation
@@ -199,8 +197,8 @@ class HandSim(Node):
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self.simulation.reset()
-        self.watch.reset()
-        self.valves = np.zeros_like(self.valves)
+        self.watch.reset(0.0)
+        self.answered_stamp = -1
         self.pace.restart(self.simulation.time)
         response.success, response.message = True, "the simulation is back at its start, time 0"
         return response
@@ -300,7 +298,7 @@ class HandSim(Node):
         level, text = DiagnosticStatus.OK, "paused" if self.paused else "running"
         if self.refused:
             level, text = DiagnosticStatus.WARN, self.refused
-        elif self.valves_stale():
+        elif self.watch.silent(self.simulation.time):
             level, text = DiagnosticStatus.WARN, "no pneumaticbox/valves: outlets are open"
         if self.count_publishers("pneumaticbox/sensors") > 1:
             level, text = (
@@ -327,17 +325,13 @@ class HandSim(Node):
         self.refused = ""
 
     # ---------------------------------------------------------------- one sample
-    def valves_stale(self) -> bool:
-        """True when the driver has been silent for so long that the outlets open by themselves."""
-        return self.watch.expired(self.simulation.time)
-
     def advance(self, executor: SingleThreadedExecutor) -> None:
         """Publish a sample, simulate to the next one while the driver thinks, take its answer."""
         simulation = self.simulation
         before = simulation.time
         sample = self._publish_sensors()
-        stale = self.valves_stale()
-        valves = np.full_like(self.valves, -1.0) if stale else self.valves
+        stale = self.watch.silent(before)
+        valves = self.watch.valves(before)
         for _ in range(self.substeps):
             simulation.step(valves)
         self._wait_for_answer(executor, sample, stale)
@@ -358,7 +352,7 @@ class HandSim(Node):
         deadline = time.monotonic() + LOCKSTEP_WAIT
         while self.answered_stamp < sample:
             left = deadline - time.monotonic()
-            if left <= 0 or not self.watch.started:
+            if left <= 0 or not self.driver_seen:
                 self.missed_answers += int(left <= 0)
                 return
             executor.spin_once(timeout_sec=left)
@@ -410,7 +404,7 @@ def main(args: list[str] | None = None) -> int:
             f"step {1e3 * node.simulation.step_size:g} ms"
         )
         run(node, stop)
-    except ValueError as error:
+    except (ValueError, ParameterException) as error:
         print(f"hand_sim: {error}", file=sys.stderr)
         status = 2
     except RuntimeError as error:

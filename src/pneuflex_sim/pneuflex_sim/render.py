@@ -9,14 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import pybullet
 from numpy.typing import NDArray
-from softhand_model.hands import load_hand
-from softhand_model.model_file import load_model
 
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
 from pneuflex_sim.objects import ObjectDescription, load_object
 from pneuflex_sim.scenes import load_scene
 from pneuflex_sim.skin import Mesh, chain_mesh
+from softhand_model.hands import load_hand
+from softhand_model.model_file import load_model
 
 Array = NDArray[np.float64]
 

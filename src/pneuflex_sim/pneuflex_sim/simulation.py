@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,6 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from softhand_model.hands import load_hand
-from softhand_model.model_file import load_model
-from softhand_model.pneumatics.plant import PneumaticPlant
 
 from pneuflex_sim.air_coupling import BEND, AirCoupling
 from pneuflex_sim.contacts import Contact, ContactNames
@@ -23,11 +21,15 @@ from pneuflex_sim.objects import ObjectDescription, collision_shape, load_object
 from pneuflex_sim.scenes import build_scene, load_scene
 from pneuflex_sim.world import GRAVITY, SolverSettings, World
 from pneuflex_sim.wrist import Wrist, WristParameters
-from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT_AIR, ROOM_TEMPERATURE
+from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
+from softhand_model.hands import load_hand
+from softhand_model.model_file import load_model
+from softhand_model.pneumatics.plant import PneumaticPlant
 
 Array = NDArray[np.float64]
 
-STEPS = (0.001, 0.002, 0.005, 0.01)  # checked step sizes [s]
+ROLLING_FRICTION = 2e-4  # [m]: a cylinder left alone stays where it is
+STATE = ("steps", "wrist", "pressures_abs", "_rotations", "_volumes", "_imposed")
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,8 @@ class Simulation:
         )
         self.shape = HandShape(layout)
         self.air = AirCoupling(layout)
-        self.plant = PneumaticPlant(self.channels, seed=config.seed)
+        self.plant = PneumaticPlant(self.channels, self.air.rest_volumes, seed=config.seed)
+        self.ambient = self.plant.parameters.ambient_pressure
         self.object: ObjectDescription | None = (
             load_object(config.object) if self.scene.has_object else None
         )
@@ -114,6 +117,7 @@ class Simulation:
             self.object_id,
             -1,
             lateralFriction=self.object.friction,
+            rollingFriction=ROLLING_FRICTION,
             linearDamping=0,
             angularDamping=0,
             physicsClientId=client,
@@ -148,7 +152,8 @@ class Simulation:
         self._rotations = self.bodies.rotations()
         self.plant.reset()
         self._imposed: Array | None = None
-        self.pressures_abs = np.full(len(self.channels), AMBIENT_PRESSURE)
+        self._volumes = self.air.volumes(self._rotations)
+        self.pressures_abs = np.full(len(self.channels), self.ambient)
         if self.object is not None:
             offset = np.zeros(3)
             offset[: len(self.config.object_offset)] = self.config.object_offset
@@ -183,7 +188,7 @@ class Simulation:
         imposed masses or closed.
         """
         self._update_air(valves)
-        gauge = self.pressures_abs - AMBIENT_PRESSURE
+        gauge = self.pressures_abs - self.ambient
         bend = self.air.rest_bend(self.step_size, gauge, self._rotations, self.temperature)
         gas = self.air.gas_stiffness(gauge, self.pressures_abs, self._volumes)
         self.bodies.apply_springs(bend, gas)
@@ -208,9 +213,9 @@ class Simulation:
     def _update_air(self, valves: Array | None) -> None:
         volumes = self._volumes = self.air.volumes(self._rotations)
         if self._imposed is not None:
-            heat = GAS_CONSTANT_AIR * self.temperature
+            heat = GAS_CONSTANT * self.temperature
             self.pressures_abs = (
-                AMBIENT_PRESSURE * self.air.rest_volumes + self._imposed * heat
+                self.ambient * self.air.rest_volumes + self._imposed * heat
             ) / volumes
             return
         closed = np.zeros(len(self.channels))
@@ -245,13 +250,13 @@ class Simulation:
 
     def pressures(self) -> Array:
         """Gauge pressure of each channel [Pa]."""
-        return self.pressures_abs - AMBIENT_PRESSURE
+        return self.pressures_abs - self.ambient
 
     def air_masses(self) -> Array:
         """True air mass of each channel [kg above rest at ambient]."""
         volumes = self.air.volumes(self._rotations)
-        heat = GAS_CONSTANT_AIR * self.temperature
-        return (self.pressures_abs * volumes - AMBIENT_PRESSURE * self.air.rest_volumes) / heat
+        heat = GAS_CONSTANT * self.temperature
+        return (self.pressures_abs * volumes - self.ambient * self.air.rest_volumes) / heat
 
     def read_sensors(self) -> Array:
         """Noisy absolute pressures [Pa] of the channels and, last, of the supply."""
@@ -273,8 +278,23 @@ class Simulation:
 
     # ---------------------------------------------------------------- snapshots
     def save(self) -> dict[str, Any]:
-        """Snapshot to return to with `restore`; it belongs to this simulation."""
-        raise RuntimeError("not yet")
+        """Snapshot to return to with `restore`, bit for bit; it belongs to this simulation."""
+        return {
+            "bullet": pybullet.saveState(physicsClientId=self.world.client),
+            "bodies": self.bodies.save(),
+            "models": copy.deepcopy(self.bodies.layout.models),
+            "plant": self.plant.save(),
+            "own": copy.deepcopy({name: getattr(self, name) for name in STATE}),
+        }
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Return to a snapshot."""
+        pybullet.restoreState(stateId=saved["bullet"], physicsClientId=self.world.client)
+        self.bodies.restore(saved["bodies"])
+        self.bodies.layout.models.update(copy.deepcopy(saved["models"]))
+        self.plant.restore(saved["plant"])
+        for name, value in copy.deepcopy(saved["own"]).items():
+            setattr(self, name, value)
 
     def close(self) -> None:
         """Free the physics client."""

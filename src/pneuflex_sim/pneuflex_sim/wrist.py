@@ -71,7 +71,7 @@ class Wrist:
             )
         if turn.shape != (4,) or not abs(np.linalg.norm(turn) - 1) < 1e-2:
             raise ValueError(
-                f"wrist target orientation: expected a unit quaternion x, y, z, w, got {orientation}"
+                f"wrist target orientation: expected a unit quaternion x, y, z, w, got {turn}"
             )
         self.target_position, self.target_orientation = place, turn / np.linalg.norm(turn)
 
