@@ -196,7 +196,7 @@ class HandBodies:
         self._watch_speeds()
 
     def _watch_speeds(self) -> None:
-        """A blow may bring a joint to the clamp for an instant; one that stays there has diverged."""
+        """A blow may bring a joint to the clamp for an instant; one that stays has diverged."""
         fastest = np.abs(self.v).max()
         self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
         if not np.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
