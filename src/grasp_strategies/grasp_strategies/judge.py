@@ -11,6 +11,7 @@ from grasp_strategies.scene import Array, Observation
 from grasp_strategies.strategy import Success
 
 GRIPPED, LOST, NONE = "gripped", "lost", "none"
+NOT_REACHED = "the hold was not reached"
 CARRIED_HEIGHT = 0.010  # [m] above its start, touched by the hand alone: the hand had the object
 
 
@@ -20,8 +21,8 @@ class GraspResult:
 
     `outcome`: `gripped` (held as asked), `lost` (the hand had it off the ground, but not as asked)
     or `none`. `lift_height`: greatest rise of the object [m]; `slip`: greatest drift of the object
-    in the wrist frame during the hold [m], NaN without a hold; `hold_time`: longest time in the
-    hold at height with the hand alone touching [s]; `duration` of the whole strategy [s]; `reason`:
+    in the wrist frame while it is held at height by the hand alone [m], NaN if it never is;
+    `hold_time`: longest time that this lasts [s]; `duration` of the whole strategy [s]; `reason`:
     one sentence; `completed`: whether all phases ran; `safe`: false when an abort could not be
     carried out.
     """
@@ -73,7 +74,7 @@ class GraspJudge:
         self._held_since: float | None = None
         self._hold_time = 0.0
         self._slip = math.nan
-        self._flaw = "the hold was not reached"
+        self._flaw = NOT_REACHED
 
     def rise(self, observation: Observation) -> float:
         """Height of the object above its start [m]."""
@@ -109,16 +110,17 @@ class GraspJudge:
         return bool(observation.touching) and observation.touching <= self._hand_bodies
 
     def _watch_hold(self, observation: Observation, rise: float) -> None:
-        in_wrist = observation.object_in_wrist
-        if self._hold_origin is None:
-            self._hold_origin, self._slip = in_wrist, 0.0
+        if self._flaw == NOT_REACHED:
             self._flaw = ""
-        self._slip = max(self._slip, float(np.linalg.norm(in_wrist - self._hold_origin)))
         flaw = self._flaw_of(observation, rise)
-        self._flaw = self._flaw or flaw
         if flaw:
+            self._flaw = self._flaw or flaw
             self._held_since = None
             return
+        if self._hold_origin is None:
+            self._hold_origin, self._slip = observation.object_in_wrist, 0.0
+        drift = float(np.linalg.norm(observation.object_in_wrist - self._hold_origin))
+        self._slip = max(self._slip, drift)
         if self._held_since is None:
             self._held_since = observation.time
         self._hold_time = max(self._hold_time, observation.time - self._held_since)
@@ -135,14 +137,16 @@ class GraspJudge:
         return ""
 
     def _reason(self, held: bool, slipped: bool) -> str:
+        if self._flaw and not held:
+            return self._flaw
         if slipped:
             return (
                 f"the object slipped by {1e3 * self._slip:.1f} mm in the hold, more than "
                 f"{1e3 * self._success.max_slip:.1f} mm"
             )
-        if held:
-            return (
-                f"lifted {1e3 * self._lift_height:.0f} mm, held {self._hold_time:.2f} s by the "
-                f"hand alone, slip {1e3 * self._slip:.2f} mm"
-            )
-        return self._flaw or f"held only {self._hold_time:.2f} s of {self._success.hold_time:.2f} s"
+        if not held:
+            return f"held only {self._hold_time:.2f} s of {self._success.hold_time:.2f} s"
+        return (
+            f"lifted {1e3 * self._lift_height:.0f} mm, held {self._hold_time:.2f} s by the hand "
+            f"alone, slip {1e3 * self._slip:.2f} mm"
+        )

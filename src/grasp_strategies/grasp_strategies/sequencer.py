@@ -135,7 +135,11 @@ class Sequencer:
             self._observed = self._scene.observe()
             self._judge.watch(self._observed, phase.name == self._strategy.success.hold_phase)
             if self._ended(run):
-                return
+                break
+        if not phase.until:
+            self._command(
+                run, run.least_duration
+            )  # the goal itself, however long the last step was
 
     def _command(self, run: PhaseRun, elapsed: float) -> None:
         if run.motion is not None:

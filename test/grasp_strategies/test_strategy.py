@@ -1,0 +1,82 @@
+import pytest
+
+from grasp_strategies.strategy import Condition, load_strategy, strategy_names
+
+
+def test_every_shipped_strategy_can_be_read():
+    for name in strategy_names():
+        assert load_strategy(name).name == name
+
+
+def test_the_surface_constrained_grasp_asks_for_what_the_thesis_calls_success():
+    strategy = load_strategy("surface_constrained")
+    assert strategy.hand == "rbo_hand_2"
+    assert strategy.success.lift_height == 0.100
+    assert strategy.success.hold_time == 1.0
+    by_name = {phase.name: phase for phase in strategy.phases}
+    assert by_name["lift"].wrist.position[2] > strategy.success.lift_height
+    assert by_name["hold"].duration > strategy.success.hold_time
+    assert set(by_name["close"].air_mass) == {"a", "b", "c", "d"}
+
+
+def test_an_unknown_name_lists_the_strategies_there_are():
+    with pytest.raises(ValueError, match="expected one of .*surface_constrained.*got 'pinch'"):
+        load_strategy("pinch")
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"none\.yaml: expected a readable file"):
+        load_strategy(tmp_path / "none.yaml")
+
+
+WRIST = "wrist: {frame: wrist_level, position: [0, 0, 0.12]}"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("softhand-strategy/1", "softhand-strategy/9", ["format", "softhand-strategy/1"]),
+        ("frame: object", "frame: table", ["phases[0].wrist.frame", "environment", "table"]),
+        ("[0, 0, 0.1]", "[0, 0]", ["phases[0].wrist.position", "3 numbers", "[0, 0]"]),
+        ("[0, 0, 0.1]", "[0, 0, .nan]", ["phases[0].wrist.position", "number", "nan"]),
+        ("a: 4.0e-5", "a: -1", ["phases[1].air_mass.a", "0", "-1"]),
+        ("a: 4.0e-5", "a: much", ["phases[1].air_mass.a", "number", "much"]),
+        ("duration: 0.5", "duration: 0", ["phases[0].duration", "above 0", "0"]),
+        ("duration: 0.5", "durations: 0.5", ["phases[0]", "duration", "durations"]),
+        ("    duration: 0.5\n", "", ["phases[0]", "`speed` or `duration`"]),
+        ("duration: 0.5", "duration: 0.5\n    speed: 1", ["phases[0]", "`speed` or `duration`"]),
+        (f"    {WRIST}\n", "", ["phases[2].speed", "no speed", "0.2"]),
+        ("    time_out: 2.0\n", "", ["phases[1]", "time_out"]),
+        ("until: {air_mass_error: {below: 1.0e-6}}", "duration: 1", ["phases[1]", "`until`"]),
+        ("air_mass_error: {below", "force: {below", ["phases[1].until", "contact_force", "force"]),
+        ("{below: 1.0e-6}", "{under: 1}", ["phases[1].until.air_mass_error", "above", "under"]),
+        ("{below: 1.0e-6}", "{below: 1, above: 0}", ["phases[1].until.air_mass_error", "either"]),
+        ("name: hold", "name: lift", ["phases", "different names"]),
+        ("name: hold", "name: keep", ["hold_phase", "keep"]),
+        ("hand: rbo_hand_2\n", "", ["hand"]),
+    ],
+)
+def test_an_error_names_file_key_expected_and_got(write_strategy, old, new, expected):
+    path = write_strategy((old, new))
+    with pytest.raises(ValueError) as error:
+        load_strategy(path)
+    for part in [str(path), *expected]:
+        assert part in str(error.value)
+
+
+def test_a_file_that_is_no_yaml_is_refused_in_one_line(write_strategy):
+    path = write_strategy(("phases:", "phases: ["))
+    with pytest.raises(ValueError, match="expected YAML") as error:
+        load_strategy(path)
+    assert "\n" not in str(error.value)
+
+
+def test_conditions_hold_on_their_side_only():
+    above, below = Condition("height", True, 0.1), Condition("height", False, 0.1)
+    assert (above.holds(0.2), above.holds(0.05)) == (True, False)
+    assert (below.holds(0.2), below.holds(0.05)) == (False, True)
+    assert str(above) == "height above 0.1 m"
+
+
+def test_options_are_those_of_the_phases(make_strategy):
+    assert make_strategy().options == {"lower_and_release"}

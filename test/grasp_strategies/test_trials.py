@@ -1,0 +1,125 @@
+import json
+import math
+
+import numpy as np
+import pytest
+
+from grasp_strategies import trials
+from grasp_strategies.judge import GraspResult
+from grasp_strategies.trials import (
+    Trial,
+    TrialSettings,
+    draw_placement,
+    main,
+    run_batch,
+    run_trial,
+    summarise,
+)
+
+HELD = GraspResult("gripped", 0.12, 2e-4, 1.19, 6.0, "held")
+MISSED = GraspResult("none", 0.0, math.nan, 0.0, 6.0, "nothing touched it")
+
+
+def test_a_seed_gives_the_same_placement_every_time():
+    assert draw_placement(7, TrialSettings()) == draw_placement(7, TrialSettings())
+    assert draw_placement(7, TrialSettings()) != draw_placement(8, TrialSettings())
+
+
+def test_placements_fill_their_ranges_and_keep_inside():
+    draws = [draw_placement(seed, TrialSettings()) for seed in range(400)]
+    offsets = np.array([offset for offset, _ in draws])
+    scales = np.array([scale for _, scale in draws])
+    assert np.abs(offsets).max() <= 0.010
+    assert np.abs(scales - 1.0).max() <= 0.20
+    # uniform on +-w: mean 0 and standard deviation w/sqrt(3)
+    assert offsets.std(axis=0) == pytest.approx(0.010 / math.sqrt(3), rel=0.1)
+    assert scales.std() == pytest.approx(0.20 / math.sqrt(3), rel=0.1)
+    assert np.abs(offsets.mean(axis=0)).max() < 3 * 0.010 / math.sqrt(3 * 400)
+
+
+def test_the_spread_can_be_switched_off():
+    assert draw_placement(3, TrialSettings(offset=0.0, mass_spread=0.0)) == ((0.0, 0.0), 1.0)
+
+
+def test_a_summary_is_json_that_counts_the_successes():
+    batch = [Trial(0, (0.0, 0.001), 1.1, HELD, 3.0), Trial(1, (0.0, 0.0), 0.9, MISSED, 3.0)]
+    summary = json.loads(json.dumps(summarise(batch, TrialSettings()), allow_nan=False))
+    assert (summary["gripped"], summary["count"]) == (1, 2)
+    assert [trial["slip"] for trial in summary["trials"]] == [2e-4, None]
+    assert summary["trials"][0]["offset"] == [0.0, 0.001]
+
+
+def fake_trial(seed, settings):
+    return Trial(seed, (0.0, 0.0), 1.0, HELD if seed % 2 else MISSED, 1.0)
+
+
+def test_a_batch_gives_trials_in_the_order_of_their_seeds(monkeypatch):
+    monkeypatch.setattr(trials, "run_trial", fake_trial)
+    assert [trial.seed for trial in run_batch([4, 2, 9])] == [4, 2, 9]
+
+
+def test_the_command_writes_json_and_shows_each_trial(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(trials, "run_trial", fake_trial)
+    out = tmp_path / "batch" / "trials.json"
+    assert main(["--seeds", "3", "--first-seed", "5", "--out", str(out)]) == 0
+    written = json.loads(out.read_text())
+    assert [trial["seed"] for trial in written["trials"]] == [5, 6, 7]
+    assert written["gripped"] == 2
+    shown = capsys.readouterr()
+    assert "[3/3] seed 7: gripped" in shown.err and "gripped 2 of 3" in shown.err
+    assert shown.out == ""
+
+
+def test_the_command_prints_nothing_but_json_to_standard_output(monkeypatch, capsys):
+    monkeypatch.setattr(trials, "run_trial", fake_trial)
+    assert main(["--seeds", "1"]) == 0
+    assert json.loads(capsys.readouterr().out)["count"] == 1
+
+
+def test_the_command_does_not_overwrite_unless_forced(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(trials, "run_trial", fake_trial)
+    out = tmp_path / "trials.json"
+    out.write_text("mine")
+    assert main(["--seeds", "1", "--out", str(out)]) == 2
+    assert out.read_text() == "mine"
+    assert str(out) in capsys.readouterr().err
+    assert main(["--seeds", "1", "--out", str(out), "--force"]) == 0
+    assert json.loads(out.read_text())["count"] == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--seeds", "0"], "seeds and jobs: expected 1 or more"),
+        (["--strategy", "pinch"], "surface_constrained"),
+        (["--object", "elephant"], "cylinder"),
+        (["--scene", "moon"], "table"),
+        (["--step", "1"], "step"),
+    ],
+)
+def test_the_command_says_in_one_line_what_it_cannot_use(capsys, options, message):
+    assert main(["--seeds", "1", *options]) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert error.startswith("trials: ") and message in error
+
+
+APPROACH = """
+format: softhand-strategy/1
+name: approach_only
+description: go over the object and wait
+hand: rbo_hand_2
+phases:
+  - name: approach
+    wrist: {frame: object, position: [0, 0, 0.3]}
+    duration: 0.1
+  - name: hold
+    duration: 0.1
+"""
+
+
+def test_a_real_trial_runs_and_repeats_bit_for_bit(write_strategy):
+    settings = TrialSettings(strategy=str(write_strategy(text=APPROACH)), step=0.002)
+    first, second = run_trial(1, settings), run_trial(1, settings)
+    assert first.result.completed and first.result.outcome == "none"
+    assert first.result.duration == pytest.approx(0.2)
+    assert first.record() | {"real_time_factor": 0} == second.record() | {"real_time_factor": 0}
