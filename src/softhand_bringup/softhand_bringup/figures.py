@@ -50,8 +50,8 @@ def phases(texts: Sequence[tuple[float, str]], end: float) -> list[Phase]:
     >>> phases([(0.5, "idle"), (1.0, "approach"), (3.0, "close")], 4.0)[1]
     Phase(name='close', start=3.0, end=4.0)
     """
-    ends = [time for time, _ in texts[1:]] + [end]
-    spans = zip(texts, ends, strict=True)
+    ends = [*(time for time, _ in texts[1:]), end]
+    spans = zip(texts, ends, strict=False)  # without texts there is no span either
     return [Phase(name, start, stop) for (start, name), stop in spans if name != IDLE]
 
 
