@@ -1,8 +1,8 @@
 # Every target sets up what it needs; the second time that takes no time.
 PYTHON_IN_VENV := .venv/bin/python
-SOURCES := src test examples bench
+SOURCES := src test examples bench scripts
 
-.PHONY: setup demo test lint bench clean
+.PHONY: setup demo test lint bench docs figures clean
 
 setup:
 	@scripts/setup.sh
@@ -20,6 +20,14 @@ lint: setup
 
 bench: setup
 	@$(PYTHON_IN_VENV) -m bench $(ARGS)
+
+# Pages that are made from docstrings.
+docs: setup
+	@$(PYTHON_IN_VENV) scripts/list_errata.py
+
+# The pictures of the README, from the latest run of the demo.
+figures: setup
+	@$(PYTHON_IN_VENV) -m softhand_bringup.figures out/demo/bag docs/figures
 
 clean:
 	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache

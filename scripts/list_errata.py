@@ -1,0 +1,70 @@
+"""Writes docs/errata.md: every ERRATUM that a docstring of the packages names (`make docs`)."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "errata.md"
+HEAD = """# Errata of the thesis
+
+Where a printed equation, number or word of R. Deimel, *Soft Robotic Hands For Compliant Grasping*
+(TU Berlin, 2017) cannot be right, the code uses the right form, and the docstring beside it says
+so. This page is made from these docstrings by `make docs`; [the physics](physics.md) has the rest.
+
+| code | erratum |
+|---|---|
+"""
+
+
+def errata(docstring: str) -> list[str]:
+    """The sentences behind each ERRATUM of a docstring, up to the next one or the paragraph's end.
+
+    >>> errata("Sum. ERRATUM: the sign of 3.4 is wrong. It is plus. ERRATUM: so is 3.5.")
+    ['the sign of 3.4 is wrong. It is plus.', 'so is 3.5.']
+    """
+    found = []
+    for paragraph in re.split(r"\n\s*\n", docstring):
+        text = " ".join(paragraph.split())
+        found += [_close(part).strip() for part in text.split("ERRATUM: ")[1:]]
+    return found
+
+
+def _close(text: str) -> str:
+    """The text up to a parenthesis that was opened before it began."""
+    depth = 0
+    for place, character in enumerate(text):
+        depth += {"(": 1, ")": -1}.get(character, 0)
+        if depth < 0:
+            return text[:place] + "."
+    return text
+
+
+def documented(folder: Path) -> Iterator[tuple[str, str]]:
+    """(dotted name, docstring) of all modules, classes and functions below a folder."""
+    for path in sorted(folder.rglob("*.py")):
+        module = ".".join(path.relative_to(folder.parent).with_suffix("").parts)
+        tree = ast.parse(path.read_text())
+        yield module, ast.get_docstring(tree) or ""
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef | ast.FunctionDef):
+                yield f"{module}.{node.name}", inspect.cleandoc(ast.get_docstring(node) or "")
+
+
+def page() -> str:
+    """The whole page."""
+    rows = []
+    for folder in sorted((ROOT / "src").glob("*/*/__init__.py")):
+        for name, docstring in documented(folder.parent):
+            for text in errata(docstring):
+                escaped = text.replace("|", "\\|")
+                rows.append(f"| `{name}` | {escaped} |\n")
+    return HEAD + "".join(rows)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())

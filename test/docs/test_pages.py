@@ -1,0 +1,41 @@
+"""README and documentation: links lead somewhere, and pages made from the code are current."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_and_picture_of_a_page_exists(page):
+    targets = re.findall(r"\]\(([^)#]+)", page.read_text())
+    missing = [t for t in targets if "://" not in t and not (page.parent / t).exists()]
+    assert not missing
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_file_of_the_repository_that_a_page_names_exists(page):
+    named = re.findall(
+        r"[`\s]((?:src|docs|scripts|requirements|test|bench)/[\w./-]+\w)", page.read_text()
+    )
+    assert not [name for name in named if not (ROOT / name).exists()]
+
+
+def test_every_page_is_reached_from_the_readme():
+    links = {
+        page.name: re.findall(r"\((?:docs/)?([\w-]+\.md)\)", page.read_text()) for page in PAGES
+    }
+    reached, fresh = set(), {"README.md"}
+    while fresh:
+        reached |= fresh
+        fresh = {target for name in fresh for target in links.get(name, [])} - reached
+    assert set(links) <= reached
+
+
+def test_the_page_of_errata_is_what_the_docstrings_say():
+    made = runpy.run_path(str(ROOT / "scripts/list_errata.py"))["page"]()
+    assert (ROOT / "docs/errata.md").read_text() == made, "run `make docs`"

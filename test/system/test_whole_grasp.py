@@ -1,0 +1,158 @@
+"""The demo as a user runs it, judged by its exit status, its files and, independently, by its bag."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import matplotlib.image
+import numpy as np
+import pytest
+from recorded_grasp import held_time
+from suite_peer import CHANNELS
+
+from softhand_bringup.bags.reading import Bag
+from softhand_bringup.commanded import commanded_masses
+from softhand_bringup.launcher import wait_until
+
+PERIOD = 0.002  # [s] between two sensor samples
+
+
+@pytest.fixture(scope="module")
+def demo(domain, tmp_path_factory):
+    """One run of the demo: its exit code, its output and its folder."""
+    out = tmp_path_factory.mktemp("demo")
+    result = subprocess.run(
+        [sys.executable, "-m", "softhand_bringup.demo", "--out", str(out)],
+        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    return SimpleNamespace(
+        code=result.returncode, output=result.stdout, folder=out / "demo", errors=result.stderr
+    )
+
+
+@pytest.fixture(scope="module")
+def bag(demo):
+    with Bag(demo.folder / "bag") as bag:
+        yield bag
+
+
+pytestmark = pytest.mark.timeout(360)
+
+
+def test_the_demo_grips_and_exits_with_0(demo):
+    assert demo.code == 0, demo.output + demo.errors
+    lines = demo.output.splitlines()
+    assert lines[-1].startswith("demo: gripped: lifted 1")
+    assert "Traceback" not in demo.output + demo.errors
+
+
+def test_by_the_bag_the_object_was_100_mm_up_for_1_s_and_only_the_hand_touched_it(demo, bag):
+    assert held_time(bag, 0.100) >= 1.0
+
+
+def test_the_result_agrees_with_the_bag(demo, bag):
+    result = json.loads((demo.folder / "result.json").read_text())
+    height = bag.poses("/scene/object_pose").position[:, 2]
+    assert result["gripped"] is True
+    assert result["lift_height"] == pytest.approx(height.max() - height[0], abs=2e-3)
+    assert 0.0 <= result["slip"] < 1e-3
+    assert result["real_time_factor"] > 0.0
+    assert result["seed"] == 0
+    assert {"pneuflex_sim", "ros-jazzy-rclpy", "pybullet"} <= set(result["versions"])
+
+
+def test_phases_are_printed_as_they_were_recorded(demo, bag):
+    recorded = [name for _, name in bag.texts("/grasp/phase") if name != "idle"]
+    printed = [line.split()[-1] for line in demo.output.splitlines() if line.split()[2:3] == ["s"]]
+    assert len(recorded) >= 4
+    assert printed == recorded
+
+
+def test_every_topic_of_the_suite_is_in_the_bag(bag):
+    counts = bag.topics()
+    for topic in (
+        "/clock",
+        "/diagnostics",
+        "/robot_description",
+        "/pneumaticbox/command",
+        "/pneumaticbox/a/pressure",
+        "/pneumaticbox/supply/pressure",
+        "/hand/joint_states",
+        "/hand/fingertips",
+        "/hand/tip_angles",
+        "/hand/contacts",
+        "/wrist/wrench",
+        "/wrist/target_pose",
+        "/scene/object_pose",
+        "/grasp/phase",
+        "/grasp/result",
+    ):
+        assert counts.get(topic, 0) >= 1, topic
+
+
+def test_the_driver_answered_every_sample_with_its_stamp(bag):
+    sensors, valves = bag.joints("/pneumaticbox/sensors"), bag.joints("/pneumaticbox/valves")
+    assert np.diff(sensors.time) == pytest.approx(PERIOD, abs=1e-6)
+    begun = sensors.time[sensors.time >= valves.time[0] - 1e-9]
+    answered = np.isin(np.round(begun / PERIOD), np.round(valves.time / PERIOD))
+    # the last samples may come when the driver is being stopped
+    assert answered[:-50].mean() > 0.99
+    assert set(np.unique(valves.position)) <= {-1.0, 0.0, 1.0}
+
+
+def test_contained_air_follows_the_commanded(bag):
+    state = bag.joints("/pneumaticbox/state")
+    commands = bag.commands("/pneumaticbox/command")
+    asked = commanded_masses(commands, state.names, state.time)
+    assert list(state.names) == CHANNELS
+    most = asked.max(axis=0)
+    assert (most > 0.0).any()
+    lift = next(t for t, name in bag.texts("/grasp/phase") if "lift" in name)
+    at = np.searchsorted(state.time, lift)
+    assert state.position[at] == pytest.approx(asked[at], abs=0.1 * most.max())
+
+
+@pytest.mark.parametrize("name", ["grasp.png", "frames.png"])
+def test_the_pictures_are_there_and_not_blank(demo, name):
+    image = matplotlib.image.imread(demo.folder / name)
+    assert min(image.shape[:2]) > 300
+    assert image[..., :3].std() > 0.05
+
+
+def test_ctrl_c_ends_the_demo_and_its_nodes_and_closes_the_bag(domain, tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "softhand_bringup.demo", "--out", str(tmp_path)],
+        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    for line in process.stdout:
+        if " s  " in line:  # the first phase
+            break
+    os.killpg(process.pid, signal.SIGINT)
+    rest = process.stdout.read()
+    assert process.wait(30.0) == 130
+    assert "interrupted" in rest
+    assert wait_until(lambda: not nodes_logging_to(tmp_path), 5.0)
+    with Bag(tmp_path / "demo" / "bag") as bag:
+        assert bag.topics()["/pneumaticbox/state"] > 0
+
+
+def nodes_logging_to(folder):
+    """Ids of processes that run with a ROS_LOG_DIR below this folder."""
+    found = []
+    for path in os.listdir("/proc"):
+        try:
+            with open(f"/proc/{path}/environ", "rb") as file:
+                if path.isdigit() and f"ROS_LOG_DIR={folder}".encode() in file.read():
+                    found.append(int(path))
+        except OSError:
+            continue
+    return found
