@@ -122,7 +122,15 @@ def _balance(
     angles: Array,
     force: float,
 ) -> tuple[Array, float]:
-    """Angles [rad] and stop force [N] at a share of the load, from those at a smaller one."""
+    """Angles [rad] and stop force [N] at a share of the load, from those at a smaller one.
+
+    A finger that leans on the stop stays there as long as it presses: a free one may curl up so far
+    that its tip clears the stop again, which is another equilibrium.
+    """
+    if stop is not None and force > 0.0:
+        pressed, force = _against_stop(finger, springs, share * gravity, stop, share, angles, force)
+        if force >= 0.0:
+            return pressed, force
 
     def out_of_balance(unknown: Array) -> Array:
         return springs(unknown, share) + _moments(finger, unknown, share * gravity, np.zeros(2))
@@ -130,15 +138,27 @@ def _balance(
     free = _solve(out_of_balance, angles)
     if stop is None or _gap(finger, free, stop) >= 0.0:
         return free, 0.0
+    return _against_stop(finger, springs, share * gravity, stop, share, angles, 0.0)
+
+
+def _against_stop(
+    finger: PlanarFinger,
+    springs: Springs,
+    gravity: Array,
+    stop: Stop,
+    share: float,
+    angles: Array,
+    force: float,
+) -> tuple[Array, float]:
+    """Angles [rad] and force [N], of either sign, that keep the tip on the stop."""
     normal, count = np.array(stop.normal), len(angles)
 
-    def against_stop(unknown: Array) -> Array:
-        pushed = unknown[count] * normal
-        moment = _moments(finger, unknown[:count], share * gravity, pushed)
+    def out_of_balance(unknown: Array) -> Array:
+        moment = _moments(finger, unknown[:count], gravity, unknown[count] * normal)
         gap = STOP_SCALE * _gap(finger, unknown[:count], stop)
         return np.append(springs(unknown[:count], share) + moment, gap)
 
-    found = _solve(against_stop, np.append(angles, force))
+    found = _solve(out_of_balance, np.append(angles, force))
     return found[:count], float(found[count])
 
 

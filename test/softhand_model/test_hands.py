@@ -1,0 +1,164 @@
+"""Hand descriptions: the shipped ones, and what is said about broken ones."""
+
+import numpy as np
+import pytest
+import yaml
+
+from softhand_model.document import data_file
+from softhand_model.hands import Strut, hand_names, load_hand
+
+
+def test_shipped_hands():
+    assert hand_names() == ["rbo_hand_1", "rbo_hand_2", "single_finger"]
+
+
+def test_rbo_hand_2_has_seven_actuators_in_six_chains():
+    hand = load_hand("rbo_hand_2")
+    assert len(hand.chains) == 6
+    assert len(hand.actuator_names) == 7
+    fed = {name: hand.channels[hand.channel_of(name)] for name in hand.actuator_names}
+    assert fed == {
+        "little": "a",
+        "ring": "a",
+        "middle": "a",
+        "index": "b",
+        "palm_inner": "c",
+        "palm_outer": "d",
+        "thumb": "c",
+    }
+    assert hand.tips == ("thumb", "index", "middle", "ring", "little")
+    assert hand.mass == 0.178
+
+
+def test_thumb_rides_on_the_outer_arc_of_the_palm():
+    hand = load_hand("rbo_hand_2")
+    mount, palm = hand.chain("thumb").mount, hand.chain("palm")
+    assert mount.parent == "palm"
+    outer = palm.actuators["palm_outer"].arc_radius
+    middle = (outer + palm.actuators["palm_inner"].arc_radius) / 2
+    assert mount.position[1] == pytest.approx(-palm.turn * (outer - middle))
+
+
+@pytest.mark.parametrize("name", ["rbo_hand_1", "rbo_hand_2", "single_finger"])
+def test_actuators_and_struts_weigh_less_than_the_hand(name):
+    hand = load_hand(name)
+    rubber = sum(part.mass for chain in hand.chains for part in chain.actuators.values())
+    struts = sum(chain.strut.mass for chain in hand.chains if chain.strut)
+    assert 0 < rubber + struts < hand.mass
+
+
+def test_rbo_hand_1_feeds_three_pairs_of_p5_from_one_channel():
+    hand = load_hand("rbo_hand_1")
+    assert [part.name for chain in hand.chains for part in chain.actuators.values()] == ["P5"] * 6
+    assert hand.channels == ("a",)
+    assert hand.max_pressures() == pytest.approx([250e3])
+    lean = [chain.mount.rpy[1] for chain in hand.chains]
+    assert lean == pytest.approx([np.radians(30)] * 6)
+
+
+def test_rest_volume_of_a_channel_is_the_sum_of_its_actuators():
+    hand = load_hand("rbo_hand_2")
+    finger = hand.chain("index").actuators["index"]
+    one = finger.chamber_volume() + finger.supply_volume
+    assert hand.rest_volumes()[:2] == pytest.approx([3 * one, one])
+    assert 1e-5 < one < 3e-5
+
+
+def test_strut_bends_like_a_cantilever_under_an_end_moment():
+    """Rotation of the tip of a beam under a moment: M*L/(E*I)."""
+    strut = Strut(0.05, 0.012, 0.002, 1.7e9)
+    flat = 1.7e9 * 0.012 * 0.002**3 / 12
+    assert strut.stiffness()[1] == pytest.approx(flat / 0.05)
+    assert strut.stiffness()[0] == pytest.approx(flat * 36 / 0.05)
+    assert 0 < strut.stiffness()[2] < strut.stiffness()[0]
+
+
+def test_strut_twists_like_saint_venant_says():
+    """Series solution of a bar of 6:1, J = w*t**3/3*(1 - 192*t/(pi**5*w)*sum tanh/odd**5)."""
+    odd = np.arange(1, 60, 2)
+    series = np.sum(np.tanh(odd * np.pi * 6 / 2) / odd**5)
+    exact = 0.012 * 0.002**3 / 3 * (1 - 192 / (np.pi**5 * 6) * series)
+    strut = Strut(0.05, 0.012, 0.002, 1.7e9)
+    assert strut.stiffness()[2] == pytest.approx(1.7e9 / 2.8 * exact / 0.05, rel=1e-3)
+
+
+def broken(change):
+    """The description of RBO Hand 2 with one change made to it."""
+    text = data_file("hands", "rbo_hand_2.yaml").read_text(encoding="utf-8")
+    document = yaml.safe_load(text)
+    change(document)
+    return yaml.safe_dump(document, sort_keys=False)
+
+
+def set_in(*keys, value):
+    def change(document):
+        for key in keys[:-1]:
+            document = document[key]
+        document[keys[-1]] = value
+
+    return change
+
+
+LITTLE = ("chains", "little", "actuators", "little")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (set_in(*LITTLE, "type", value="P11"), "little.type: expected one of P5, P10.finger"),
+        (set_in(*LITTLE, "channel", value="e"), "little.channel: expected one of a, b, c, d, got"),
+        (set_in("channels", value=["a", "b", "c", "d", "e"]), "channels: expected channels that"),
+        (set_in("chains", "little", "mount", "parent", value="thumb"), "parent: expected one of wr"),
+        (set_in("chains", "little", "mount", "position", value=[0, 0]), "expected 3 numbers"),
+        (set_in("chains", "little", "mount", "rpy", value=[0, 0, "x"]), "rpy[2]: expected a number"),
+        (set_in("chains", "little", "strut", "length", value=0), "strut.length: expected a number a"),
+        (set_in("chains", "little", "turn", value=1), "expected the key turn for arcs"),
+        (set_in("chains", "palm", "turn", value=2), "palm.turn: expected one of 1, -1, got 2"),
+        (set_in("chains", "little", "actuators", value={}), "expected one actuator, or two arcs"),
+        (set_in("chains", "little", "actuators", value=LITTLE), "actuators: expected a mapping"),
+        (set_in("tips", value=["thumb", "toe"]), "tips[1]: expected one of little, ring"),
+        (set_in("mass", value="heavy"), "mass: expected a number above 0, got 'heavy'"),
+        (set_in("plate", "size", value=[1, 1, 0]), "plate.size: expected 3 numbers above 0"),
+        (set_in("format", value="softhand-hand/2"), "format: expected one of softhand-hand/1"),
+        (set_in("colour", value="blue"), "got colour"),
+        (lambda document: document.pop("channels"), "expected the key channels, got"),
+    ],
+)
+def test_broken_hand_is_named(tmp_path, change, message):
+    path = tmp_path / "hand.yaml"
+    path.write_text(broken(change), encoding="utf-8")
+    with pytest.raises(ValueError) as caught:
+        load_hand(path)
+    assert str(path) in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_actuator_used_twice_is_named(tmp_path):
+    def twice(document):
+        document["chains"]["ring"]["actuators"] = document["chains"]["little"]["actuators"]
+
+    path = tmp_path / "hand.yaml"
+    path.write_text(broken(twice), encoding="utf-8")
+    with pytest.raises(ValueError, match="expected names not used before, got little"):
+        load_hand(path)
+
+
+def test_outer_arc_before_the_inner_is_refused(tmp_path):
+    def swap(document):
+        arcs = document["chains"]["palm"]["actuators"]
+        document["chains"]["palm"]["actuators"] = dict(reversed(arcs.items()))
+
+    path = tmp_path / "hand.yaml"
+    path.write_text(broken(swap), encoding="utf-8")
+    with pytest.raises(ValueError, match="inner first"):
+        load_hand(path)
+
+
+def test_wrong_names_are_answered_with_lists():
+    hand = load_hand("single_finger")
+    with pytest.raises(ValueError, match="chain: expected one of finger, got thumb"):
+        hand.chain("thumb")
+    with pytest.raises(ValueError, match="actuator: expected one of finger, got thumb"):
+        hand.channel_of("thumb")
+    with pytest.raises(ValueError, match="rbo_hand_2"):
+        load_hand("rbo_hand_9")
