@@ -73,7 +73,9 @@ def test_palm_arcs_bend_nearly_alike_at_equal_pressure_in_the_exact_form():
 
 def test_palm_is_twice_as_stiff_as_a_finger_by_its_size_alone():
     finger, palm = load_actuator("P10.finger"), load_actuator("P10.PalmInner")
-    bare = [section.rule_stiffness(part.circumference(0.0) / 4, 1.0, 1.0) for part in (finger, palm)]
+    bare = [
+        section.rule_stiffness(part.circumference(0.0) / 4, 1.0, 1.0) for part in (finger, palm)
+    ]
     assert bare[1] / bare[0] == pytest.approx((25 / 20) ** 3)
     assert bare[1] / bare[0] == pytest.approx(2.0, abs=0.05)
 
@@ -146,7 +148,10 @@ def test_mass_is_that_of_the_rubber_and_adds_up(name):
 
     volume, _ = quad(area, 0, actuator.length)
     assert actuator.mass == pytest.approx(1070 * volume, rel=1e-9)
-    parts = [actuator.mass_between(a, a + actuator.length / 4) for a in np.arange(4) * actuator.length / 4]
+    parts = [
+        actuator.mass_between(a, a + actuator.length / 4)
+        for a in np.arange(4) * actuator.length / 4
+    ]
     assert sum(parts) == pytest.approx(actuator.mass, rel=1e-9)
 
 

@@ -57,7 +57,9 @@ def test_unreadable_files_are_named(tmp_path, text, message):
 
 
 def test_missing_file_is_named(tmp_path):
-    with pytest.raises(DocumentError, match=r"none.yaml: expected a readable file, got No such file"):
+    with pytest.raises(
+        DocumentError, match=r"none.yaml: expected a readable file, got No such file"
+    ):
         read_document(tmp_path / "none.yaml")
 
 

@@ -108,10 +108,19 @@ LITTLE = ("chains", "little", "actuators", "little")
         (set_in(*LITTLE, "type", value="P11"), "little.type: expected one of P5, P10.finger"),
         (set_in(*LITTLE, "channel", value="e"), "little.channel: expected one of a, b, c, d, got"),
         (set_in("channels", value=["a", "b", "c", "d", "e"]), "channels: expected channels that"),
-        (set_in("chains", "little", "mount", "parent", value="thumb"), "parent: expected one of wr"),
+        (
+            set_in("chains", "little", "mount", "parent", value="thumb"),
+            "parent: expected one of wr",
+        ),
         (set_in("chains", "little", "mount", "position", value=[0, 0]), "expected 3 numbers"),
-        (set_in("chains", "little", "mount", "rpy", value=[0, 0, "x"]), "rpy[2]: expected a number"),
-        (set_in("chains", "little", "strut", "length", value=0), "strut.length: expected a number a"),
+        (
+            set_in("chains", "little", "mount", "rpy", value=[0, 0, "x"]),
+            "rpy[2]: expected a number",
+        ),
+        (
+            set_in("chains", "little", "strut", "length", value=0),
+            "strut.length: expected a number a",
+        ),
         (set_in("chains", "little", "turn", value=1), "expected the key turn for arcs"),
         (set_in("chains", "palm", "turn", value=2), "palm.turn: expected one of 1, -1, got 2"),
         (set_in("chains", "little", "actuators", value={}), "expected one actuator, or two arcs"),

@@ -27,7 +27,7 @@ def test_equal_bends_do_not_twist():
 
 
 def test_an_outer_arc_that_bends_more_twists_with_the_turn():
-    """The outer side then rises to +x: about the tangent z, that is a turn from the inner to +x."""
+    """The outer side then rises to +x, which is a positive turn about z where it lies at -y."""
     _, twist = shape(palm(turn=1), np.array([np.full(SEGMENTS, 0.1), np.full(SEGMENTS, 0.3)]))
     _, mirrored = shape(palm(turn=-1), np.array([np.full(SEGMENTS, 0.1), np.full(SEGMENTS, 0.3)]))
     assert np.all(twist > 0)
@@ -63,7 +63,7 @@ def test_shape_has_the_least_elastic_energy():
 
 
 def test_without_torsional_stiffness_both_arcs_bend_freely():
-    """The fibres' tilt then makes up the whole difference: t = (beta_o - beta_i)/S, linear in phi."""
+    """The fibres' tilt then makes up the difference: t = (beta_o - beta_i)/S, linear in phi."""
     slack = replace(palm(), decay=1e-4)
     rate = slack.twist_rate(np.array([0.4, 0.8]), np.zeros(1), np.array([np.pi / 2]))
     radius, gap = 0.05, 0.025

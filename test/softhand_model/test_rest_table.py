@@ -51,7 +51,9 @@ def test_far_beyond_the_limit_the_angle_goes_on_straight():
     """lambda -> s at large load, so the straight line stays within a percent."""
     finger = load_actuator("P10.finger")
     exact, _ = segment_angles(finger, SEGMENTS, np.array([10 * finger.max_pressure]))
-    assert table_of("P10.finger").value(10 * finger.max_pressure) == pytest.approx(exact[0], rel=0.01)
+    assert table_of("P10.finger").value(10 * finger.max_pressure) == pytest.approx(
+        exact[0], rel=0.01
+    )
 
 
 def test_tables_are_shared_by_copies():

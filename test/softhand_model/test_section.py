@@ -30,7 +30,7 @@ def test_free_stretch_takes_arrays_of_any_shape():
 @pytest.mark.parametrize("shape", [SQUARE, OBLONG])
 @pytest.mark.parametrize("curvature", [-5.0, 0.0, 12.0, 60.0])
 def test_moment_is_the_gradient_of_the_energy(shape, curvature):
-    """W = elastic energy of the rubber - pressure times chamber volume, per length; M = -dW/dkappa."""
+    """W = energy of the rubber - pressure times chamber volume, per length; M = -dW/dkappa."""
     pressure, step = 40e3, 1e-4
     walls = 2.0 / section.side_wall_ratio(**shape)
 
@@ -74,7 +74,7 @@ def test_stiffness_is_the_slope_of_the_moment(curvature):
 
 
 def test_rule_of_stiffness_lies_between_its_limits():
-    """Underestimates by 2 at zero curvature, overestimates by 2 at large curvature (no side walls)."""
+    """Without side walls it is half the straight section's, and twice the far bent one's."""
     bare = {**SQUARE, "side_wall": 0.0}
     rule = section.rule_stiffness(0.02, 0.002, MODULUS)
     straight, bent = section.bending_stiffness(np.array([0.0, 1e6]), **bare, shear_modulus=MODULUS)
@@ -111,9 +111,7 @@ def test_printed_approximation_bends_to_its_own_tip_angle():
     assert np.degrees(curvature * 0.09) == pytest.approx(124.4, abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("relative_pressure", "error"), [(0.3, 0.084), (1.5, -0.012), (5.0, 0.12)]
-)
+@pytest.mark.parametrize(("relative_pressure", "error"), [(0.3, 0.084), (1.5, -0.012), (5.0, 0.12)])
 def test_printed_nonlinearity_errs_as_tabulated(relative_pressure, error):
     """Exact secant with ratio 1: kappa*h/u with q(lambda) = 2*u."""
     stretch = brentq(lambda lam: lam - lam**-3 - 2 * relative_pressure, 1.0, 20.0)
@@ -162,7 +160,7 @@ def test_side_wall_term_is_the_integral_over_the_walls(curvature):
 
 @pytest.mark.parametrize(("wall", "ratio"), [(1e-9, 1.2), (0.1, 1.346)])
 def test_side_wall_ratio_at_small_strain(wall, ratio):
-    """Factor of the thin-walled bare square is 2; kappa from the exact integral must agree with it."""
+    """The closed form and the limit of the exact integral agree."""
     assert section.small_strain_side_wall_ratio(1.0, 1.0, wall, wall) == pytest.approx(
         ratio, abs=5e-4
     )
@@ -172,7 +170,7 @@ def test_side_wall_ratio_at_small_strain(wall, ratio):
 
 
 def test_exact_side_walls_act_nearly_as_a_softer_rubber():
-    """One factor on the modulus takes most of it: that is why lab data can hardly tell them apart."""
+    """One factor on the modulus takes most of it, so data hardly tell them apart."""
     curvature = np.linspace(0.1, 70.0, 60)
     exact = section.elastic_term(1 + curvature * 0.02) + section.side_wall_term(curvature, **SQUARE)
     base = 2 / section.side_wall_ratio(**SQUARE) * section.elastic_term(1 + curvature * 0.02)

@@ -1,1 +1,1 @@
-"""Physics of pneumatic soft hands: rubber, actuators, chains, gas, hands and the pneumatic plant."""
+"""Physics of pneumatic soft hands: rubber, actuators, chains, gas, hands, pneumatic plant."""

@@ -110,13 +110,13 @@ class SegmentResponse:
         stretch = self._stretch.copy()
         for _ in range(NEWTON_STEPS):
             stress = self._stress(stretch, dt)
+            if np.all(np.abs(stress - load) <= TOLERANCE * (1.0 + load)):
+                return stretch
             slope = (self._stress(stretch + DIFFERENCE, dt) - stress) / DIFFERENCE
             step = (stress - load) / slope
             # half the way to 0.2 at most, so that the next point stays where lambda**-3 is tame
             step = np.clip(step, stretch - HIGHEST_STRETCH, (stretch - 0.2) / 2.0)
             stretch = stretch - step
-            if np.all(np.abs(step) <= TOLERANCE):
-                return stretch
         raise RuntimeError(
             f"the effects {', '.join(self._memory)} leave no equilibrium of the rubber at a load "
             f"of {float(np.max(load)):.3g}"

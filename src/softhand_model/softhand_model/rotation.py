@@ -36,8 +36,3 @@ def compose(*quaternions: ArrayLike) -> Array:
     for quaternion in quaternions[1:]:
         product = product * Rotation.from_quat(np.asarray(quaternion, float))
     return np.asarray(product.as_quat(), float)
-
-
-def from_vectors(rotation_vectors: ArrayLike) -> Array:
-    """Quaternions (n, 4) of rotation vectors (n, 3) [rad]."""
-    return np.asarray(Rotation.from_rotvec(np.asarray(rotation_vectors, float)).as_quat(), float)

@@ -1,10 +1,30 @@
 """Physical effects beyond the base model: one class in one file each, found by name.
 
 The modules of this package are searched for subclasses of `Effect`; a user's file is searched the
-same way.
+same way. An effect derives from the class of its stage.
 """
 
 from softhand_model.effects.discovery import effect_classes, effects_in_file
 from softhand_model.effects.effect import STAGES, Effect, Parameter
+from softhand_model.effects.stages import (
+    ElasticEffect,
+    InputEffect,
+    LoadEffect,
+    OutputEffect,
+    SectionShape,
+    StructureEffect,
+)
 
-__all__ = ["STAGES", "Effect", "Parameter", "effect_classes", "effects_in_file"]
+__all__ = [
+    "STAGES",
+    "Effect",
+    "ElasticEffect",
+    "InputEffect",
+    "LoadEffect",
+    "OutputEffect",
+    "Parameter",
+    "SectionShape",
+    "StructureEffect",
+    "effect_classes",
+    "effects_in_file",
+]
