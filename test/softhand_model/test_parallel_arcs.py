@@ -43,9 +43,9 @@ def test_shape_has_the_least_elastic_energy():
     """Brute force: bend and twist rate on a fine grid by linear least squares."""
     inner, outer = load_actuator("P10.PalmInner"), load_actuator("P10.PalmOuter")
     angles = np.random.default_rng(3).uniform(0.0, 0.3, (2, SEGMENTS))
-    count = 60 * SEGMENTS
+    count = 24 * SEGMENTS
     step = np.pi / 2 / count
-    free = np.repeat(angles, 60, axis=1) / (np.pi / 2 / SEGMENTS)
+    free = np.repeat(angles, 24, axis=1) / (np.pi / 2 / SEGMENTS)
     stiffness = [float(inner.stiffness(0)) / 0.0375, float(outer.stiffness(0)) / 0.0625]
     tilt = [-0.0125 / 0.0375, 0.0125 / 0.0625]
     # unknowns: bend rate of each cell, twist rate at its far edge (zero at the base)
@@ -57,9 +57,9 @@ def test_shape_has_the_least_elastic_energy():
     wanted = np.concatenate([np.sqrt(stiffness[j]) * free[j] for j in range(2)] + [np.zeros(count)])
     found = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
     bend, twist = shape(palm(), angles)
-    assert bend == pytest.approx(found[:count].reshape(SEGMENTS, -1).sum(axis=1) * step, abs=1e-4)
+    assert bend == pytest.approx(found[:count].reshape(SEGMENTS, -1).sum(axis=1) * step, abs=2e-4)
     middle = torsion @ found[count:] / np.sqrt(sum(stiffness))
-    assert twist == pytest.approx(middle.reshape(SEGMENTS, -1).sum(axis=1) * step, abs=1e-4)
+    assert twist == pytest.approx(middle.reshape(SEGMENTS, -1).sum(axis=1) * step, abs=2e-4)
 
 
 def test_without_torsional_stiffness_both_arcs_bend_freely():
