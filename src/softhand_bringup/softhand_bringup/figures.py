@@ -102,15 +102,16 @@ def _mark_phases(axes: Sequence[Axes], marks: Sequence[Phase]) -> None:
 
 
 def frame_times(marks: Sequence[Phase], last: float, count: int = FRAME_COUNT) -> Array:
-    """Times of the pictures (count,) [s]: the end of each phase, and more between if few.
+    """Times of the pictures (count or more,) [s]: the end of each phase, and more between if few.
 
     Longest gaps are filled first, so that no part of the grasp is left out.
 
     >>> frame_times([Phase("a", 0.0, 1.0), Phase("b", 1.0, 4.0)], 4.0, 4).tolist()
-    [0.0, 1.0, 2.5, 4.0]
+    [1.0, 1.75, 2.5, 4.0]
     """
-    times = sorted({marks[0].start, *(phase.end for phase in marks)}) if marks else [0.0, last]
-    times = [min(time, last) for time in times]
+    times = sorted({min(phase.end, last) for phase in marks})
+    if len(times) < 2:
+        times = [0.0, last]
     while len(times) < count:
         gap = int(np.argmax(np.diff(times)))
         times.insert(gap + 1, 0.5 * (times[gap] + times[gap + 1]))
@@ -131,6 +132,7 @@ def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -
     times = frame_times(marks, float(joints.time[-1]))
     wrist, thing = bag.poses(WRIST_TOPIC).at(times), bag.poses(OBJECT_TOPIC).at(times)
     index = latest_index(joints.time, times)
+    camera = Camera(target=_centre(bag.poses(OBJECT_TOPIC).position), distance=0.65)
     renderer = Renderer(hand, object_name, scene, segments=_segments(hand, joints.names))
     frames = [
         renderer.frame(
@@ -142,17 +144,17 @@ def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -
                 thing.orientation[k],
             ),
             FRAME_SIZE,
-            Camera(target=_between(wrist.position[k], thing.position[k])),
+            camera,
         )
         for k, row in enumerate(index)
     ]
     _save_sheet(frames, [_caption(marks, time) for time in times], path)
 
 
-def _between(wrist: Array, thing: Array) -> tuple[float, float, float]:
-    """Point to look at [m]: nearer to the object than to the wrist."""
-    x, y, z = (0.35 * wrist + 0.65 * thing).tolist()
-    return x, y, z
+def _centre(path: Array) -> tuple[float, float, float]:
+    """Point to look at [m] in all pictures, so that the lift is seen: the middle of the way up."""
+    x, y, _ = path[0].tolist()
+    return x, y, float(0.5 * (path[:, 2].min() + path[:, 2].max())) + 0.03
 
 
 def _segments(hand: str, joint_names: Sequence[str]) -> int:
