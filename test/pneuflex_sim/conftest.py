@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pneuflex_sim import scenes
+from pneuflex_sim import simulation as simulation_module
+from pneuflex_sim.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 
 
@@ -26,8 +27,8 @@ def simulate():
 @pytest.fixture
 def level_stand(monkeypatch):
     """The scene `stand` with the finger pointing along world x, bending downwards."""
-    level = dataclasses.replace(scenes.SCENES["stand"], wrist_rpy=(0.0, np.pi / 2, 0.0))
-    monkeypatch.setitem(scenes.SCENES, "stand", level)
+    level = dataclasses.replace(load_scene("stand"), wrist_rpy=(0.0, np.pi / 2, 0.0))
+    monkeypatch.setattr(simulation_module, "load_scene", lambda _: level)
 
 
 @pytest.fixture

@@ -20,6 +20,8 @@ from softhand_model.model_file import load_model
 
 Array = NDArray[np.float64]
 
+TABLE_HALF = (0.6, 0.6, 0.05)  # the table's drawn half extents [m]
+
 RUBBER, STRUT, OBJECT, TABLE = (
     (0.93, 0.55, 0.25, 1),
     (0.35, 0.38, 0.45, 1),
@@ -75,8 +77,8 @@ class Renderer:
             pybullet.disconnect(client)
 
     def _draw(self, state: HandState, client: int) -> None:
-        for half, position in self.scene.boxes.values():
-            _box(half, position, (0, 0, 0, 1), TABLE, client)
+        if self.scene.table_friction is not None:
+            _box(TABLE_HALF, (0, 0, -TABLE_HALF[2]), (0, 0, 0, 1), TABLE, client)
         wrist = state.wrist_position.tolist(), state.wrist_orientation.tolist()
         for chain in self.layout.description.chains:
             _mesh(chain_mesh(self.shape, chain.name, state.joints), *wrist, RUBBER, client)

@@ -28,7 +28,6 @@ from softhand_model.pneumatics.plant import PneumaticPlant
 
 Array = NDArray[np.float64]
 
-ROLLING_FRICTION = 2e-4  # [m]: a cylinder left alone stays where it is
 STATE = ("steps", "wrist", "pressures_abs", "_rotations", "_volumes", "_imposed")
 
 
@@ -117,7 +116,6 @@ class Simulation:
             self.object_id,
             -1,
             lateralFriction=self.object.friction,
-            rollingFriction=ROLLING_FRICTION,
             linearDamping=0,
             angularDamping=0,
             physicsClientId=client,

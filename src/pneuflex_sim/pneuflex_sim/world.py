@@ -34,6 +34,7 @@ class World:
             numSolverIterations=settings.iterations,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
+            enableConeFriction=0,  # the cone let light fingertips diverge when they jam
             physicsClientId=self.client,
         )
 

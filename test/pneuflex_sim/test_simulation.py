@@ -1,0 +1,139 @@
+"""The whole hand: determinism, snapshots, fast pressure steps, loads, names and refusals."""
+
+import numpy as np
+import pybullet
+import pytest
+
+from pneuflex_sim.contacts import normal_forces
+from pneuflex_sim.simulation import Simulation, SimulationConfig
+
+POSE = np.array([-0.057, 0.0, 0.146]), np.array([0.0, 0.92388, 0.0, 0.38268])
+MASSES = np.array([7.1e-5, 2.4e-5, 5.3e-5, 4.3e-5])
+
+
+def close_on_object(simulation, duration=1.2):
+    """Go down to the object and close the hand on it within 0.5 s."""
+    simulation.command_wrist(*POSE)
+    for _ in range(round(duration / simulation.step_size)):
+        simulation.set_air_masses(MASSES * np.clip((simulation.time - 0.6) / 0.5, 0, 1))
+        simulation.step()
+
+
+def fingerprint(simulation):
+    return np.concatenate(
+        [simulation.bodies.q.ravel(), *simulation.object_pose(), simulation.read_sensors()]
+    )
+
+
+def test_two_worlds_in_one_process_run_alike_bit_for_bit(simulate):
+    first, second = simulate(step=0.005), simulate(step=0.005)
+    for simulation in (first, second):
+        close_on_object(simulation)
+    np.testing.assert_array_equal(fingerprint(first), fingerprint(second))
+
+
+def test_a_reset_world_repeats_itself_bit_for_bit(simulate):
+    simulation = simulate(step=0.005)
+    close_on_object(simulation)
+    before = fingerprint(simulation)
+    simulation.reset()
+    assert simulation.time == 0
+    close_on_object(simulation)
+    np.testing.assert_array_equal(fingerprint(simulation), before)
+
+
+def test_a_restored_snapshot_repeats_the_run_bit_for_bit(simulate):
+    simulation = simulate(step=0.005)
+    close_on_object(simulation, 0.9)
+    saved, ends = simulation.save(), []
+    for _ in range(2):
+        simulation.restore(saved)
+        close_on_object(simulation, 0.5)
+        ends.append(fingerprint(simulation))
+    np.testing.assert_array_equal(ends[0], ends[1])
+
+
+@pytest.mark.parametrize("step", [0.001, 0.002, 0.005, 0.01])
+def test_fast_pressure_steps_stay_finite(simulate, hold_pressure, step):
+    simulation = simulate(hand="single_finger", scene="stand", step=step)
+    draw = np.random.default_rng(8)
+    for _ in range(12):
+        ramp, level = draw.uniform(0.005, 0.1), draw.uniform(0, 60e3)
+        hold_pressure(simulation, [level], 0.15, ramp)
+    hold_pressure(simulation, [0.0], 1.0)
+    assert abs(simulation.bodies.v).max() < 0.05
+    assert abs(simulation.tip_angles()["finger"]) < 0.02
+
+
+def test_a_diverged_run_stops_with_an_error_that_names_the_joint(simulate):
+    simulation = simulate(hand="single_finger", scene="stand", step=0.002)
+    simulation.bodies._fixed[1][:] *= -1.0  # springs that push away: unstable
+    with pytest.raises(RuntimeError, match="diverged: joint finger_"):
+        for _ in range(3000):
+            simulation.step()
+
+
+def test_the_wrist_carries_the_object_but_not_the_hand(simulate):
+    simulation = simulate(step=0.002)
+    for _ in range(500):
+        simulation.step()
+    np.testing.assert_allclose(simulation.wrist_wrench()[0], 0, atol=0.02)
+    simulation.reset()
+    close_on_object(simulation, 1.6)
+    place, turn = simulation.wrist_pose()
+    simulation.command_wrist(place + [0, 0, 0.1], turn)
+    for _ in range(1500):
+        simulation.step()
+    assert "table" not in normal_forces(simulation.object_contacts())
+    weight = simulation.object_mass * 9.80665
+    np.testing.assert_allclose(simulation.wrist_wrench()[0], [0, 0, -weight], atol=0.03 * weight)
+
+
+def test_every_joint_of_a_grasp_is_in_balance(simulate):
+    """Spring torque = moment of the contact forces and weights beyond the joint, at every joint."""
+    simulation = simulate(step=0.002)
+    close_on_object(simulation, 6.0)
+    bodies, layout = simulation.bodies, simulation.bodies.layout
+    for body, base in zip(layout.bodies, bodies.ids, strict=True):
+        links = range(body.joints.stop - body.joints.start)
+        state = pybullet.getLinkStates(
+            base, list(links), computeForwardKinematics=1, physicsClientId=simulation.world.client
+        )
+        moment = np.zeros((len(links), 3))
+        for link in links:
+            weight = np.array([0, 0, -9.80665 * layout.mass[body.joints][link]])
+            forces = [(np.array(state[link][0]), weight), *contact_forces(simulation, base, link)]
+            for point, force in forces:
+                for joint in range(link + 1):
+                    moment[joint] += np.cross(point - np.array(state[joint][4]), force)
+        for link in links:
+            turn = np.array(pybullet.getMatrixFromQuaternion(state[link][5])).reshape(3, 3)
+            own = bodies.torque[body.joints][link]
+            np.testing.assert_allclose(own, -turn.T @ moment[link], atol=4e-4)
+
+
+def contact_forces(simulation, base, link):
+    """Contact forces on one link: (point, force) with normal and both friction directions."""
+    points = pybullet.getContactPoints(
+        bodyA=base, linkIndexA=link, physicsClientId=simulation.world.client
+    )
+    for point in points:
+        vectors = (np.array(point[7]), np.array(point[11]), np.array(point[13]))
+        force = point[9] * vectors[0] + point[10] * vectors[1] + point[12] * vectors[2]
+        yield np.array(point[5]), force
+
+
+@pytest.mark.parametrize(
+    ("config", "named"),
+    [
+        ({"hand": "claw"}, "rbo_hand_1, rbo_hand_2, single_finger"),
+        ({"object": "brick"}, "object: expected one of cylinder"),
+        ({"scene": "moon"}, "scene: expected one of table, stand"),
+        ({"step": 0.02}, "step: expected 0.0001 to 0.01 s, got 0.02"),
+        ({"segments": 0}, "segments: expected 1 or more, got 0"),
+        ({"segments": 16}, "at most 30 joints in one body"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_what_is_there(config, named):
+    with pytest.raises(ValueError, match=named):
+        Simulation(SimulationConfig(**config))
