@@ -44,7 +44,8 @@ from softhand_model.hands import load_hand
 
 IDLE = "idle"
 UNEXPECTED = "ended by an error; see the log"
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# ten deep, so that phases that follow each other quickly all arrive
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LEVELS = {
     GRIPPED: DiagnosticStatus.OK,
     LOST: DiagnosticStatus.WARN,

@@ -128,18 +128,23 @@ class Sequencer:
             self._commanded_air,
             self._scene.channels,
         )
+        self._watch()  # the hold counts from the instant at which its phase begins
         while True:
             self._command(run, self._scene.time - run.start)
             self._scene.step(self._control_step)
             self._raise_if_aborted()
             self._observed = self._scene.observe()
-            self._judge.watch(self._observed, phase.name == self._strategy.success.hold_phase)
+            self._watch()
             if self._ended(run):
                 break
         if not phase.until:
             self._command(
                 run, run.least_duration
             )  # the goal itself, however long the last step was
+
+    def _watch(self) -> None:
+        holding = self._phase == self._strategy.success.hold_phase
+        self._judge.watch(self._observed, holding)
 
     def _command(self, run: PhaseRun, elapsed: float) -> None:
         if run.motion is not None:

@@ -115,7 +115,7 @@ class TopicScene:
         end = time.monotonic() + time_out
         while missing := self._missing():
             if self._interrupted.wait(LOOK_PERIOD):
-                raise SceneError(f"interrupted while waiting for {missing}")
+                raise SceneError(f"aborted while waiting for {missing}")
             if time.monotonic() > end:
                 raise SceneError(f"after {time_out:g} s of waiting: {missing}")
         self.channels = self._air.value.channels

@@ -1,0 +1,433 @@
+"""The sequencer as a process, against a process that stands in for simulator and driver."""
+
+import itertools
+import os
+import signal
+from pathlib import Path
+
+import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_domain import held_domain
+from ros_peer import Peer, seconds
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Int32, String
+from std_srvs.srv import SetBool, Trigger
+
+from grasp_strategies.node_parameters import PARAMETERS
+from softhand_bringup.environment import node_environment
+from softhand_bringup.launcher import Launcher, NodeCommand
+
+pytestmark = pytest.mark.system
+
+SUPPORT = Path(__file__).parents[1] / "support"
+LIFT_DURATION = 1.875 * 0.12 / 0.2
+LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+PHASES = ["approach", "close", "lift", "hold", "lower", "release", "done"]
+
+
+@pytest.fixture(scope="module")
+def domain():
+    with held_domain() as domain:
+        yield domain
+
+
+@pytest.fixture
+def launcher(domain, tmp_path):
+    environment = node_environment(tmp_path / "log", domain)
+    environment["PYTHONPATH"] = os.pathsep.join(
+        filter(None, [str(SUPPORT), environment.get("PYTHONPATH")])
+    )
+    with Launcher(tmp_path / "log", environment) as launcher:
+        yield launcher
+
+
+class SequencerPeer(Peer):
+    """A test's node that hears what the sequencer tells."""
+
+    def __init__(self, domain, log_folder):
+        super().__init__(domain, log_folder)
+        self._phases = self.listen(String, "grasp/phase", LATCHED)
+        self.results = self.listen(DiagnosticArray, "grasp/result", LATCHED)
+        self.ticks = self.listen(Clock, "/clock")
+        self.states = self.listen(JointState, "pneumaticbox/state")
+        self.vents = self.listen(Int32, "mock/vents", LATCHED)
+
+    def phases(self):
+        return [message.data for message in self._phases if message.data != "idle"]
+
+    def await_phase(self, name, limit=20.0):
+        self.wait(lambda: name in self.phases(), limit, f"phase {name}")
+
+    def await_all_phases(self, names):
+        """The answer of a service may overtake the last phase."""
+        self.wait(lambda: len(self.phases()) >= len(names), 3.0, f"phases {names}")
+        assert self.phases() == names
+
+    def grasp(self):
+        return self.request(Trigger, "grasp/surface_constrained")
+
+    def answer(self, future, limit=30.0):
+        self.wait(future.done, limit, "an answer")
+        return future.result()
+
+    def result(self):
+        """Header and key-value pairs of the newest result."""
+        self.wait(lambda: self.results, 5.0, "a result")
+        message = self.results[-1]
+        return message, {pair.key: pair.value for pair in message.status[0].values}
+
+    def diagnosis(self, word, limit=10.0):
+        """A status of the sequencer in whose message a word stands."""
+        arrays = self.listen(DiagnosticArray, "/diagnostics")
+        del arrays[:]
+
+        def find():
+            statuses = [status for array in arrays for status in array.status]
+            return next((s for s in statuses if word in s.message), None)
+
+        return self.wait(find, limit, f"a diagnosis with {word!r}")
+
+
+@pytest.fixture
+def peer(domain, tmp_path):
+    peer = SequencerPeer(domain, tmp_path)
+    yield peer
+    peer.close()
+
+
+@pytest.fixture
+def start(launcher, write_strategy):
+    """Start the sequencer, with the test's strategy and other parameters."""
+
+    def start(strategy=None, **parameters):
+        path = strategy or write_strategy()
+        usual = {"use_sim_time": True, "strategy.surface_constrained": str(path)}
+        command = NodeCommand("sequencer", "grasp_strategies.node", usual | parameters)
+        return launcher.start(command)
+
+    return start
+
+
+@pytest.fixture
+def bench(launcher):
+    """Start the stand-in for simulator and driver."""
+    names = (f"bench{number}" for number in itertools.count())
+    return lambda *arguments: launcher.start(
+        NodeCommand(next(names), "mock_bench", arguments=arguments)
+    )
+
+
+# ---------------------------------------------------------------- grasps
+@pytest.mark.parametrize("factor", [0.7, 4.0])
+def test_a_grasp_takes_the_same_simulated_time_at_any_real_time_factor(start, bench, peer, factor):
+    bench("--factor", str(factor), "--slip", "0.002")
+    start()
+    answer = peer.answer(peer.grasp())
+    assert answer.success, answer.message
+    peer.await_all_phases(PHASES)
+    message, values = peer.result()
+    assert values["outcome"] == message.status[0].message == "gripped"
+    late = 0.15 + 0.2 * factor  # of simulated time, should the machine be busy for 0.2 s
+    # it sinks from when all channels are full enough, halfway through the ramp
+    height = 0.12 - 0.002 * (0.2 + LIFT_DURATION)
+    assert float(values["lift_height"]) == pytest.approx(height, abs=0.002 * late)
+    assert float(values["slip"]) == pytest.approx(0.002 * 1.2, abs=0.002 * late)
+    duration = 0.5 + 0.4 + LIFT_DURATION + 1.2 + 0.6
+    assert float(values["duration"]) == pytest.approx(duration, abs=late)
+    peer.wait(lambda: peer.ticks, 5.0, "/clock")
+    assert duration - late < seconds(message.header.stamp) < seconds(peer.ticks[-1].clock) + late
+
+
+def test_a_grasp_can_be_called_again_after_it_has_ended(start, bench, peer):
+    bench("--factor", "4")
+    start()
+    assert peer.answer(peer.grasp()).success
+    assert peer.answer(peer.grasp()).success
+    peer.await_all_phases(PHASES * 2)
+
+
+def test_without_lowering_the_hand_goes_on_holding(start, bench, peer):
+    bench("--factor", "4")
+    start(lower_and_release=False)
+    assert peer.answer(peer.grasp()).success
+    peer.await_all_phases([*PHASES[:4], "done"])
+    peer.spin(0.3)
+    assert min(peer.states[-1].position) > 1e-5
+
+
+def test_a_simulator_that_is_started_last_is_waited_for(start, bench, peer):
+    start()
+    future = peer.grasp()
+    peer.spin(1.0)
+    assert not future.done()
+    bench("--factor", "4")
+    assert peer.answer(future).success
+
+
+def test_a_grasp_waits_while_the_simulation_is_paused(start, bench, peer):
+    bench("--factor", "5")
+    start()
+    future = peer.grasp()
+    peer.await_phase("lift")
+    assert peer.call(SetBool, "sim/pause", data=True).success
+    peer.spin(2.5)  # longer than topics may be silent
+    assert not future.done()
+    peer.call(SetBool, "sim/pause", data=False)
+    assert peer.answer(future).success
+
+
+# ---------------------------------------------------------------- abort and refusals
+@pytest.mark.parametrize("phase", ["approach", "close", "hold"])
+def test_an_abort_vents_at_once_and_ends_the_call(start, bench, peer, phase):
+    bench("--factor", "1")
+    start()
+    future = peer.grasp()
+    peer.await_phase(phase)
+    aborted = peer.call(Trigger, "grasp/abort")
+    assert aborted.success
+    assert aborted.message == f"aborted in phase {phase}: vented"
+    answer = peer.answer(future, 2.0)
+    assert not answer.success and aborted.message in answer.message
+    peer.wait(lambda: peer.vents, 2.0, "the vent")
+    peer.wait(lambda: max(peer.states[-1].position) == 0.0, 5.0, "empty channels")
+    peer.await_phase("aborted")
+    assert peer.phases()[-1] == "aborted"
+    assert peer.result()[1]["completed"] == "False"
+
+
+def test_an_abort_acts_while_the_simulation_is_paused(start, bench, peer):
+    bench("--factor", "2")
+    start()
+    future = peer.grasp()
+    peer.await_phase("close")
+    peer.call(SetBool, "sim/pause", data=True)
+    assert peer.call(Trigger, "grasp/abort", limit=3.0).success
+    assert not peer.answer(future, 2.0).success
+
+
+def test_an_abort_can_hold_the_air_instead(start, bench, peer):
+    bench("--factor", "2")
+    start()
+    changed = Parameter("abort_action", value="hold").to_parameter_msg()
+    service = "grasp_sequencer/set_parameters"
+    assert peer.call(SetParameters, service, parameters=[changed]).results[0].successful
+    future = peer.grasp()
+    peer.await_phase("lift")
+    assert peer.call(Trigger, "grasp/abort").message == "aborted in phase lift: holds"
+    assert not peer.answer(future, 2.0).success
+    peer.spin(0.5)
+    assert not peer.vents
+    assert peer.states[-1].position.tolist() == pytest.approx([4e-5, 2e-5, 2e-5, 2e-5])
+
+
+def test_an_abort_without_a_strategy_vents(start, bench, peer):
+    bench("--factor", "5")
+    start()
+    aborted = peer.call(Trigger, "grasp/abort")
+    assert aborted.success and aborted.message == "no strategy is running; vented"
+    peer.wait(lambda: peer.vents, 2.0, "the vent")
+
+
+def test_an_abort_that_the_driver_refuses_is_told(start, bench, peer):
+    bench("--factor", "5", "--refuse-vent")
+    start()
+    peer.grasp()
+    peer.await_phase("close")
+    aborted = peer.call(Trigger, "grasp/abort")
+    assert not aborted.success
+    assert "could not vent: the driver refused to vent" in aborted.message
+    peer.wait(lambda: max(peer.states[-1].position) == 0.0, 5.0, "air commanded out all the same")
+
+
+def test_a_second_call_is_refused_with_the_reason_while_the_first_goes_on(start, bench, peer):
+    bench("--factor", "3")
+    start()
+    future = peer.grasp()
+    peer.await_phase("close")
+    second = peer.call(Trigger, "grasp/surface_constrained")
+    assert not second.success
+    assert second.message.startswith("test_grasp is running (phase ")
+    assert peer.answer(future).success
+
+
+@pytest.mark.parametrize("service", ["push", "edge", "slide_to_wall"])
+def test_strategies_that_are_not_there_yet_are_refused_with_the_reason(start, peer, service):
+    start()
+    answer = peer.call(Trigger, f"grasp/{service}")
+    assert not answer.success
+    assert answer.message.startswith(f"there is no strategy for {service} yet")
+
+
+def test_a_strategy_for_another_hand_is_refused(start, peer, write_strategy):
+    start(write_strategy(("hand: rbo_hand_2", "hand: rbo_hand_1")))
+    answer = peer.answer(peer.grasp())
+    assert not answer.success
+    assert "expected one for the hand rbo_hand_2, got one for rbo_hand_1" in answer.message
+
+
+# ---------------------------------------------------------------- what is missing
+@pytest.mark.parametrize(
+    ("parts", "there", "missing"),
+    [
+        ("simulator", "hand_sim", ["pneumaticbox/state", "is driver running"]),
+        ("driver", "driver", ["/clock", "scene/object_pose", "is hand_sim running"]),
+    ],
+)
+def test_a_missing_node_is_named_after_the_time_out(start, bench, peer, parts, there, missing):
+    bench("--parts", parts)
+    start(connect_time_out=1.5)
+    answer = peer.answer(peer.grasp())
+    assert not answer.success
+    for words in ["after 1.5 s of waiting", *missing]:
+        assert words in answer.message
+    assert f"is {there} running" not in answer.message
+
+
+def test_a_bench_that_ends_in_mid_grasp_fails_the_grasp_by_name(start, bench, peer):
+    process = bench("--factor", "2")
+    start()
+    future = peer.grasp()
+    peer.await_phase("close")
+    process.send(signal.SIGTERM)
+    answer = peer.answer(future)
+    assert not answer.success
+    assert "/clock has no publisher any more" in answer.message
+    peer.await_phase("failed")
+    assert peer.phases()[-1] == "failed"
+
+
+def test_a_driver_that_ends_in_mid_grasp_fails_the_grasp_by_name(start, bench, peer):
+    bench("--parts", "simulator", "--factor", "1")
+    driver = bench("--parts", "driver", "--factor", "1")
+    start()
+    future = peer.grasp()
+    peer.await_phase("close")
+    driver.send(signal.SIGTERM)
+    answer = peer.answer(future)
+    assert not answer.success
+    assert "no usable message on pneumaticbox/state" in answer.message
+
+
+# ---------------------------------------------------------------- diagnostics and parameters
+def test_a_message_that_cannot_be_used_is_refused_and_named_in_diagnostics(start, bench, peer):
+    bench("--factor", "5", "--spoil-every", "7")
+    start()
+    assert peer.answer(peer.grasp()).success
+    status = peer.diagnosis("refused scene/object_pose: pose.position")
+    assert status.level == b"\x01"
+    refused = {pair.key: pair.value for pair in status.values}["refused scene/object_pose"]
+    assert int(refused) > 5
+
+
+def test_diagnostics_come_once_a_second_with_the_phase(start, bench, peer):
+    bench("--factor", "0.2")
+    start()
+    peer.grasp()
+    status = peer.diagnosis("test_grasp: approach")
+    assert status.name == "grasp_sequencer: sequencer"
+    assert status.hardware_id == "rbo_hand_2"
+    assert status.level == b"\x00"
+    arrays = peer.listen(DiagnosticArray, "/diagnostics")
+    del arrays[:]
+    peer.spin(4.0)
+    assert len(arrays) in (3, 4, 5)
+
+
+def test_a_clock_that_stands_still_is_told(start, peer):
+    start()
+    assert "/clock has stood still" in peer.diagnosis("/clock", limit=15.0).message
+
+
+def test_wall_time_beside_a_simulator_is_told(start, bench, peer):
+    bench()
+    start(use_sim_time=False)
+    assert "use_sim_time is false" in peer.diagnosis("/clock", limit=15.0).message
+
+
+def test_parameters_are_declared_with_text_unit_and_range(start, peer):
+    start()
+    names = ["connect_time_out", "abort_action", "lower_and_release", "strategy.push", "hand"]
+    service = "grasp_sequencer/describe_parameters"
+    described = {d.name: d for d in peer.call(DescribeParameters, service, names=names).descriptors}
+    assert set(described) == set(names)
+    assert all(descriptor.description for descriptor in described.values())
+    time_out = described["connect_time_out"]
+    assert "[s, wall]" in time_out.description
+    assert time_out.floating_point_range[0].to_value == 120.0
+    assert described["hand"].read_only
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("abort_action", "drop", "expected one of vent, hold, got 'drop'"),
+        ("control_step", 5.0, "range"),
+        ("hand", "rbo_hand_1", "read-only"),
+    ],
+)
+def test_a_parameter_that_cannot_be_used_is_refused(start, peer, name, value, reason):
+    start()
+    change = Parameter(name, value=value).to_parameter_msg()
+    service = "grasp_sequencer/set_parameters"
+    result = peer.call(SetParameters, service, parameters=[change]).results[0]
+    assert not result.successful
+    assert reason in result.reason
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"hand": "fist"}, "rbo_hand_2"),
+        ({"abort_action": "drop"}, "expected one of vent, hold"),
+        ({"control_step": 5.0}, "control_step"),
+    ],
+)
+def test_a_start_with_a_parameter_that_cannot_be_used_says_so_in_one_line(start, parameters, words):
+    process = start(**parameters)
+    assert process.wait(20.0) == 1
+    assert words in process.last_words()
+    assert process.last_words().startswith("sequencer: ")
+    assert "Traceback" not in process.output()
+
+
+# ---------------------------------------------------------------- the end
+SIGNALS = {
+    "SIGINT": [signal.SIGINT],
+    "SIGTERM": [signal.SIGTERM],
+    "double SIGINT": [signal.SIGINT, signal.SIGINT],
+}
+
+
+@pytest.mark.parametrize("busy", [False, True], ids=["idle", "in mid-grasp"])
+@pytest.mark.parametrize("signals", SIGNALS.values(), ids=SIGNALS.keys())
+def test_the_node_ends_in_order(start, bench, peer, signals, busy):
+    bench("--factor", "1")
+    process = start()
+    if busy:
+        peer.grasp()
+        peer.await_phase("close")
+    else:
+        peer.diagnosis("idle")
+    for number in signals:
+        process.send(number)
+    assert process.wait(10.0) == 0, process.output()
+    for words in ("Traceback", "terminate called", "core dumped", "rcl_shutdown"):
+        assert words not in process.output()
+    if busy:
+        peer.wait(lambda: peer.vents, 2.0, "the vent")
+
+
+def test_the_shipped_configuration_is_accepted_and_names_every_parameter(launcher, bench, peer):
+    config = Path(__file__).parents[2] / "src" / "grasp_strategies" / "config" / "sequencer.yaml"
+    bench("--factor", "5")
+    arguments = ("--ros-args", "--params-file", str(config))
+    launcher.start(NodeCommand("sequencer", "grasp_strategies.node", arguments=arguments))
+    assert peer.diagnosis("idle").hardware_id == "rbo_hand_2"
+    shipped = yaml.safe_load(config.read_text())["/**/grasp_sequencer"]["ros__parameters"]
+    names = {f"strategy.{name}" for name in shipped.pop("strategy")} | set(shipped)
+    assert names == {parameter.name for parameter in PARAMETERS} | {"use_sim_time"}

@@ -1,0 +1,150 @@
+"""A process that answers like simulator and driver, with the behaviour of MockScene.
+
+It ends by itself after `--life` [s] of wall time, and on SIGINT or SIGTERM.
+"""
+
+import argparse
+import signal
+import sys
+import time
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from mock_scene import CHANNELS, MockScene
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Int32
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
+from visualization_msgs.msg import Marker, MarkerArray
+
+STEP = 0.01
+
+
+def options():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--parts", default="simulator,driver")
+    parser.add_argument("--factor", type=float, default=5.0)
+    parser.add_argument("--life", type=float, default=60.0)
+    parser.add_argument("--slip", type=float, default=0.0)
+    parser.add_argument("--refuse-vent", action="store_true")
+    parser.add_argument("--spoil-every", type=int, default=0, help="every n-th object pose is NaN")
+    return parser.parse_args()
+
+
+class MockBench(Node):
+    def __init__(self, arguments):
+        super().__init__("mock_bench")
+        self.arguments, self.paused, self.ticks = arguments, False, 0
+        self.scene = MockScene(slip_speed=arguments.slip)
+        if "simulator" in arguments.parts:
+            self.offer_simulator()
+        if "driver" in arguments.parts:
+            self.offer_driver()
+
+    def offer_simulator(self):
+        self.clock_out = self.create_publisher(Clock, "/clock", 10)
+        self.wrist_out = self.create_publisher(PoseStamped, "wrist/pose", 10)
+        self.object_out = self.create_publisher(PoseStamped, "scene/object_pose", 10)
+        self.wrench_out = self.create_publisher(WrenchStamped, "wrist/wrench", 10)
+        self.contacts_out = self.create_publisher(MarkerArray, "hand/contacts", 10)
+        self.create_subscription(PoseStamped, "wrist/target_pose", self.on_target, 10)
+        self.create_service(SetBool, "sim/pause", self.on_pause)
+
+    def offer_driver(self):
+        self.state_out = self.create_publisher(JointState, "pneumaticbox/state", 10)
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.vents_out = self.create_publisher(Int32, "mock/vents", latched)
+        self.create_subscription(JointTrajectory, "pneumaticbox/command", self.on_command, 10)
+        self.create_service(Trigger, "pneumaticbox/vent", self.on_vent)
+
+    def on_target(self, message):
+        place, turn = message.pose.position, message.pose.orientation
+        self.scene.command_wrist([place.x, place.y, place.z], [turn.x, turn.y, turn.z, turn.w])
+
+    def on_command(self, message):
+        if self.scene.vented:
+            return  # latched, as the driver does
+        by_name = dict(zip(message.joint_names, message.points[-1].positions, strict=True))
+        self.scene.command_air(np.array([by_name[name] for name in CHANNELS]))
+
+    def on_vent(self, request, response):
+        response.success, response.message = not self.arguments.refuse_vent, "as asked"
+        if response.success:
+            self.scene.vent()
+            self.vents_out.publish(Int32(data=self.scene.vented))
+        return response
+
+    def on_pause(self, request, response):
+        self.paused = response.success = request.data
+        return response
+
+    def tick(self):
+        self.ticks += 1
+        stamp = Time(nanoseconds=round(self.scene.time * 1e9)).to_msg()
+        if "simulator" in self.arguments.parts:
+            self.clock_out.publish(Clock(clock=stamp))
+        if self.paused:
+            return
+        self.scene.step(STEP)
+        seen = self.scene.observe()
+        if "simulator" in self.arguments.parts:
+            self.publish_simulator(seen, stamp)
+        if "driver" in self.arguments.parts:
+            state = JointState(name=list(CHANNELS), position=seen.air_mass, effort=seen.pressure)
+            state.header.stamp = stamp
+            self.state_out.publish(state)
+
+    def publish_simulator(self, seen, stamp):
+        every = self.arguments.spoil_every
+        place = seen.object_position * (np.nan if every and self.ticks % every == 0 else 1.0)
+        self.object_out.publish(pose(stamp, place, seen.object_orientation))
+        self.wrist_out.publish(pose(stamp, seen.wrist_position, seen.wrist_orientation))
+        wrench = WrenchStamped()
+        wrench.header.stamp = stamp
+        wrench.wrench.force.z = float(seen.wrist_force[2])
+        self.wrench_out.publish(wrench)
+        pairs = [f"{b}/object" if b != "table" else "object/table" for b in sorted(seen.touching)]
+        markers = [Marker(action=Marker.DELETEALL), *(Marker(ns=pair) for pair in pairs)]
+        self.contacts_out.publish(MarkerArray(markers=markers))
+
+
+def pose(stamp, position, orientation):
+    message = PoseStamped()
+    message.header.stamp, message.header.frame_id = stamp, "world"
+    place, turn = message.pose.position, message.pose.orientation
+    place.x, place.y, place.z = map(float, position)
+    turn.x, turn.y, turn.z, turn.w = map(float, orientation)
+    return message
+
+
+def main():
+    arguments = options()
+    stop = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.append(True))
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    node = MockBench(arguments)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    begin = due = time.monotonic()
+    while not stop and time.monotonic() - begin < arguments.life:
+        node.tick()
+        due += STEP / arguments.factor
+        while (left := due - time.monotonic()) > 0:
+            executor.spin_once(timeout_sec=left)
+        executor.spin_once(timeout_sec=0)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
