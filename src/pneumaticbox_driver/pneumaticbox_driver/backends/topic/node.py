@@ -1,0 +1,124 @@
+"""The plant's side of the driver: takes sensor samples and publishes the valves that answer them.
+
+Samples come up to 500 times a second and each wants its answer soon. So they are taken straight
+from a wait set of their own, by the thread that answers them, and no executor stands in between.
+"""
+
+from __future__ import annotations
+
+import array
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from numpy.typing import NDArray
+from rclpy.callback_groups import CallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class TakenByHand(CallbackGroup):
+    """Entities whose messages are taken by their owner; executors leave them alone."""
+
+    def can_execute(self, entity: Any) -> bool:
+        """Never for an executor."""
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Never for an executor."""
+        return False
+
+
+def _ignore(_: Any) -> None:
+    """Callback of subscriptions whose messages are taken by hand."""
+
+
+class SampleFeed:
+    """Sensor samples in, valves out, on the node's `pneumaticbox` topics.
+
+    Args:
+        node: whose topics they are.
+        channels: names of the channels, in order.
+    """
+
+    def __init__(self, node: Node, channels: tuple[str, ...]) -> None:
+        self._context = node.context
+        self._expected = [*channels, "supply"]
+        self._subscription = node.create_subscription(
+            JointState,
+            "pneumaticbox/sensors",
+            _ignore,
+            RELIABLE,
+            callback_group=TakenByHand(),
+        )
+        self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, self._context.handle)
+        self._publisher = node.create_publisher(JointState, "pneumaticbox/valves", RELIABLE)
+        self._valves = JointState(name=list(channels))
+
+    def take(self, timeout: float) -> JointState | None:
+        """Wait up to `timeout` [s] for a sample; None when there is none."""
+        self._wait_set.clear_entities()
+        self._wait_set.add_subscription(self._subscription.handle)
+        self._wait_set.wait(int(timeout * 1e9))
+        taken = self._subscription.handle.take_message(JointState, False)
+        return None if taken is None else taken[0]
+
+    def pressures(self, sample: JointState) -> NDArray[np.float64]:
+        """Absolute pressures of the channels, then of the supply, of a sample (n + 1,) [Pa].
+
+        Raises:
+            ValueError: names or length are not those of this box's sensors.
+        """
+        if sample.name != self._expected:
+            raise ValueError(f"name: expected {self._expected}, got {list(sample.name)}")
+        if len(sample.effort) != len(self._expected):
+            expected = len(self._expected)
+            raise ValueError(f"effort: expected {expected} values, got {len(sample.effort)}")
+        return np.array(sample.effort)
+
+    def answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
+        """Publish the valves (n,) with the stamp of the sample that they answer."""
+        self._valves.header.stamp = stamp
+        self._valves.position = array.array("d", valves.tolist())
+        self._publisher.publish(self._valves)
+
+
+class ClockPulse:
+    """Tells a paused simulation, which goes on publishing /clock, from one that is gone.
+
+    Args:
+        node: which follows /clock.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._subscription = node.create_subscription(
+            Clock, "/clock", _ignore, NEWEST, callback_group=TakenByHand()
+        )
+        self._last: tuple[int, int] | None = None
+        self._heard = self._moved = 0.0
+
+    def look(self, wall_time: float) -> None:
+        """Take the newest tick, if there is one, at this monotonic wall time [s]."""
+        if not self._moved:
+            self._moved = wall_time
+        taken = self._subscription.handle.take_message(Clock, False)
+        if taken is None:
+            return
+        self._heard = wall_time
+        now = (taken[0].clock.sec, taken[0].clock.nanosec)
+        if now != self._last:
+            self._last, self._moved = now, wall_time
+
+    def paused(self, wall_time: float) -> bool:
+        """Whether ticks come and stand still at this wall time [s]."""
+        return wall_time - self._heard < 1.0 and wall_time - self._moved > 0.5
+
+    def stands(self, wall_time: float) -> float:
+        """For how long the time has stood still, with or without ticks [s]."""
+        return wall_time - self._moved if self._moved else 0.0

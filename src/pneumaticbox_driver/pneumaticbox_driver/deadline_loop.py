@@ -1,0 +1,44 @@
+"""A periodic loop on absolute deadlines, for control without a simulator."""
+
+import time
+from collections.abc import Callable
+from threading import Event
+
+
+class DeadlineLoop:
+    """Calls a step at a fixed period; ticks that were missed are dropped and counted.
+
+    `ticks` counts the steps, `missed` the dropped ticks, `lateness` [s] how late the last step
+    began.
+
+    Args:
+        period: from step to step [s].
+
+    Raises:
+        ValueError: the period is not above zero.
+    """
+
+    def __init__(self, period: float) -> None:
+        if not period > 0:
+            raise ValueError(f"period must be above 0 s, got {period}")
+        self.period = period
+        self.ticks = 0
+        self.missed = 0
+        self.lateness = 0.0
+
+    def run(self, step: Callable[[], None], stop: Event) -> None:
+        """Call `step` every period until `stop` is set."""
+        deadline = time.monotonic() + self.period
+        while not stop.is_set():
+            left = deadline - time.monotonic()
+            if left > 0:
+                time.sleep(left)
+            self.lateness = time.monotonic() - deadline
+            step()
+            self.ticks += 1
+            deadline = self._next(deadline)
+
+    def _next(self, deadline: float) -> float:
+        late = int(max(0.0, time.monotonic() - deadline) / self.period)
+        self.missed += late
+        return deadline + (late + 1) * self.period

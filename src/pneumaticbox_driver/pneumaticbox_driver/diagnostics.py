@@ -1,0 +1,80 @@
+"""What the box tells about itself in /diagnostics (REP-107)."""
+
+from dataclasses import dataclass
+
+from pneumaticbox_driver.box import PneumaticBox
+from pneumaticbox_driver.report import Level, Report
+
+STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
+
+
+@dataclass
+class LinkState:
+    """What the node knows beyond the box.
+
+    `refused` is the last message that could not be used, "" when a good one has come since;
+    `refusals` counts them, `clock_stands` [s] is for how long the node's time has stood still.
+    """
+
+    refused: str = ""
+    refusals: int = 0
+    samples: int = 0
+    sensors_seen: bool = False
+    paused: bool = False
+    clock_stands: float = 0.0
+
+
+def box_reports(box: PneumaticBox, link: LinkState) -> list[Report]:
+    """Report sensors, safety, commands and every channel."""
+    channels = [_channel(box, i, name) for i, name in enumerate(box.settings.channels)]
+    return [_sensors(box, link), _safety(box), _commands(box, link), *channels]
+
+
+def _sensors(box: PneumaticBox, link: LinkState) -> Report:
+    report = Report("sensors", values={"samples": str(link.samples)})
+    if not link.sensors_seen:
+        report.raise_to(Level.WARN, "no sensor sample has come yet")
+    elif not box.ready:
+        report.raise_to(Level.WARN, "averaging the sensors before the first command")
+    if link.clock_stands > STALE_CLOCK and not link.paused:
+        report.raise_to(Level.WARN, "use_sim_time is set but /clock stands still")
+    if link.paused:
+        report.values["simulation"] = "paused"
+    if link.sensors_seen:
+        report.values["supply pressure, absolute [Pa]"] = f"{box.supply:.0f}"
+    return report
+
+
+def _safety(box: PneumaticBox) -> Report:
+    report = Report("safety", message="in operation")
+    if box.latch:
+        reasons = "; ".join(box.latch.reasons)
+        report.raise_to(Level.ERROR, f"vented until pneumaticbox/reset: {reasons}")
+    elif not box.enabled:
+        report.raise_to(Level.WARN, "disabled: valves are closed")
+    return report
+
+
+def _commands(box: PneumaticBox, link: LinkState) -> Report:
+    report = Report("commands", values={"refused messages": str(link.refusals)})
+    report.values["control modes"] = ", ".join(box.settings.control_modes)
+    if link.refused:
+        report.raise_to(Level.WARN, f"refused {link.refused}")
+    return report
+
+
+def _channel(box: PneumaticBox, index: int, name: str) -> Report:
+    report = Report(f"channel {name}")
+    if box.guard.relieving[index]:
+        report.raise_to(Level.WARN, "above its pressure limit: relieving")
+    elif box.guard.blocked[index]:
+        report.raise_to(Level.WARN, "target is beyond the pressure limit: held below it")
+    report.values = {
+        "air mass [kg]": f"{box.observer.mass[index]:.3e}",
+        "target": f"{box.setpoints.at(box.time)[index]:.3e}",
+        "pressure, gauge [Pa]": f"{box.gauge[index]:.0f}",
+        "limit, gauge [Pa]": f"{box.guard.limits[index]:.0f}",
+        "sensor offset [Pa]": f"{box.offsets[index]:.0f}",
+        "valve": {1: "inflate", 0: "closed", -1: "deflate"}[int(box.valves[index])],
+    }
+    return report

@@ -1,0 +1,84 @@
+"""The node's parameters: default, description with unit, range; all but control_mode read-only."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pneumaticbox_driver.settings import BoxSettings, per_channel
+from softhand_model.hands import load_hand
+
+BACKENDS = ("topic", "embedded")
+PLANNED_BACKENDS = ("hardware",)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter; `bounds` are the smallest and largest value where there are any."""
+
+    name: str
+    default: Any
+    description: str
+    bounds: tuple[float, float] | None = None
+    read_only: bool = True
+
+
+PARAMETERS = (
+    Parameter("hand", "rbo_hand_2", "hand on the box, by name or by the path of its YAML file"),
+    Parameter("channels", [""], "names in the order of the outlets; one empty name: the hand's"),
+    Parameter("rest_volumes", [0.0], "enclosed at rest with tubes, a channel [m3]; 0: the hand's"),
+    Parameter("pressure_limits", [0.0], "gauge, a channel [Pa]; 0: the hand's weakest actuator"),
+    Parameter("control_mode", ["mass"], "one a channel, or one for all", read_only=False),
+    Parameter("backend", "topic", "plant: topic (simulator), embedded (bottles) or hardware"),
+    Parameter("calibration_file", "", "of `calibrate`; empty: that of the pretended box"),
+    Parameter(
+        "calibration_volume", 0.0, "fixed volume for calibrate [m3]; 0: none is there", (0.0, 0.1)
+    ),
+    Parameter("command_timeout", 0.0, "silence of commands that vents [s]; 0: hold", (0.0, 3600.0)),
+    Parameter("shortest_pulse", 0.045, "least time that a valve stays open [s]", (0.001, 1.0)),
+    Parameter("shortest_pause", 0.06, "least time that a valve stays closed [s]", (0.0, 1.0)),
+    Parameter("zero_band", 5000.0, "largest offset of a channel's sensor [Pa]", (0.0, 50000.0)),
+    Parameter("start_enabled", True, "take commands without a call of pneumaticbox/enable"),
+    Parameter("channel_deviation", 2000.0, "of channel pressures, one sigma [Pa]", (0.0, 1e5)),
+    Parameter("supply_deviation", 10000.0, "of the supply pressure, one sigma [Pa]", (0.0, 1e5)),
+    Parameter("embedded_rate", 500.0, "control steps with backend embedded [Hz]", (10.0, 1000.0)),
+    Parameter("embedded_seed", 0, "of noise and jitter with backend embedded", (0, 2**31 - 1)),
+)
+
+
+def check_backend(backend: str) -> str:
+    """Return `backend` if it can be used.
+
+    Raises:
+        ValueError: unknown, or not there yet.
+    """
+    if backend in PLANNED_BACKENDS:
+        raise ValueError(f"backend {backend!r} is not available yet; now: {list(BACKENDS)}")
+    if backend not in BACKENDS:
+        raise ValueError(f"backend must be one of {list(BACKENDS)}, got {backend!r}")
+    return backend
+
+
+def box_settings(value: Callable[[str], Any]) -> BoxSettings:
+    """Make the box's settings from parameters, with the hand's data where they say so.
+
+    Args:
+        value: returns a parameter's value by its name.
+
+    Raises:
+        ValueError: a hand that does not exist, or a value that cannot be used.
+    """
+    channels, volumes = tuple(value("channels")), tuple(value("rest_volumes"))
+    limits = tuple(value("pressure_limits"))
+    if channels == ("",) or volumes == (0.0,) or limits == (0.0,):
+        hand = load_hand(value("hand"))
+        channels = hand.channels if channels == ("",) else channels
+        volumes = tuple(hand.rest_volumes().tolist()) if volumes == (0.0,) else volumes
+        limits = tuple(hand.max_pressures().tolist()) if limits == (0.0,) else limits
+    same = ("command_timeout", "shortest_pulse", "shortest_pause", "zero_band", "start_enabled")
+    return BoxSettings(
+        channels=channels,
+        rest_volumes=volumes,
+        pressure_limits=limits,
+        control_modes=per_channel("control_mode", value("control_mode"), len(channels)),
+        **{name: value(name) for name in same},
+    )
