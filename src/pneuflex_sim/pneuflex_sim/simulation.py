@@ -28,7 +28,8 @@ from softhand_model.pneumatics.plant import PneumaticPlant
 
 Array = NDArray[np.float64]
 
-STATE = ("steps", "wrist", "pressures_abs", "_rotations", "_volumes", "_imposed")
+GAS_PERIOD = 0.01  # [s] between updates of the gas stiffness, which only steadies the step
+STATE = ("steps", "wrist", "pressures_abs", "_rotations", "_volumes", "_imposed", "_gas")
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,7 @@ class Simulation:
         self.object: ObjectDescription | None = (
             load_object(config.object) if self.scene.has_object else None
         )
+        self._gas_every = max(1, round(GAS_PERIOD / config.step))
         self._fixed_names = build_scene(self.scene, client)
         self._object_weight = (1 - weight_scale) * GRAVITY
         self._create_object()
@@ -188,8 +190,9 @@ class Simulation:
         self._update_air(valves)
         gauge = self.pressures_abs - self.ambient
         bend = self.air.rest_bend(self.step_size, gauge, self._rotations, self.temperature)
-        gas = self.air.gas_stiffness(gauge, self.pressures_abs, self._volumes)
-        self.bodies.apply_springs(bend, gas)
+        if self.steps % self._gas_every == 0:
+            self._gas = self.air.gas_stiffness(gauge, self.pressures_abs, self._volumes)
+        self.bodies.apply_springs(bend, self._gas)
         self.bodies.drive_bases(self.wrist)
         if self.object_id >= 0 and self._object_weight:
             place = pybullet.getBasePositionAndOrientation(

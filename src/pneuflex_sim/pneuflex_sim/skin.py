@@ -42,16 +42,32 @@ def cross_section(points: int = RING_POINTS) -> Array:
 
 
 def chain_mesh(shape: HandShape, name: str, q: Array) -> Mesh:
-    """Surface of one chain in the wrist frame for the joint orientations `q` (n, 4) of the whole
-    hand.
-    """
-    positions, turns, sizes = _nodes(shape, name, q)
-    centers, frames, extents = _interpolate(positions, turns, sizes)
-    outline = cross_section()
+    """Surface of a chain's rubber in the wrist frame for the joint orientations `q` (n, 4)."""
+    return _sweep(*_interpolate(*_nodes(shape, name, q), rounded=True), cross_section())
+
+
+def strut_mesh(shape: HandShape, name: str, q: Array) -> Mesh | None:
+    """Surface of a chain's strut in the wrist frame, None for a chain without one."""
+    strut = shape.layout.description.chain(name).strut
+    if strut is None:
+        return None
+    joint = shape.layout.chain_joints[name].start
+    position, frame, _ = shape.frames(q)
+    mount = frame[joint] @ Rotation.from_quat(q[joint]).as_matrix().T
+    half = 0.5 * strut.length
+    ends = [position[joint] - half * mount[:, 2], position[joint] + half * frame[joint][:, 2]]
+    turns = Rotation.from_matrix(np.stack([mount, frame[joint]]))
+    sizes = np.tile([strut.thickness, strut.width], (2, 1))
+    return _sweep(*_interpolate(np.array(ends), turns, sizes, rounded=False), cross_section())
+
+
+def _sweep(centers: Array, frames: Array, extents: Array, outline: Array) -> Mesh:
+    """Closed surface of an outline carried along a centre line."""
     rings = centers[:, None] + np.einsum("nij,nkj->nki", frames, _rings(outline, extents))
     count, points = rings.shape[:2]
     vertices = np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0), rings[-1].mean(axis=0)])
-    return Mesh(vertices, _normals(vertices, indices := _triangles(count, points)), indices)
+    indices = _triangles(count, points)
+    return Mesh(vertices, _normals(vertices, indices), indices)
 
 
 def _rings(outline: Array, extents: Array) -> Array:
@@ -61,28 +77,28 @@ def _rings(outline: Array, extents: Array) -> Array:
 
 
 def _nodes(shape: HandShape, name: str, q: Array) -> tuple[Array, Rotation, Array]:
-    """Segment boundaries: base, the middle of each link between joints, tip; with their frames and
-    sizes.
+    """Segment boundaries of the rubber: base, middle of each link between joints, tip; with their
+    frames and sizes.
     """
     layout = shape.layout
     joints = layout.chain_joints[name]
+    first = joints.start + (layout.description.chain(name).strut is not None)
+    last = joints.stop
     position, frame, _ = shape.frames(q)
-    first, last = joints.start, joints.stop
-    ends = np.vstack(
-        [position[first + 1 : last], position[last - 1] + frame[last - 1] @ layout.chain_tips[name]]
-    )
-    middle = 0.5 * (position[first : last - 1] + ends[:-1])
-    back = np.linalg.norm(layout.offset[first + 1]) / 2 if last - first > 1 else 0.01
-    mount = frame[first] @ Rotation.from_quat(q[first]).as_matrix().T
-    base = position[first] - min(back, np.linalg.norm(layout.offset[first]) or back) * mount[:, 2]
-    points = np.vstack([base, middle, ends[-1]])
-    turns = np.concatenate([mount[None], frame[first : last - 1], frame[last - 1 : last]])
-    sizes = layout.size[first:last]
-    taper = np.vstack([sizes[:1], sizes[:-1], sizes[-1:] * [0.75, 0.85, 1]])
+    tip = position[last - 1] + frame[last - 1] @ layout.chain_tips[name]
+    middle = 0.5 * (position[first : last - 1] + position[first + 1 : last])
+    before = frame[first] @ Rotation.from_quat(q[first]).as_matrix().T
+    half = np.linalg.norm(layout.chain_tips[name])
+    points = np.vstack([position[first] - half * before[:, 2], middle, tip])
+    turns = np.concatenate([before[None], frame[first : last - 1], frame[last - 1 : last]])
+    sizes = layout.size[first:last, :2]
+    taper = np.vstack([sizes[:1], sizes[:-1], sizes[-1:]])
     return points, Rotation.from_matrix(turns), taper
 
 
-def _interpolate(points: Array, turns: Rotation, sizes: Array) -> tuple[Array, Array, Array]:
+def _interpolate(
+    points: Array, turns: Rotation, sizes: Array, rounded: bool
+) -> tuple[Array, Array, Array]:
     """Cubic Hermite centre line with the frames' z axes as tangents, frames by slerp, sizes linear;
     rounded tip.
     """
@@ -99,6 +115,8 @@ def _interpolate(points: Array, turns: Rotation, sizes: Array) -> tuple[Array, A
         + (t**3 - t**2) * step * tangents[span + 1]
     )
     extents = np.stack([np.interp(at, knots, sizes[:, k]) for k in range(2)], axis=1)
+    if not rounded:
+        return centers, Slerp(knots, turns)(at).as_matrix(), extents
     tip = np.clip((at - knots[-1] + 0.8) / 0.8, 0, 1)
     extents *= np.sqrt(1 - (0.97 * tip[:, None]) ** 2)
     return centers, Slerp(knots, turns)(at).as_matrix(), extents
