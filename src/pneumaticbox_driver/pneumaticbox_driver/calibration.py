@@ -1,6 +1,5 @@
 """Calibration of equation 4.1: regression over recorded pulses, and its file (section 4.4.2)."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -12,8 +11,10 @@ import yaml
 from numpy.typing import NDArray
 
 from pneumaticbox_driver.flow_model import TERMS, PulseCoefficients
+from softhand_model.document import Node, read_document
 
 Floats = NDArray[np.float64]
+SHIPPED = Path(str(resources.files("pneumaticbox_driver"))) / "data" / "calibration.yaml"
 FORMAT = "pneumaticbox-calibration/1"
 DIRECTIONS = ("inflate", "deflate")
 CONDITION_LIMIT = 1e4  # of the scaled design; beyond it the coefficients are noise
@@ -150,43 +151,22 @@ def load_calibration(path: str | Path | None, channels: int) -> list[ChannelCali
         channels: how many outlets are in use.
 
     Raises:
-        ValueError: missing or wrong keys, or fewer outlets than asked for; the message names
-            file, key, what was expected and what was found.
-        OSError: the file cannot be read.
+        ValueError: the file cannot be read, has missing or wrong keys, or fewer outlets than
+            asked for; the message names file, key, what was expected and what was found.
     """
-    shipped = resources.files("pneumaticbox_driver") / "data" / "calibration.yaml"
-    source = shipped if path is None else Path(path)
-    name = "calibration.yaml" if path is None else str(path)
-    content = yaml.safe_load(source.read_text(encoding="utf-8"))
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
-        found = content.get("format") if isinstance(content, dict) else content
-        raise ValueError(f"{name}: format: expected {FORMAT}, got {found!r}")
-    listed = content.get("channels")
-    if not isinstance(listed, list) or len(listed) < channels:
-        found = len(listed) if isinstance(listed, list) else listed
-        raise ValueError(f"{name}: channels: expected at least {channels} outlets, got {found}")
-    return [_read_channel(name, f"channels[{i}]", listed[i]) for i in range(channels)]
+    source = SHIPPED if path is None else Path(path)
+    content = read_document(source, FORMAT).fields(["format", "box", "channels"])
+    listed = content["channels"].items()
+    if len(listed) < channels:
+        raise content["channels"].error(f"at least {channels} outlets, not {len(listed)}")
+    return [_read_channel(node) for node in listed[:channels]]
 
 
-def _read_channel(name: str, key: str, content: Any) -> ChannelCalibration:
-    values: dict[str, Any] = {}
+def _read_channel(node: Node) -> ChannelCalibration:
+    residuals = [f"residual_{direction}" for direction in DIRECTIONS]
+    content = node.fields([*DIRECTIONS, *residuals, "points"])
+    values: dict[str, Any] = {name: content[name].number(low=0.0) for name in residuals}
     for direction in DIRECTIONS:
-        section = _entry(name, key, content, direction)
-        terms = {term: _number(name, f"{key}.{direction}", section, term) for term in TERMS}
-        values[direction] = PulseCoefficients(**terms)
-        residual = f"residual_{direction}"
-        values[residual] = _number(name, key, content, residual)
-    return ChannelCalibration(points=int(_number(name, key, content, "points")), **values)
-
-
-def _entry(name: str, key: str, content: Any, entry: str) -> Any:
-    if not isinstance(content, dict) or entry not in content:
-        raise ValueError(f"{name}: {key}.{entry}: expected an entry, got none")
-    return content[entry]
-
-
-def _number(name: str, key: str, content: Any, entry: str) -> float:
-    value = _entry(name, key, content, entry)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"{name}: {key}.{entry}: expected a finite number, got {value!r}")
-    return float(value)
+        terms = content[direction].fields(TERMS)
+        values[direction] = PulseCoefficients(**{t: terms[t].number() for t in TERMS})
+    return ChannelCalibration(points=int(content["points"].number(low=0.0)), **values)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pneumaticbox_driver.box import PneumaticBox
 from pneumaticbox_driver.report import Level, Report
 
+UNITS = {"mass": "kg", "mass_flow": "kg/s", "pressure": "Pa", "volume": "m3", "time": "-"}
 STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
 
 
@@ -69,9 +70,10 @@ def _channel(box: PneumaticBox, index: int, name: str) -> Report:
         report.raise_to(Level.WARN, "above its pressure limit: relieving")
     elif box.guard.blocked[index]:
         report.raise_to(Level.WARN, "target is beyond the pressure limit: held below it")
+    mode = box.settings.control_modes[index]
     report.values = {
         "air mass [kg]": f"{box.observer.mass[index]:.3e}",
-        "target": f"{box.setpoints.at(box.time)[index]:.3e}",
+        f"target [{UNITS[mode]}]": f"{box.setpoints.at(box.time)[index]:.3e}",
         "pressure, gauge [Pa]": f"{box.gauge[index]:.0f}",
         "limit, gauge [Pa]": f"{box.guard.limits[index]:.0f}",
         "sensor offset [Pa]": f"{box.offsets[index]:.0f}",

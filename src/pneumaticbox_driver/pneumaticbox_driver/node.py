@@ -361,7 +361,7 @@ def main(args: list[str] | None = None) -> int:
         gc.freeze()
         gc.disable()  # a collection would come in the middle of a sample; see serve_others
         (run_embedded if node.backend == "embedded" else run_topic)(node, stop)
-    except (ValueError, OSError, ParameterException) as error:
+    except (ValueError, ParameterException) as error:
         print(f"pneumaticbox: {error}", file=sys.stderr)
         status = 2
     finally:

@@ -100,13 +100,12 @@ class MassObserver:
     def set_mass(self, channel: int, mass: float) -> None:
         """Correct the estimate of a channel to `mass` [kg].
 
-        Of a pulse under way only the flow from now on counts: what it moved so far, switching
-        terms included, is in `mass`.
+        A pulse under way is taken to move nothing more: this is for a channel that stands still,
+        and with noise on its pressure equation 4.1 would go on to see a small flow.
         """
         self._settled[channel] = mass
         self._moved[channel] = 0.0
-        self._coefficients[[0, 3, 4], channel] = 0.0
-        self._integrals.values[1:3, channel] = 0.0
+        self._coefficients[:, channel] = 0.0
 
 
 def _pulse(coefficients: Floats, duration: float, upstream: Floats, downstream: Floats) -> Floats:

@@ -1,12 +1,10 @@
 """Constants of the pretended Pneumaticbox, read from one YAML file and checked."""
 
-import math
 from dataclasses import dataclass, fields
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
+from softhand_model.document import Node, data_file, read_document
 
 FORMAT = "softhand-pneumatics/1"
 Range = tuple[float, float]
@@ -87,6 +85,7 @@ SECTIONS: dict[str, type] = {
     "supply_sensor": Sensor,
 }
 MAY_BE_ZERO = ("delay_jitter", "noise", "accuracy", "droop")
+BITS = (1.0, 24.0)
 
 
 def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
@@ -102,57 +101,39 @@ def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
     >>> load_pneumatics().choke.inlet_diameter
     0.0002
     """
-    shipped = resources.files("softhand_model") / "data" / "pneumatics.yaml"
-    source = shipped if path is None else Path(path)
-    content = yaml.safe_load(source.read_text(encoding="utf-8"))
-    name = "pneumatics.yaml" if path is None else str(path)
-    top = {"format", *(field.name for field in fields(Pneumatics))}
-    _check_keys(name, "", content, top)
-    if content["format"] != FORMAT:
-        raise ValueError(f"{name}: format: expected {FORMAT}, got {content['format']!r}")
+    source = data_file("pneumatics.yaml") if path is None else Path(path)
+    scalars = ("box_seed", "ambient_pressure", "temperature")
+    content = read_document(source, FORMAT).fields(["format", *scalars, *SECTIONS])
     seed = content["box_seed"]
-    if not isinstance(seed, int) or seed < 0:
-        raise ValueError(f"{name}: box_seed: expected a whole number >= 0, got {seed!r}")
+    if not isinstance(seed.value, int) or seed.value < 0:
+        raise seed.error("a whole number of at least 0")
     return Pneumatics(
-        box_seed=seed,
-        ambient_pressure=_number(name, "ambient_pressure", content["ambient_pressure"]),
-        temperature=_number(name, "temperature", content["temperature"]),
-        **{key: _section(name, key, content[key]) for key in SECTIONS},
+        box_seed=seed.value,
+        ambient_pressure=content["ambient_pressure"].positive(),
+        temperature=content["temperature"].positive(),
+        **{key: _section(content[key], kind) for key, kind in SECTIONS.items()},
     )
 
 
-def _check_keys(name: str, section: str, content: Any, expected: set[str]) -> None:
-    label = section or "the file"
-    if not isinstance(content, dict):
-        raise ValueError(f"{name}: {label}: expected a mapping, got {content!r}")
-    for key in sorted(expected ^ set(content)):
-        verb = "missing" if key in expected else "unknown"
-        raise ValueError(f"{name}: {verb} key {key} in {label}; expected {sorted(expected)}")
+def _section(node: Node, kind: type) -> Any:
+    types = {field.name: field.type for field in fields(kind)}
+    values = node.fields(types)
+    return kind(
+        **{
+            name: _range(values[name]) if types[name] == Range else _scalar(name, values[name])
+            for name in types
+        }
+    )
 
 
-def _section(name: str, section: str, content: Any) -> Any:
-    kind = SECTIONS[section]
-    _check_keys(name, section, content, {field.name for field in fields(kind)})
-    values = {}
-    for field in fields(kind):
-        read = _range if field.type == Range else _number
-        values[field.name] = read(name, f"{section}.{field.name}", content[field.name])
-    return kind(**values)
+def _scalar(name: str, node: Node) -> float:
+    if name == "bits":
+        return node.number(*BITS)
+    return node.number(low=0.0) if name in MAY_BE_ZERO else node.positive()
 
 
-def _number(name: str, key: str, value: Any) -> float:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    least = 0.0 if key.split(".")[-1] in MAY_BE_ZERO else math.ulp(0.0)
-    if not is_number or not math.isfinite(value) or value < least:
-        bound = "0 or above" if least == 0.0 else "above 0"
-        raise ValueError(f"{name}: {key}: expected a number {bound}, got {value!r}")
-    return float(value)
-
-
-def _range(name: str, key: str, value: Any) -> Range:
-    if not isinstance(value, list) or len(value) != 2:
-        raise ValueError(f"{name}: {key}: expected [smallest, largest], got {value!r}")
-    low, high = (_number(name, key, item) for item in value)
-    if low > high:
-        raise ValueError(f"{name}: {key}: expected smallest <= largest, got {value!r}")
+def _range(node: Node) -> Range:
+    low, high = node.vector(2)
+    if not 0 < low <= high:
+        raise node.error("[smallest, largest] above 0")
     return low, high
