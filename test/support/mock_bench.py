@@ -136,7 +136,7 @@ def main():
     begin = due = time.monotonic()
     while not stop and time.monotonic() - begin < arguments.life:
         node.tick()
-        due += STEP / arguments.factor
+        due = max(due + STEP / arguments.factor, time.monotonic())  # late: slower, never faster
         while (left := due - time.monotonic()) > 0:
             executor.spin_once(timeout_sec=left)
         executor.spin_once(timeout_sec=0)

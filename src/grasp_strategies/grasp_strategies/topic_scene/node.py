@@ -134,6 +134,8 @@ class TopicScene:
         for publisher, source in ((self._wrist_target, SIMULATOR), (self._air_command, DRIVER)):
             if not publisher.get_subscription_count():
                 absent.setdefault(source, []).append(f"a subscriber of {publisher.topic_name}")
+        if not self._vent.service_is_ready():  # no motion before it can be aborted
+            absent.setdefault(DRIVER, []).append(f"the service {self._vent.srv_name}")
         return "; ".join(
             f"{', '.join(parts)} (is {source} running, and not paused?)"
             for source, parts in absent.items()
@@ -230,7 +232,7 @@ class TopicScene:
 
     def _call_vent(self) -> str:
         """Why the vent is not confirmed; empty when it is."""
-        if not self._vent.service_is_ready():
+        if not self._vent.wait_for_service(VENT_TIME_OUT):  # it may not be discovered yet
             return f"the service {self._vent.srv_name} is not there (is driver running?)"
         answered = threading.Event()
         future = self._vent.call_async(Trigger.Request())
