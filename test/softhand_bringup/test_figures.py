@@ -1,5 +1,7 @@
 """The figures show what is in the bag; what they look like is looked at, not tested."""
 
+from itertools import pairwise
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -46,6 +48,12 @@ def test_pictures_are_taken_at_the_ends_of_phases_and_in_the_longest_gaps():
     assert len(times) == 8
     assert {1.0, 9.0} <= set(times)
     assert np.diff(times).max() <= 2.0
+
+
+def test_with_many_phases_the_shortest_has_no_picture():
+    ends = [0.0, 1.0, 2.0, 2.1, 3.0, 4.0]
+    marks = [figures.Phase(str(end), start, end) for start, end in pairwise(ends)]
+    assert figures.frame_times(marks, 4.0, 4).tolist() == [1.0, 2.0, 3.0, 4.0]
 
 
 def test_a_bag_without_the_object_is_refused_by_topic(grasp_bag, tmp_path, monkeypatch):

@@ -28,7 +28,7 @@ OBJECT_TOPIC = "/scene/object_pose"
 WRIST_TOPIC = "/wrist/pose"
 JOINTS_TOPIC = "/hand/joint_states"
 PHASE_TOPIC = "/grasp/phase"
-IDLE = "idle"  # what the sequencer publishes before it is called
+BETWEEN_GRASPS = ("idle", "done")  # what the sequencer publishes before and after a grasp
 
 FRAME_COUNT = 8
 FRAME_SIZE = (560, 420)  # [pixels]
@@ -47,12 +47,12 @@ class Phase:
 def phases(texts: Sequence[tuple[float, str]], end: float) -> list[Phase]:
     """Phases from the messages of `grasp/phase`; each lasts until the next, the last until `end`.
 
-    >>> phases([(0.5, "idle"), (1.0, "approach"), (3.0, "close")], 4.0)[1]
+    >>> phases([(0.5, "idle"), (1.0, "approach"), (3.0, "close"), (4.0, "done")], 5.0)[1]
     Phase(name='close', start=3.0, end=4.0)
     """
     ends = [*(time for time, _ in texts[1:]), end]
     spans = zip(texts, ends, strict=False)  # without texts there is no span either
-    return [Phase(name, start, stop) for (start, name), stop in spans if name != IDLE]
+    return [Phase(name, start, stop) for (start, name), stop in spans if name not in BETWEEN_GRASPS]
 
 
 def draw_grasp(bag: Bag, path: Path) -> None:
@@ -102,9 +102,10 @@ def _mark_phases(axes: Sequence[Axes], marks: Sequence[Phase]) -> None:
 
 
 def frame_times(marks: Sequence[Phase], last: float, count: int = FRAME_COUNT) -> Array:
-    """Times of the pictures (count or more,) [s]: the end of each phase, and more between if few.
+    """Times of the pictures (count,) [s]: the ends of the phases, less or more to make the count.
 
-    Longest gaps are filled first, so that no part of the grasp is left out.
+    Ends that follow closely on another go first, or the longest gaps are filled first, so that no
+    part of the grasp is left out.
 
     >>> frame_times([Phase("a", 0.0, 1.0), Phase("b", 1.0, 4.0)], 4.0, 4).tolist()
     [1.0, 1.75, 2.5, 4.0]
@@ -112,6 +113,8 @@ def frame_times(marks: Sequence[Phase], last: float, count: int = FRAME_COUNT) -
     times = sorted({min(phase.end, last) for phase in marks})
     if len(times) < 2:
         times = [0.0, last]
+    while len(times) > count:
+        del times[1 + int(np.argmin(np.diff(times)))]
     while len(times) < count:
         gap = int(np.argmax(np.diff(times)))
         times.insert(gap + 1, 0.5 * (times[gap] + times[gap + 1]))
@@ -132,7 +135,9 @@ def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -
     times = frame_times(marks, float(joints.time[-1]))
     wrist, thing = bag.poses(WRIST_TOPIC).at(times), bag.poses(OBJECT_TOPIC).at(times)
     index = latest_index(joints.time, times)
-    camera = Camera(target=_centre(bag.poses(OBJECT_TOPIC).position), distance=0.65)
+    camera = Camera(
+        target=_centre(bag.poses(OBJECT_TOPIC).position), distance=0.5, yaw=25.0, pitch=-14.0
+    )
     renderer = Renderer(hand, object_name, scene, segments=_segments(hand, joints.names))
     frames = [
         renderer.frame(
@@ -154,7 +159,7 @@ def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -
 def _centre(path: Array) -> tuple[float, float, float]:
     """Point to look at [m] in all pictures, so that the lift is seen: the middle of the way up."""
     x, y, _ = path[0].tolist()
-    return x, y, float(0.5 * (path[:, 2].min() + path[:, 2].max())) + 0.03
+    return x, y, float(0.5 * (path[:, 2].min() + path[:, 2].max())) + 0.05
 
 
 def _segments(hand: str, joint_names: Sequence[str]) -> int:

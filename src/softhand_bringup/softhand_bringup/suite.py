@@ -71,6 +71,14 @@ def recorder(folder: Path) -> NodeCommand:
     return NodeCommand("recorder", "softhand_bringup.recorder.node", arguments=(str(folder),))
 
 
+def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
+    """The pictures of a bag; a process of its own, as PyBullet talks to the terminal."""
+    names = ("--hand", options.hand, "--object", options.object, "--scene", options.scene)
+    return NodeCommand(
+        "figures", "softhand_bringup.figures", arguments=(str(bag), str(folder), *names)
+    )
+
+
 def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
     """Simulator, driver and sequencer, in the order in which they are started."""
     return [simulator(options), driver(options), sequencer(options)]

@@ -17,6 +17,7 @@ SERVICE = "grasp/surface_constrained"
 START_LIMIT = 90.0  # [s] of wall time; the first start compiles
 RECORDER_LIMIT = 20.0  # [s]
 GRASP_LIMIT = 300.0  # [s] of wall time
+DRAW_LIMIT = 120.0  # [s]
 IDLE = "idle"
 
 
@@ -68,18 +69,17 @@ class Demo:
         """Draw grasp.png and frames.png from the bag.
 
         Raises:
-            ValueError: the bag lacks a topic that is drawn.
+            DemoFailed: the bag lacks a topic that is drawn, or drawing took too long.
+            Interrupted: `stopped` was set.
         """
-        # imported late: these take a second that the start need not wait for
-        from softhand_bringup.bags.reading import Bag
-        from softhand_bringup.figures import draw_frames, draw_grasp
-
-        options = self.options
-        with Bag(self.folder / "bag") as bag:
-            draw_grasp(bag, self.folder / "grasp.png")
-            draw_frames(
-                bag, self.folder / "frames.png", options.hand, options.object, options.scene
-            )
+        log = self.folder / "log"
+        with Launcher(log, node_environment(log)) as launcher:
+            process = launcher.start(suite.figures(self.options, self.folder / "bag", self.folder))
+            wait_until(lambda: process.exit_code is not None or self.stopped.is_set(), DRAW_LIMIT)
+            if self.stopped.is_set():
+                raise Interrupted
+            if process.exit_code != 0:
+                raise DemoFailed(f"no pictures: {process.last_words()} (log: {process.log})")
 
     def _start_recorder(self, launcher: Launcher) -> None:
         bag = self.folder / "bag"
