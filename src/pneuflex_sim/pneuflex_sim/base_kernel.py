@@ -23,42 +23,56 @@ def rotate(q, vector, out):
 
 
 @compiled
-def place_bases(position, orientation, mount_position, mount_orientation, places, turns):
+def place_bases(position, orientation, mounts, places, turns):
     """Poses (b, 3) [m] and (b, 4) of the mounts on a wrist at this pose."""
-    for b in range(len(mount_position)):
-        rotate(orientation, mount_position[b], places[b])
+    for b in range(len(places)):
+        rotate(orientation, mounts[0][b], places[b])
         for k in range(3):
             places[b, k] += position[k]
-        quaternion_product(orientation, mount_orientation[b], turns[b])
+        quaternion_product(orientation, mounts[1][b], turns[b])
 
 
 @compiled
-def velocities_between(step, places, turns, next_places, next_turns, drift, velocity):
-    """Velocity (b, 2, 3), linear then spin, from one pose to the next within a step, making up for
-    `drift` (b, 2, 3).
+def feel_load(step, velocity, pushed, resistance, places, weight, wrist_position, force, torque):
+    """Wrench of the hand on the wrist from what the bases' velocities (b, 2, 3) gained on the push.
+
+    `resistance` is (mass, inertia) of a base; `weight` (2, 3) is the wrench of the resting hand's
+    weight on the wrist, which the arm carries.
     """
-    inverse, change = np.empty(4), np.empty(4)
+    lever, arm, gained = np.empty(3), np.empty(3), np.empty(3)
+    for k in range(3):
+        force[k], torque[k] = -weight[0, k], -weight[1, k]
     for b in range(len(places)):
         for k in range(3):
-            velocity[b, 0, k] = (next_places[b, k] - places[b, k] - drift[b, 0, k]) / step
-            inverse[k] = -turns[b, k]
-        inverse[3] = turns[b, 3]
-        quaternion_product(next_turns[b], inverse, change)
-        sign = 2.0 if change[3] >= 0 else -2.0
+            arm[k] = places[b, k] - wrist_position[k]
+            gained[k] = (velocity[b, 0, k] - pushed[b, 0, k]) * resistance[0] / step
+        cross(arm, gained, lever)
         for k in range(3):
-            velocity[b, 1, k] = (sign * change[k] - drift[b, 1, k]) / step
+            force[k] += gained[k]
+            turning = (velocity[b, 1, k] - pushed[b, 1, k]) * resistance[1] / step
+            torque[k] += lever[k] + turning
 
 
 @compiled
-def total_wrench(load, places, wrist_position, force, torque):
-    """Sum of the loads (b, 2, 3) [N, N m] at the bases, referred to the wrist."""
-    lever, arm = np.empty(3), np.empty(3)
-    force[:] = 0.0
-    torque[:] = 0.0
-    for b in range(len(load)):
+def push_bases(step, resistance, lift, poses, next_poses, velocity, pushed, push):
+    """Forces and torques (b, 2, 3) that bring the bases from one pose to the next within a step.
+
+    `velocity` (b, 2, 3) is what the bases have, `pushed` what they should have had: the difference
+    has moved them, and that is made up for. `pushed` becomes the velocity to reach; `lift` [m/s2]
+    holds a base against gravity.
+    """
+    inverse, change = np.empty(4), np.empty(4)
+    for b in range(len(pushed)):
         for k in range(3):
-            arm[k] = places[b, k] - wrist_position[k]
-        cross(arm, load[b, 0], lever)
+            inverse[k] = -poses[1][b, k]
+        inverse[3] = poses[1][b, 3]
+        quaternion_product(next_poses[1][b], inverse, change)
+        sign = 2.0 if change[3] >= 0 else -2.0
         for k in range(3):
-            force[k] += load[b, 0, k]
-            torque[k] += load[b, 1, k] + lever[k]
+            way = next_poses[0][b, k] - poses[0][b, k]
+            for part in range(2):
+                moved = velocity[b, part, k] - pushed[b, part, k]
+                pushed[b, part, k] = (way if part == 0 else sign * change[k]) / step - moved
+                gain = (pushed[b, part, k] - velocity[b, part, k]) / step
+                push[b, part, k] = resistance[part] * gain
+        push[b, 0, 2] += resistance[0] * lift

@@ -29,7 +29,7 @@ ENVIRONMENT, FINGER, THUMB, PALM = 1, 2, 4, 8  # collision groups
 COLLIDES_WITH = {FINGER: ENVIRONMENT | THUMB, THUMB: ENVIRONMENT | FINGER, PALM: ENVIRONMENT}
 BASE_MASS = 1000.0  # [kg]: so heavy that the chain does not move it within a step
 BASE_INERTIA = 10.0  # [kg m2]
-BASE_RESISTANCE = np.array([[BASE_MASS], [BASE_INERTIA]])
+BASE_RESISTANCE = (BASE_MASS, BASE_INERTIA)
 RUBBER_FRICTION = 1.0  # PyBullet multiplies the coefficients of both bodies
 SPEED_LIMIT = 95.0  # [rad/s]: PyBullet clamps joint speeds at 100, so a diverged run stays finite
 LONGEST_BLOW = 0.02  # [s] a joint may stay at the clamp after a blow
@@ -70,6 +70,7 @@ class HandBodies:
             np.array([body.orientation for body in layout.bodies]),
         )
         self._pushed = np.zeros((len(self.ids), 2, 3))
+        self._mass = float(layout.mass.sum())
         self._center_of_mass = HandShape(layout).center_of_mass(layout.rest)
         self.reset(wrist)
 
@@ -275,21 +276,26 @@ class HandBodies:
         velocity = np.array(
             [pybullet.getBaseVelocity(base, physicsClientId=client) for base in self.ids]
         )
-        gained = velocity - self._pushed
-        drift = step * gained  # how far the load moved the bases off the wrist
-        places, turns = self._bases
-        base_kernel.total_wrench(
-            gained * BASE_RESISTANCE / step, places, wrist.position, wrist.force, wrist.torque
+        poses = self._bases
+        base_kernel.feel_load(
+            step,
+            velocity,
+            self._pushed,
+            BASE_RESISTANCE,
+            poses[0],
+            self._weight(wrist),
+            wrist.position,
+            wrist.force,
+            wrist.torque,
         )
-        self._carry_weight(wrist)
         wrist.advance(step)
         self._bases = self._base_poses(wrist)
-        base_kernel.velocities_between(step, places, turns, *self._bases, drift, self._pushed)
-        push = (self._pushed - velocity) / step
-        push[:, 0, 2] += self.weight_scale * GRAVITY
-        for base, place, (force, torque) in zip(
-            self.ids, places.tolist(), (push * BASE_RESISTANCE).tolist(), strict=True
-        ):
+        push, lift = np.empty_like(velocity), self.weight_scale * GRAVITY
+        base_kernel.push_bases(
+            step, BASE_RESISTANCE, lift, poses, self._bases, velocity, self._pushed, push
+        )
+        places = poses[0].tolist()
+        for base, place, (force, torque) in zip(self.ids, places, push.tolist(), strict=True):
             pybullet.applyExternalForce(
                 base, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client
             )
@@ -300,20 +306,18 @@ class HandBodies:
     def _base_poses(self, wrist: Wrist) -> tuple[Array, Array]:
         """Positions (b, 3) [m] and quaternions (b, 4) of all bases for this wrist."""
         places, turns = np.empty((len(self.ids), 3)), np.empty((len(self.ids), 4))
-        base_kernel.place_bases(wrist.position, wrist.orientation, *self._mounts, places, turns)
+        base_kernel.place_bases(wrist.position, wrist.orientation, self._mounts, places, turns)
         return places, turns
 
-    def _carry_weight(self, wrist: Wrist) -> None:
-        """Take the weight of the resting hand off the load: an arm compensates the tool that it
-        knows.
+    def _weight(self, wrist: Wrist) -> Array:
+        """Force and torque (2, 3) of the resting hand's weight on the wrist: an arm carries the
+        tool that it knows.
         """
-        if self.weight_scale:
-            weight = self.weight_scale * GRAVITY * self.layout.mass.sum()
-            arm, lever = np.empty(3), np.empty(3)
-            base_kernel.rotate(wrist.orientation, self._center_of_mass, arm)
-            cross(arm, np.array([0.0, 0.0, weight]), lever)
-            wrist.force[2] += weight
-            wrist.torque += lever
+        weight, arm = np.zeros((2, 3)), np.empty(3)
+        weight[0, 2] = -self.weight_scale * GRAVITY * self._mass
+        base_kernel.rotate(wrist.orientation, self._center_of_mass, arm)
+        cross(arm, weight[0], weight[1])
+        return weight
 
 
 def _collision_groups(layout: HandLayout, body: Body) -> list[int]:

@@ -78,31 +78,38 @@ class Wrist:
     def advance(self, step: float) -> None:
         """One implicit step of the damped spring under the wrench of the hand."""
         p = self.parameters
-        turn_error = np.empty(3)
-        _rotation_error(self.target_orientation, self.orientation, turn_error)
-        _drive(
-            self.target_position - self.position,
-            self.velocity,
-            self.force,
-            p.stiffness,
-            p.mass,
-            p.force_limit,
+        advance_wrist(
             step,
+            (p.stiffness, p.mass, p.force_limit),
+            (p.rotational_stiffness, p.inertia, p.torque_limit),
+            (self.target_position, self.target_orientation),
+            (self.force, self.torque),
+            (self.position, self.orientation, self.velocity, self.spin),
         )
-        _drive(
-            turn_error,
-            self.spin,
-            self.torque,
-            p.rotational_stiffness,
-            p.inertia,
-            p.torque_limit,
-            step,
-        )
-        self.position = self.position + step * self.velocity
-        turn, after = np.empty(4), np.empty(4)
-        quaternion_of_rotation(step * self.spin, turn)
-        quaternion_product(turn, self.orientation, after)
-        self.orientation = after / math.sqrt(after @ after)
+
+
+@compiled
+def advance_wrist(step, translation, rotation, target, load, state):
+    """Advance `state` (position, orientation, velocity, spin) in place by one step.
+
+    `translation` and `rotation` are (stiffness, inertia, limit), `target` (position, orientation),
+    `load` (force, torque).
+    """
+    position, orientation, velocity, spin = state
+    error, turn, after = np.empty(3), np.empty(4), np.empty(4)
+    for k in range(3):
+        error[k] = target[0][k] - position[k]
+    _drive(error, velocity, load[0], *translation, step)
+    _rotation_error(target[1], orientation, error)
+    _drive(error, spin, load[1], *rotation, step)
+    for k in range(3):
+        position[k] += step * velocity[k]
+        error[k] = step * spin[k]
+    quaternion_of_rotation(error, turn)
+    quaternion_product(turn, orientation, after)
+    norm = math.sqrt(after[0] ** 2 + after[1] ** 2 + after[2] ** 2 + after[3] ** 2)
+    for k in range(4):
+        orientation[k] = after[k] / norm
 
 
 @compiled
