@@ -26,7 +26,7 @@ def test_abort_in_mid_grasp_vents_and_ends_the_call(gripping):
     assert "abort" in answer.result().message
     peer.pass_time(2.0)
     assert max(peer.state().effort) < 5e3
-    assert peer.result()["completed"] == "False"
+    assert peer.wait(peer.result, 10.0, "a result")["completed"] == "False"
 
 
 def test_a_second_call_while_one_runs_is_refused_and_does_not_disturb_it(gripping):

@@ -1,4 +1,4 @@
-"""The demo as a user runs it, judged by its exit status, its files and, independently, by its bag."""
+"""The demo as a user runs it, judged by exit status and files and, independently, by its bag."""
 
 import json
 import os
