@@ -1,0 +1,62 @@
+"""Constants of the pneumatic box: the thesis's numbers, and errors that name the place."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from softhand_model.document import data_file
+from softhand_model.pneumatics import load_pneumatics
+
+
+@pytest.fixture
+def content():
+    return yaml.safe_load(data_file("pneumatics.yaml").read_text(encoding="utf-8"))
+
+
+def load_changed(tmp_path: Path, content):
+    path = tmp_path / "box.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return load_pneumatics(path)
+
+
+def test_the_shipped_box_is_that_of_the_thesis():
+    p = load_pneumatics()
+    assert (p.choke.inlet_diameter, p.choke.outlet_diameter) == (0.2e-3, 0.6e-3)
+    assert p.choke.dead_volume == 0.15e-6
+    assert p.valve.opening_delay == p.valve.closing_delay == (0.020, 0.040)
+    assert (p.channel_sensor.range, p.channel_sensor.accuracy) == (250e3, 0.014)
+    assert (p.supply_sensor.range, p.supply_sensor.accuracy) == (700e3, 0.025)
+    assert 260e3 <= p.supply.pressure <= 320e3
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "expected"),
+    [
+        (("choke", "dead_volume"), -1.0, "choke.dead_volume: expected a number above 0, got -1.0"),
+        (("valve", "opening_delay"), [0.04, 0.02], "valve.opening_delay: expected [smallest"),
+        (("valve", "opening_delay"), 0.03, "valve.opening_delay: expected a list, got 0.03"),
+        (("supply", "pressure"), "high", "supply.pressure: expected a number above 0, got 'high'"),
+        (("box_seed",), 1.5, "box_seed: expected a whole number of at least 0, got 1.5"),
+        (("temperature",), float("nan"), "temperature: expected a number above 0, got nan"),
+    ],
+)
+def test_an_error_names_file_key_expected_and_got(tmp_path, content, path, value, expected):
+    place = content
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    with pytest.raises(ValueError) as error:
+        load_changed(tmp_path, content)
+    assert "box.yaml" in str(error.value)
+    assert expected in str(error.value)
+
+
+def test_missing_and_unknown_keys_are_named(tmp_path, content):
+    del content["line"]["length"]
+    with pytest.raises(ValueError, match="line: expected the key length"):
+        load_changed(tmp_path, content)
+    content["line"]["lenght"] = [0.5, 0.7]
+    content["line"]["length"] = [0.5, 0.7]
+    with pytest.raises(ValueError, match=r"expected only the keys .*, got lenght"):
+        load_changed(tmp_path, content)
