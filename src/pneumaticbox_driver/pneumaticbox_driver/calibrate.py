@@ -49,20 +49,30 @@ def calibrate(
     """
     pulses: list[list[Pulse]] = [[] for _ in range(channels)]
     for level, supply in enumerate(supplies):
-        for channel, recorded in enumerate(
-            _record(cycles, [seed, level], channels, volume, supply)
-        ):
-            pulses[channel] += recorded
+        recorded = record_on_bench(cycles, 1000 * seed + level, channels, volume, supply)
+        for channel, more in zip(pulses, recorded, strict=True):
+            channel += more
     return [fit_channel(channel) for channel in pulses]
 
 
-def _record(
-    cycles: int, seed: Sequence[int], channels: int, volume: float, supply: float
+def record_on_bench(
+    cycles: int, seed: int, channels: int, volume: float, supply: float
 ) -> list[list[Pulse]]:
-    number = int(np.random.default_rng(list(seed)).integers(2**31))
-    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, volume), seed=number)
+    """Record test pulses of the pretended box on bottles, at one gauge supply pressure [Pa].
+
+    Args:
+        cycles: pulses per channel and direction.
+        seed: of the pulses and of the bench's noise.
+        channels: number of outlets.
+        volume: of the bottles [m3].
+        supply: gauge supply pressure [Pa].
+
+    Returns:
+        The pulses per channel.
+    """
+    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, volume), seed=seed)
     bench.plant.set_supply(supply)
-    recording = record_pulses(SeeSaw(SeeSawPlan(), channels, number), channels, cycles, volume)
+    recording = record_pulses(SeeSaw(SeeSawPlan(), channels, seed), channels, cycles, volume)
     valves = next(recording)
     while True:
         bench.command(valves)
