@@ -6,6 +6,7 @@ import pytest
 from grasp_strategies.messages import (
     Feed,
     read_air_state,
+    read_driver_fault,
     read_force,
     read_pose,
     read_touching,
@@ -89,6 +90,26 @@ def test_deleted_markers_touch_nothing():
 def test_a_contact_name_that_is_no_pair_is_refused():
     with pytest.raises(ValueError, match=r"markers\.ns: expected <body>/<body>, got 'index'"):
         read_touching(contacts("index"))
+
+
+def status(name, level, message):
+    return Fields(name=name, level=bytes([level]), message=message)
+
+
+def test_a_fault_of_the_driver_is_its_errors_only():
+    message = Fields(
+        status=[
+            status("pneumaticbox: sensors", 1, "no sample"),
+            status("pneumaticbox: safety", 2, "vented until reset"),
+            status("hand_sim: simulation", 2, "diverged"),
+        ]
+    )
+    assert read_driver_fault(message) == "vented until reset"
+
+
+def test_a_driver_without_errors_takes_its_fault_back_and_others_say_nothing_of_it():
+    assert read_driver_fault(Fields(status=[status("pneumaticbox: safety", 0, "fine")])) == ""
+    assert read_driver_fault(Fields(status=[status("hand_sim: simulation", 2, "x")])) is None
 
 
 def test_a_stamp_is_read_in_seconds():

@@ -233,6 +233,31 @@ def test_an_abort_without_a_strategy_vents(start, bench, peer):
     peer.wait(lambda: peer.vents, 2.0, "the vent")
 
 
+def test_after_an_abort_a_grasp_is_refused_until_the_driver_is_reset(start, bench, peer):
+    bench("--factor", "4")
+    start()
+    peer.grasp()
+    peer.await_phase("approach")
+    assert peer.call(Trigger, "grasp/abort").success
+    peer.spin(1.5)  # until the driver has told
+    refused = peer.answer(peer.grasp())
+    assert not refused.success
+    assert "the driver reports: vented until pneumaticbox/reset" in refused.message
+    peer.call(Trigger, "pneumaticbox/reset")
+    assert peer.answer(peer.grasp()).success
+
+
+def test_a_driver_that_vents_by_itself_ends_the_grasp_with_its_reason(start, bench, peer):
+    bench("--factor", "0.5")
+    start()
+    future = peer.grasp()
+    peer.await_phase("approach")
+    peer.call(Trigger, "pneumaticbox/vent")
+    answer = peer.answer(future)
+    assert not answer.success
+    assert "the driver reports: vented until pneumaticbox/reset" in answer.message
+
+
 def test_an_abort_that_the_driver_refuses_is_told(start, bench, peer):
     bench("--factor", "5", "--refuse-vent")
     start()

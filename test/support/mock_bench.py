@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from mock_scene import CHANNELS, MockScene
 from rclpy.executors import SingleThreadedExecutor
@@ -61,6 +62,9 @@ class MockBench(Node):
         self.state_out = self.create_publisher(JointState, "pneumaticbox/state", 10)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.vents_out = self.create_publisher(Int32, "mock/vents", latched)
+        self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.told = 0.0
+        self.create_service(Trigger, "pneumaticbox/reset", self.on_reset)
         self.create_subscription(JointTrajectory, "pneumaticbox/command", self.on_command, 10)
         self.create_service(Trigger, "pneumaticbox/vent", self.on_vent)
 
@@ -81,6 +85,18 @@ class MockBench(Node):
             self.vents_out.publish(Int32(data=self.scene.vented))
         return response
 
+    def on_reset(self, request, response):
+        self.scene.vented = 0
+        response.success = True
+        return response
+
+    def tell_diagnostics(self):
+        vented = bool(self.scene.vented)
+        level = DiagnosticStatus.ERROR if vented else DiagnosticStatus.OK
+        text = "vented until pneumaticbox/reset" if vented else "in operation"
+        status = DiagnosticStatus(name="pneumaticbox: safety", level=level, message=text)
+        self.diagnostics.publish(DiagnosticArray(status=[status]))
+
     def on_pause(self, request, response):
         self.paused = response.success = request.data
         return response
@@ -100,6 +116,9 @@ class MockBench(Node):
             state = JointState(name=list(CHANNELS), position=seen.air_mass, effort=seen.pressure)
             state.header.stamp = stamp
             self.state_out.publish(state)
+            if time.monotonic() - self.told > 1.0:
+                self.told = time.monotonic()
+                self.tell_diagnostics()
 
     def publish_simulator(self, seen, stamp):
         every = self.arguments.spoil_every

@@ -17,6 +17,8 @@ from grasp_strategies.scene import Array
 
 WORLD = "world"
 OBJECT = "object"
+DRIVER_STATUS = "pneumaticbox:"  # how the names of the driver's diagnostics begin
+ERROR = b"\x02"  # diagnostic_msgs/DiagnosticStatus.ERROR
 ADD = 0  # visualization_msgs/Marker.ADD; others delete
 
 
@@ -84,6 +86,16 @@ def read_touching(message: Any) -> frozenset[str]:
         if len(pair) != 2 or not all(pair):
             raise ValueError(f"markers.ns: expected <body>/<body>, got {'/'.join(pair)!r}")
     return frozenset(body for pair in pairs if OBJECT in pair for body in pair if body != OBJECT)
+
+
+def read_driver_fault(message: Any) -> str | None:
+    """What the driver's part of a DiagnosticArray says is in error; empty when nothing is.
+
+    None when the message is not the driver's.
+    """
+    own = [status for status in message.status if status.name.startswith(DRIVER_STATUS)]
+    faults = [status.message for status in own if status.level >= ERROR]
+    return "; ".join(faults) if own else None
 
 
 @dataclass

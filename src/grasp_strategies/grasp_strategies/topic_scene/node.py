@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.callback_groups import CallbackGroup
 from rclpy.client import Client
@@ -33,6 +35,7 @@ from grasp_strategies.messages import (
     WORLD,
     Feed,
     read_air_state,
+    read_driver_fault,
     read_force,
     read_pose,
     read_touching,
@@ -44,6 +47,7 @@ SIMULATOR, DRIVER = "hand_sim", "driver"
 NEWEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SILENCE = 0.5  # [s] of scene time without a message of a topic ...
 SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
+FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken back stands
 VENT_TIME_OUT = 2.0  # [s] of wall time
 LOOK_PERIOD = 0.05  # [s] of wall time between two looks while waiting for publishers
 STILL_PERIOD = 0.5  # [s] of wall time after which a wait looks whether time has stopped
@@ -92,6 +96,8 @@ class TopicScene:
         self.feeds = (self._wrist, self._object, self._force, self._contacts, self._air)
         self._wrist_target = node.create_publisher(PoseStamped, "wrist/target_pose", 10)
         self._air_command = node.create_publisher(JointTrajectory, "pneumaticbox/command", 10)
+        self._driver_fault = ""
+        node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_driver, 10)
         self._vent: Client = node.create_client(Trigger, "pneumaticbox/vent")
 
     def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
@@ -112,13 +118,23 @@ class TopicScene:
             feed.forget()
         self._take_clock()
         self._simulated_time = None
-        end = time.monotonic() + time_out
-        while missing := self._missing():
-            if self._interrupted.wait(LOOK_PERIOD):
-                raise SceneError(f"aborted while waiting for {missing}")
-            if time.monotonic() > end:
-                raise SceneError(f"after {time_out:g} s of waiting: {missing}")
+        self._await_end_of(self._missing, time_out)
+        # the driver tells once a second that a fault is over
+        self._await_end_of(lambda: self._driver_fault, FAULT_MEMORY)
         self.channels = self._air.value.channels
+
+    def _await_end_of(self, obstacle: Callable[[], str], time_out: float) -> None:
+        end = time.monotonic() + time_out
+        while what := obstacle():
+            if self._interrupted.wait(LOOK_PERIOD):
+                raise SceneError(f"aborted while waiting: {what}")
+            if time.monotonic() > end:
+                raise SceneError(f"after {time_out:g} s of waiting: {what}")
+
+    def _hear_driver(self, message: DiagnosticArray) -> None:
+        fault = read_driver_fault(message)
+        if fault is not None:
+            self._driver_fault = fault and f"the driver reports: {fault}"
 
     def _missing(self) -> str:
         """What is not there yet, by who should provide it; empty when all is there."""
@@ -245,6 +261,8 @@ class TopicScene:
     # ---------------------------------------------------------------- observation
     def observe(self) -> Observation:
         """Return the newest of every topic; raises SceneError that names one that fell silent."""
+        if self._driver_fault:
+            raise SceneError(self._driver_fault)
         now, wall = self.time, time.monotonic()
         for feed in self.feeds:
             self._take(feed)
