@@ -1,6 +1,7 @@
 """Simulations that close themselves, and a finger that lies level."""
 
 import dataclasses
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -29,6 +30,12 @@ def level_stand(monkeypatch):
     """The scene `stand` with the finger pointing along world x, bending downwards."""
     level = dataclasses.replace(load_scene("stand"), wrist_rpy=(0.0, np.pi / 2, 0.0))
     monkeypatch.setattr(simulation_module, "load_scene", lambda _: level)
+
+
+@pytest.fixture
+def weightless():
+    """Model file without any effect: actuators have no weight."""
+    return resources.files("softhand_model").joinpath("data/models/base.yaml")
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """The simulated finger at rest against solvers that know no time step."""
 
-from importlib import resources
-
 import pybullet
 import pytest
 from scipy.optimize import brentq
@@ -15,10 +13,6 @@ STEPS = [0.001, 0.002, 0.005, 0.01]
 def rest_angles(simulation, pressure):
     model = simulation.bodies.layout.models["finger"]
     return model.rest_rotation([pressure])[:, 1]
-
-
-def base_model():
-    return resources.files("softhand_model").joinpath("data/models/base.yaml")
 
 
 @pytest.mark.parametrize("step", STEPS)
@@ -37,8 +31,10 @@ def test_a_level_finger_sags_as_the_static_solver_says(
 
 
 @pytest.mark.parametrize("step", STEPS)
-def test_a_blocked_tip_pushes_as_hard_as_the_static_solver_says(simulate, hold_pressure, step):
-    simulation = simulate(hand="single_finger", scene="stand", step=step, model=base_model())
+def test_a_blocked_tip_pushes_as_hard_as_the_static_solver_says(
+    simulate, hold_pressure, weightless, step
+):
+    simulation = simulate(hand="single_finger", scene="stand", step=step, model=weightless)
     client, gap = simulation.world.client, 0.010
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_BOX, halfExtents=[0.05, 0.2, 0.2], physicsClientId=client
@@ -76,9 +72,9 @@ def closed_form_bend(simulation, mass, moment):
 
 @pytest.mark.parametrize("step", STEPS)
 def test_closed_valves_keep_the_mass_while_a_push_moves_pressure_and_volume(
-    simulate, mass_for_pressure, step
+    simulate, mass_for_pressure, weightless, step
 ):
-    simulation = simulate(hand="single_finger", scene="stand", step=step, model=base_model())
+    simulation = simulate(hand="single_finger", scene="stand", step=step, model=weightless)
     mass = mass_for_pressure(simulation, [31e3])
     tip = len(simulation.bodies.layout.mass) - 1
     angles, pressures = [], []

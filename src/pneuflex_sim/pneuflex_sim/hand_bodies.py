@@ -153,8 +153,11 @@ class HandBodies:
             )
 
     # ---------------------------------------------------------------- state
-    def reset(self, wrist: Wrist) -> None:
-        """Put every joint at rest without pressure and every base at the wrist."""
+    def reset(self, wrist: Wrist, joints: Array | None = None) -> None:
+        """Put every base at the wrist and every joint at its orientation in `joints` (n, 4), or at
+        rest without pressure; nothing moves.
+        """
+        joints = self.layout.rest if joints is None else joints
         self._bases = self._base_poses(wrist)
         for body, base, position, orientation in zip(
             self.layout.bodies, self.ids, *self._bases, strict=True
@@ -169,7 +172,7 @@ class HandBodies:
                 pybullet.resetJointStateMultiDof(
                     base,
                     link,
-                    self.layout.rest[joint].tolist(),
+                    joints[joint].tolist(),
                     [0, 0, 0],
                     physicsClientId=self.world.client,
                 )

@@ -128,10 +128,10 @@ def _triangles(rings: int, points: int) -> NDArray[np.int32]:
     for r in range(rings - 1):
         for k in range(points):
             a, b = r * points + k, r * points + (k + 1) % points
-            faces += [(a, a + points, b), (b, a + points, b + points)]
+            faces += [(a, b, a + points), (b, b + points, a + points)]
     base, tip, last = rings * points, rings * points + 1, (rings - 1) * points
     for k in range(points):
-        faces += [(base, k, (k + 1) % points), (tip, last + (k + 1) % points, last + k)]
+        faces += [(base, (k + 1) % points, k), (tip, last + k, last + (k + 1) % points)]
     return np.array(faces, dtype=np.int32).ravel()
 
 

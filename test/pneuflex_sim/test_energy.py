@@ -1,0 +1,35 @@
+"""A finger let go loses energy at every step size, and all of it in the end."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim import spring_kernel
+
+
+def energy(simulation):
+    """Kinetic and elastic energy [J] of a weightless hand without pressure."""
+    bodies, layout = simulation.bodies, simulation.bodies.layout
+    n, momentum = len(layout.mass), np.empty_like(bodies.v)
+    placed = (np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)))
+    inertia = layout.inertia(simulation.step_size)
+    spring_kernel.place_joints(0, n, bodies.q, layout.offset, layout.center, inertia, *placed)
+    spring_kernel.inertial_torque(0, n, bodies.v, layout.mass, *placed, momentum)
+    elastic = 0.5 * np.sum(layout.stiffness * bodies.rotations() ** 2)
+    return 0.5 * np.sum(bodies.v * momentum) + elastic
+
+
+@pytest.mark.parametrize("step", [0.001, 0.002, 0.005, 0.01])
+def test_a_finger_let_go_only_loses_energy(simulate, hold_pressure, weightless, step):
+    simulation = simulate(hand="single_finger", scene="stand", step=step, model=weightless)
+    bent = Rotation.from_rotvec([0.05, 0.25, 0.02])
+    start = (Rotation.from_quat(simulation.bodies.layout.rest) * bent).as_quat()
+    simulation.bodies.reset(simulation.wrist, start)
+    simulation._rotations = simulation.bodies.rotations()
+    levels = [energy(simulation)]
+    for _ in range(round(1.5 / step)):
+        hold_pressure(simulation, [0.0], step)
+        levels.append(energy(simulation))
+    assert levels[0] > 5e-3
+    assert np.diff(levels).max() < 2e-4 * levels[0]
+    assert levels[-1] < 1e-6 * levels[0]
