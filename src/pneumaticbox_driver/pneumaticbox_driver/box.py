@@ -98,13 +98,13 @@ class PneumaticBox:
             Valves to command from now on (n,).
         """
         dt = time - self.time
-        if dt == 0:
-            return self.valves
         if dt < 0:
             self.notes.append("the clock was set back: setpoints dropped, air masses tared anew")
             self._restart()
         if not math.isfinite(pressures_abs.sum()):
             return self._sensor_fault(time, pressures_abs)
+        if dt == 0:
+            return self.valves
         if dt > SILENCE_LIMIT:
             self.latch.set(f"no sensor sample for {SILENCE_LIMIT * 1e3:.0f} ms")
         self._sense(time, dt if dt > 0 else 0.0, pressures_abs)

@@ -97,8 +97,12 @@ class SampleWatch:
     _wall_time: float = field(default=math.nan, init=False)
 
     def heard(self, node_time: float, wall_time: float) -> None:
-        """Note a sample at this node time [s] and monotonic wall time [s]."""
-        self._node_time, self._wall_time = node_time, wall_time
+        """Note a sample at this node time [s] and monotonic wall time [s].
+
+        A node time of 0 means that simulated time has not come yet: its first tick is no silence.
+        """
+        self._node_time = node_time if node_time > 0 else math.nan
+        self._wall_time = wall_time
 
     @property
     def started(self) -> bool:

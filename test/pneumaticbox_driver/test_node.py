@@ -1,0 +1,307 @@
+"""The driver as a process, against a test that owns the plant and answers in lockstep."""
+
+import array
+import math
+import signal
+import time
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from ros_domain import held_domain
+from ros_peer import Peer, seconds
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import FluidPressure, JointState
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from pneumaticbox_driver.parameters import PARAMETERS
+from softhand_bringup.environment import node_environment
+from softhand_bringup.launcher import Launcher, NodeCommand
+from softhand_model.pneumatics import PneumaticPlant
+
+pytestmark = pytest.mark.system
+
+MODULE = "pneumaticbox_driver.node"
+CHANNELS = ["a", "b"]
+VOLUME = 1e-4
+BOX = {"channels": CHANNELS, "rest_volumes": [VOLUME] * 2, "pressure_limits": [1e5] * 2}
+MG = 1e-6
+DEEP = QoSProfile(depth=1000)
+
+
+@pytest.fixture(scope="module")
+def domain():
+    with held_domain() as domain:
+        yield domain
+
+
+@pytest.fixture
+def launcher(domain, tmp_path):
+    with Launcher(tmp_path / "log", node_environment(tmp_path / "log", domain)) as launcher:
+        yield launcher
+
+
+@pytest.fixture
+def start(launcher):
+    """Start the driver; on simulated time without a /clock a test may take its time."""
+
+    def start(**parameters):
+        values = {**BOX, "use_sim_time": True, **parameters}
+        return launcher.start(NodeCommand("driver", MODULE, values))
+
+    return start
+
+
+class PlantPeer(Peer):
+    """The plant's side: sends samples and waits for the valves of each."""
+
+    def __init__(self, domain, log_folder):
+        super().__init__(domain, log_folder)
+        self.plant = PneumaticPlant(CHANNELS, [VOLUME] * 2)
+        self.rest = self.plant.rest_mass([VOLUME] * 2)
+        self.valves = self.listen(JointState, "pneumaticbox/valves", DEEP)
+        self.states = self.listen(JointState, "pneumaticbox/state", DEEP)
+        self.told = self.listen(DiagnosticArray, "/diagnostics")
+
+    def sample(self, readings=None, names=(*CHANNELS, "supply")):
+        """Publish a sample of the plant's present, or other readings."""
+        values = self.plant.read() if readings is None else np.array(readings, dtype=float)
+        message = JointState(name=list(names), effort=array.array("d", values.tolist()))
+        nanoseconds = round(self.plant.time * 1e9)
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(nanoseconds, 10**9)
+        self.publish(JointState, "pneumaticbox/sensors", message)
+
+    def step(self, dt=0.002):
+        """One lockstep: sample, the answer to just this sample, the plant by dt [s]."""
+        self.sample()
+        now = round(self.plant.time * 1e9)
+
+        def answered():
+            return self.valves and round(seconds(self.valves[-1].header.stamp) * 1e9) == now
+
+        self.wait(answered, 5.0, f"valves with stamp {now}")
+        command = [int(value) for value in self.valves[-1].position]
+        self.plant.step(dt, command, [VOLUME] * 2)
+
+    def connect(self):
+        """Until the driver is there, and past its start."""
+        self.wait(lambda: self.node.count_publishers("pneumaticbox/valves"), 20.0, "the driver")
+        self.wait(lambda: self.node.count_subscribers("pneumaticbox/sensors"), 20.0, "the driver")
+        self.run(0.6, 0.01)
+
+    def run(self, duration, dt=0.002):
+        for _ in range(round(duration / dt)):
+            self.step(dt)
+
+    def command(self, *masses, names=CHANNELS, **fields):
+        point = JointTrajectoryPoint(positions=[float(mass) for mass in masses], **fields)
+        message = JointTrajectory(joint_names=list(names), points=[point])
+        self.publish(JointTrajectory, "pneumaticbox/command", message)
+        self.spin(0.05)
+
+    def mass(self):
+        return self.plant.mass - self.rest
+
+    def diagnosis(self, *words, limit=5.0, keep_going=True):
+        """Wait for a status in which all words stand, the samples going on or not."""
+        self.told.clear()
+        end = time.monotonic() + limit
+        while time.monotonic() < end:
+            for message in self.told:
+                for status in message.status:
+                    if all(word in f"{status.name} {status.message}" for word in words):
+                        return status
+            if keep_going:
+                self.step(0.01)
+            self.spin(0.02)
+        pytest.fail(f"no diagnostic with {words}")
+
+
+@pytest.fixture
+def peer(domain, tmp_path):
+    peer = PlantPeer(domain, tmp_path)
+    yield peer
+    peer.close()
+
+
+def test_it_answers_each_sample_and_brings_the_channels_to_their_masses(start, peer):
+    start()
+    pressures = peer.listen(FluidPressure, "pneumaticbox/supply/pressure", DEEP)
+    peer.connect()
+    peer.command(20 * MG, 8 * MG)
+    peer.valves.clear()
+    peer.states.clear()
+    peer.run(2.0)
+    stamps = [seconds(message.header.stamp) for message in peer.valves]
+    np.testing.assert_allclose(np.diff(stamps), 0.002, atol=1e-9)
+    np.testing.assert_allclose(peer.mass(), [20 * MG, 8 * MG], atol=1 * MG)
+    peer.wait(lambda: len(peer.states) >= len(stamps), 2.0, "the last state")
+    state = peer.states[-1]
+    assert state.name == CHANNELS and state.header.stamp == peer.valves[-1].header.stamp
+    np.testing.assert_allclose(state.position, peer.mass(), atol=1 * MG)
+    np.testing.assert_allclose(state.effort, peer.plant.pressures - 101.3e3, atol=500.0)
+    assert len(pressures) == pytest.approx(2.6 * 50, rel=0.15)
+    assert pressures[-1].variance > 0
+    assert pressures[-1].fluid_pressure == pytest.approx(401e3, rel=0.03)
+
+
+def test_unusable_messages_are_refused_whole_and_named(start, peer):
+    start()
+    peer.connect()
+    peer.command(10 * MG, 10 * MG)
+    peer.run(1.0)
+    peer.command(30 * MG, math.nan)
+    peer.diagnosis("commands", "pneumaticbox/command: points[0].positions[1]", "got nan")
+    peer.command(30 * MG, 30 * MG, names=["a", "z"])
+    peer.diagnosis("commands", "joint_names", "got 'z'")
+    late = JointTrajectoryPoint(positions=[0.0, 0.0])
+    late.time_from_start.sec = -1
+    message = JointTrajectory(joint_names=CHANNELS, points=[late])
+    peer.publish(JointTrajectory, "pneumaticbox/command", message)
+    peer.diagnosis("commands", "points[0].time_from_start: expected 0 s or later")
+    peer.publish(JointTrajectory, "pneumaticbox/valve_schedule", JointTrajectory())
+    peer.diagnosis("commands", "pneumaticbox/valve_schedule", "not available yet")
+    peer.sample([1e5, 1e5], names=CHANNELS)
+    peer.diagnosis("commands", "pneumaticbox/sensors: name: expected")
+    np.testing.assert_allclose(peer.mass(), 10 * MG, atol=1 * MG)
+
+
+def test_services_vent_reset_tare_and_enable(start, peer):
+    start()
+    peer.connect()
+    peer.command(10 * MG, 10 * MG)
+    peer.run(1.0)
+    assert peer.call(Trigger, "pneumaticbox/vent").success
+    peer.run(2.0)
+    np.testing.assert_allclose(peer.mass(), 0.0, atol=0.1 * MG)
+    refused = peer.call(Trigger, "pneumaticbox/tare")
+    assert not refused.success and "valves are open" in refused.message
+    peer.command(10 * MG, 10 * MG)
+    peer.diagnosis("commands", "vented until reset (vent was requested)")
+    assert peer.call(Trigger, "pneumaticbox/reset").success
+    peer.run(0.6)
+    assert peer.call(Trigger, "pneumaticbox/tare").success
+    peer.command(10 * MG, 5 * MG)
+    peer.run(1.0)
+    np.testing.assert_allclose(peer.mass(), [10 * MG, 5 * MG], atol=1 * MG)
+    assert peer.call(SetBool, "pneumaticbox/enable", data=False).success
+    peer.diagnosis("safety", "disabled")
+    for service in ("calibrate", "calibrate_next"):
+        answer = peer.call(Trigger, f"pneumaticbox/{service}")
+        assert not answer.success and "calibration_volume" in answer.message
+
+
+def test_without_samples_it_vents_and_latches_until_reset(start, peer):
+    start(use_sim_time=False)
+    peer.connect()
+    peer.command(10 * MG, 10 * MG)
+    peer.run(0.2)
+    peer.wait(lambda: list(peer.valves[-1].position) == [-1.0, -1.0], 1.0, "open outlets")
+    peer.diagnosis("safety", "no sensor sample for 250 ms", keep_going=False)
+    refused = peer.call(Trigger, "pneumaticbox/reset")
+    assert not refused.success and "no usable sensor sample" in refused.message
+    peer.run(0.02)
+    assert list(peer.valves[-1].position) == [-1.0, -1.0]
+    assert peer.call(Trigger, "pneumaticbox/reset").success
+
+
+def test_on_simulated_time_a_pause_is_no_fault_and_a_dead_simulator_is_one(start, peer):
+    start()
+    tick = Clock()
+
+    def beat(duration):
+        end = time.monotonic() + duration
+        while time.monotonic() < end:
+            peer.publish(Clock, "/clock", tick)
+            peer.spin(0.1)
+
+    peer.connect()
+    tick.clock.nanosec = 600_000_000
+    beat(3.0)
+    peer.told.clear()
+    beat(1.2)
+    states = {s.name: s for message in peer.told for s in message.status}
+    assert states["pneumaticbox: safety"].message == "in operation"
+    assert {v.key: v.value for v in states["pneumaticbox: sensors"].values}["simulation"]
+    peer.diagnosis("safety", "no sensor sample for 2 s of wall time", keep_going=False)
+
+
+def test_a_sensor_without_a_number_is_a_fault(start, peer):
+    start()
+    peer.connect()
+    peer.sample([1e5, math.nan, 4e5])
+    peer.diagnosis("safety", "sensor b: not a number")
+
+
+def test_the_embedded_backend_runs_on_its_own_clock(start, peer):
+    start(backend="embedded", use_sim_time=False)
+    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.spin(1.0)
+    peer.command(20 * MG, 5 * MG)
+    peer.wait(
+        lambda: np.allclose(peer.states[-1].position, [20 * MG, 5 * MG], atol=1 * MG),
+        10.0,
+        "the masses",
+    )
+    # the clock of the samples is the wall's
+    assert abs(seconds(peer.states[-1].header.stamp) - time.time()) < 5.0
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"hand": "rbo_hand_9", "rest_volumes": [0.0]}, ("rbo_hand_9", "rbo_hand_2")),
+        ({"backend": "hardware"}, ("backend 'hardware' is not available yet",)),
+        ({"control_mode": ["volume"]}, ("control_mode 'volume' is not available yet",)),
+        ({"calibration_file": "/none.yaml"}, ("/none.yaml", "expected a readable file")),
+        ({"command_timeout": -1.0}, ("command_timeout",)),
+        ({"pressure_limits": [1e5]}, ("pressure_limits must have 2 values",)),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_parameters_that_cannot_be_used_end_it_with_one_line(start, parameters, words):
+    process = start(**parameters)
+    assert process.wait(20.0) == 2, process.output()
+    assert all(word in process.last_words() for word in words)
+    assert "Traceback" not in process.output()
+
+
+def test_parameters_are_described_and_control_mode_is_checked(start, peer):
+    start()
+    peer.connect()
+    names = [parameter.name for parameter in PARAMETERS]
+    described = peer.call(DescribeParameters, "pneumaticbox/describe_parameters", names=names)
+    for descriptor in described.descriptors:
+        assert descriptor.description
+        assert descriptor.type != ParameterType.PARAMETER_NOT_SET
+        assert descriptor.read_only == (descriptor.name != "control_mode")
+    change = Parameter("control_mode", Parameter.Type.STRING_ARRAY, ["pressure"])
+    answer = peer.call(
+        SetParameters, "pneumaticbox/set_parameters", parameters=[change.to_parameter_msg()]
+    )
+    assert not answer.results[0].successful
+    assert "not available yet" in answer.results[0].reason
+
+
+@pytest.mark.parametrize("backend", ["topic", "embedded"])
+@pytest.mark.parametrize(
+    "signals",
+    [[signal.SIGINT], [signal.SIGTERM], [signal.SIGINT, signal.SIGINT]],
+    ids=["SIGINT", "SIGTERM", "twice SIGINT"],
+)
+def test_it_ends_in_order_and_leaves_the_outlets_open(start, peer, signals, backend):
+    process = start(backend=backend, use_sim_time=backend == "topic")
+    if backend == "topic":
+        peer.connect()
+    peer.wait(lambda: peer.valves, 20.0, "the driver")
+    for number in signals:
+        process.send(number)
+    assert process.wait(10.0) == 0, process.output()
+    for text in ("terminate called", "Traceback", "rcl_shutdown"):
+        assert text not in process.output()
+    peer.wait(lambda: list(peer.valves[-1].position) == [-1.0, -1.0], 2.0, "open outlets")
