@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.row import at_least, at_most
+from grasp_strategies.placement import draw_placement
 from softhand_bringup.demo.run import Demo
-from softhand_bringup.demo.variation import vary
 from softhand_bringup.demo.verdict import Verdict
 from softhand_bringup.suite import SuiteOptions
 
@@ -37,7 +37,7 @@ def run() -> list[dict[str, Any]]:
 
 def grasp(seed: int, folder: Path) -> Verdict:
     """One grasp without a recorder, as fast as it goes."""
-    offset, mass_scale = vary(seed)
+    offset, mass_scale = draw_placement(seed)
     options = SuiteOptions(
         object_offset=offset, object_mass_scale=mass_scale, seed=seed, real_time_factor=0.0
     )

@@ -7,7 +7,7 @@ PACKAGE = "pneumaticbox_driver"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="Driver of the pneumatic box: air mass observer, valve control and safety, and its node",
+    description="Driver of the pneumatic box: air mass observer, valve control, safety; its node",
     license="Apache-2.0",
     maintainer="Softhand developers",
     maintainer_email="softhand@example.org",

@@ -6,10 +6,10 @@ import pytest
 
 from grasp_strategies import trials
 from grasp_strategies.judge import GraspResult
+from grasp_strategies.placement import draw_placement
 from grasp_strategies.trials import (
     Trial,
     TrialSettings,
-    draw_placement,
     main,
     run_batch,
     run_trial,
@@ -21,12 +21,12 @@ MISSED = GraspResult("none", 0.0, math.nan, 0.0, 6.0, "nothing touched it")
 
 
 def test_a_seed_gives_the_same_placement_every_time():
-    assert draw_placement(7, TrialSettings()) == draw_placement(7, TrialSettings())
-    assert draw_placement(7, TrialSettings()) != draw_placement(8, TrialSettings())
+    assert draw_placement(7) == draw_placement(7)
+    assert draw_placement(7) != draw_placement(8)
 
 
 def test_placements_fill_their_ranges_and_keep_inside():
-    draws = [draw_placement(seed, TrialSettings()) for seed in range(400)]
+    draws = [draw_placement(seed) for seed in range(400)]
     offsets = np.array([offset for offset, _ in draws])
     scales = np.array([scale for _, scale in draws])
     assert np.abs(offsets).max() <= 0.010
@@ -38,7 +38,7 @@ def test_placements_fill_their_ranges_and_keep_inside():
 
 
 def test_the_spread_can_be_switched_off():
-    assert draw_placement(3, TrialSettings(offset=0.0, mass_spread=0.0)) == ((0.0, 0.0), 1.0)
+    assert draw_placement(3, offset=0.0, mass_spread=0.0) == ((0.0, 0.0), 1.0)
 
 
 def test_a_summary_is_json_that_counts_the_successes():

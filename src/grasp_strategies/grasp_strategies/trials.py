@@ -17,16 +17,12 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from grasp_strategies.judge import GraspResult
+from grasp_strategies.placement import MASS_SPREAD, OFFSET, draw_placement
 from grasp_strategies.scene_in_process import build_scene
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
 from pneuflex_sim.simulation import SimulationConfig
-
-OFFSET = 0.010  # largest shift of the object in x and in y [m]
-MASS_SPREAD = 0.20  # largest change of the object's mass, as a share of it
 
 
 @dataclass(frozen=True)
@@ -64,21 +60,11 @@ class Trial:
         return fields | result
 
 
-def draw_placement(seed: int, settings: TrialSettings) -> tuple[tuple[float, float], float]:
-    """Shift of the object (x, y) [m] and factor on its mass, uniform, for a seed.
-
-    Seeds do not share numbers, and the draw does not depend on how many trials there are.
-    """
-    draw = np.random.default_rng(seed).uniform(-1.0, 1.0, 3)
-    x, y = (settings.offset * draw[:2]).tolist()
-    return (x, y), float(1.0 + settings.mass_spread * draw[2])
-
-
 def run_trial(seed: int, settings: TrialSettings | None = None) -> Trial:
     """Run one trial up to the end of the hold; raises ValueError for names that do not exist."""
     settings = settings or TrialSettings()
     strategy = load_strategy(settings.strategy)
-    offset, mass_scale = draw_placement(seed, settings)
+    offset, mass_scale = draw_placement(seed, settings.offset, settings.mass_spread)
     config = SimulationConfig(
         hand=strategy.hand,
         object=settings.object,

@@ -11,9 +11,9 @@ import sys
 from pathlib import Path
 from threading import Event
 
+from grasp_strategies.placement import draw_placement
 from softhand_bringup.demo.folder import make_run_folder
 from softhand_bringup.demo.run import Demo, DemoFailed, Interrupted
-from softhand_bringup.demo.variation import vary
 from softhand_bringup.launcher import NodeDied
 from softhand_bringup.suite import SuiteOptions
 
@@ -56,7 +56,7 @@ def _run(demo: Demo) -> int:
 
 
 def _options(parsed: argparse.Namespace) -> SuiteOptions:
-    offset, mass_scale = vary(parsed.seed)
+    offset, mass_scale = draw_placement(parsed.seed)
     return SuiteOptions(
         hand=parsed.hand,
         object=parsed.object,
