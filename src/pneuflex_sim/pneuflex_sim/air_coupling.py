@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pneuflex_sim.compiled import compiled
 from pneuflex_sim.layout import HandLayout
 
 Array = NDArray[np.float64]
@@ -35,6 +36,26 @@ class AirCoupling:
                 self._volume_gain[channel, joints] += model.volume_gain[row]
             self._members.append((chain.name, joints, of_channel))
         self._total_gain = self._volume_gain.sum(axis=1)
+        self._tables = self._stack_tables()
+
+    def _stack_tables(self) -> tuple[Array, ...] | None:
+        """Rest tables of all actuators for `add_rest_rotations`; None with effects."""
+        found = [
+            (table, channel, joints.start)
+            for name, joints, of_channel in self._members
+            for table, channel in zip(
+                self.layout.models[name].rest_tables, of_channel, strict=False
+            )
+        ]
+        if len(found) < sum(len(of_channel) for _, _, of_channel in self._members):
+            return None
+        tables, channels, starts = zip(*found, strict=True)
+        widths = np.array([table.cubic.shape[2] for table in tables])
+        cubic = np.zeros((len(tables), *tables[0].cubic.shape[:2], widths.max()))
+        for row, table in enumerate(tables):
+            cubic[row, :, :, : widths[row]] = table.cubic
+        steps = np.array([table.step for table in tables])
+        return np.array(channels), steps, cubic, np.array(starts), widths
 
     def volumes(self, rotations: Array) -> Array:
         """Volume of each channel [m3] for the joint rotations (n, 3) against rest [rad]."""
@@ -43,10 +64,11 @@ class AirCoupling:
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> Array:
-        """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to each joint's
-        rest.
-        """
-        bend = np.empty_like(rotations)
+        """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to the rest."""
+        bend = np.zeros_like(rotations)
+        if self._tables is not None:
+            add_rest_rotations(pressures, *self._tables, bend)
+            return bend
         for name, joints, of_channel in self._members:
             bend[joints] = self.layout.models[name].step(
                 step, pressures[of_channel], rotations[joints, BEND], temperature
@@ -68,3 +90,16 @@ class AirCoupling:
             gain = self.layout.models[name].rest_gain(pressures[of_channel])
             stiffness[joints, BEND] = pressure_drop[of_channel] @ gain
         return stiffness * self.layout.stiffness
+
+
+@compiled
+def add_rest_rotations(pressures, channel, step, cubic, start, width, bend):
+    """Add the cubics of all actuators at their channels' pressures [Pa] to `bend` (n, 3) [rad]."""
+    for actuator in range(len(channel)):
+        relative = max(pressures[channel[actuator]], 0.0) / step[actuator]
+        index = min(int(relative), cubic.shape[1] - 1)
+        t = relative - index
+        for k in range(width[actuator]):
+            c = cubic[actuator, index]
+            value = c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
+            bend[start[actuator] + k // 3, k % 3] += value

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.air_coupling import BEND, AirCoupling
+from pneuflex_sim.compiled_plant import PLANT
 from pneuflex_sim.contacts import Contact, ContactNames
 from pneuflex_sim.hand_bodies import ENVIRONMENT, HandBodies
 from pneuflex_sim.hand_shape import HandShape
@@ -24,7 +25,6 @@ from pneuflex_sim.wrist import Wrist, WristParameters
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hands import load_hand
 from softhand_model.model_file import load_model
-from softhand_model.pneumatics.plant import PneumaticPlant
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ class Simulation:
         )
         self.shape = HandShape(layout)
         self.air = AirCoupling(layout)
-        self.plant = PneumaticPlant(self.channels, self.air.rest_volumes, seed=config.seed)
+        self.plant = PLANT(self.channels, self.air.rest_volumes, seed=config.seed)
         self.ambient = self.plant.parameters.ambient_pressure
         self.object: ObjectDescription | None = (
             load_object(config.object) if self.scene.has_object else None

@@ -66,6 +66,11 @@ class ChainModel:
         self._rest_volume = np.array(volumes)
         self.volume_gain = volume_gains(self.description, self.segments, segments)
 
+    @property
+    def rest_tables(self) -> tuple[RestTable, ...]:
+        """Tables (actuators) whose sum is what `step` returns; none when effects act on it."""
+        return () if self._responses else tuple(self._tables)
+
     def rest_rotation(self, pressures: Sequence[float] | Array) -> Array:
         """Rotation (n, 3) [rad] of each joint's rest by the pressures (actuators,) [Pa].
 

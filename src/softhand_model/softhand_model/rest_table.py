@@ -22,14 +22,17 @@ class RestTable:
     the chain's joint axes by `spread` (m, n): values (m,) [rad] = spread @ segment angles (n,).
     Between its points the error is below 1e-8 of the value. Suction counts as no pressure; beyond
     the table it goes on in a straight line, as kappa(p) does.
+
+    step [Pa]: width of an interval; cubic (INTERVALS + 1, 4, m): coefficients of 1, t, t**2, t**3
+    with t the pressure in an interval over its width.
     """
 
     def __init__(self, actuator: Actuator, segments: int, spread: Array) -> None:
         highest = HIGHEST_OVER_LIMIT * actuator.max_pressure
-        self._step = highest / INTERVALS
+        self.step = highest / INTERVALS
         pressures = np.linspace(0.0, highest, INTERVALS + 1)
         value, slope = (part @ spread.T for part in segment_angles(actuator, segments, pressures))
-        self._cubic = _hermite(value, slope * self._step)
+        self.cubic = _hermite(value, slope * self.step)
 
     def __deepcopy__(self, memo: dict[int, object]) -> RestTable:
         """Itself: a table never changes, and snapshots of a simulation copy the models."""
@@ -38,15 +41,15 @@ class RestTable:
     def value(self, pressure: float) -> Array:
         """Values (m,) [rad] at a gauge pressure [Pa]."""
         index, t = self._place(pressure)
-        return np.array((1.0, t, t * t, t * t * t)) @ self._cubic[index]
+        return np.array((1.0, t, t * t, t * t * t)) @ self.cubic[index]
 
     def slope(self, pressure: float) -> Array:
         """Derivative (m,) [rad/Pa] of the values by the pressure; under suction the one at zero."""
         index, t = self._place(pressure)
-        return np.array((0.0, 1.0, 2.0 * t, 3.0 * t * t)) @ self._cubic[index] / self._step
+        return np.array((0.0, 1.0, 2.0 * t, 3.0 * t * t)) @ self.cubic[index] / self.step
 
     def _place(self, pressure: float) -> tuple[int, float]:
-        relative = max(float(pressure), 0.0) / self._step
+        relative = max(float(pressure), 0.0) / self.step
         index = min(int(relative), INTERVALS)
         return index, relative - index
 

@@ -1,0 +1,46 @@
+"""Volumes, rest shape and gas stiffness of a hand against its chains and differences."""
+
+import numpy as np
+import pytest
+
+PRESSURES = np.array([21e3, 35e3, 12e3, 61e3])
+
+
+@pytest.fixture
+def coupling(simulate):
+    return simulate(step=0.01).air
+
+
+def test_rest_shape_of_the_hand_is_that_of_its_chains(coupling):
+    rotations = np.zeros_like(coupling.layout.offset)
+    bend = coupling.rest_bend(0.001, PRESSURES, rotations, 293.15)
+    for chain in coupling.layout.description.chains:
+        channels = [coupling.layout.description.channel_of(name) for name in chain.actuators]
+        own = coupling.layout.models[chain.name].rest_rotation(PRESSURES[channels])
+        np.testing.assert_allclose(bend[coupling.layout.chain_joints[chain.name]], own, rtol=1e-12)
+
+
+def test_suction_and_high_pressure_stay_finite_and_monotone(coupling):
+    rotations = np.zeros_like(coupling.layout.offset)
+    bends = [
+        coupling.rest_bend(0.001, np.full(4, p), rotations, 293.15)[:, 1].sum()
+        for p in (-5e3, 0.0, 50e3, 500e3, 5e6)
+    ]
+    assert bends[0] == bends[1] == 0
+    assert np.all(np.diff(bends[1:]) > 0)
+
+
+def test_gas_stiffness_is_the_torque_per_common_bend_at_constant_mass(coupling):
+    """Bend all joints of a channel alike, compress its air isothermally, difference the torque."""
+    layout, small = coupling.layout, 1e-5
+    joints = np.arange(len(layout.mass))
+    index = joints[layout.chain_joints["index"]][1:]  # channel b feeds the index alone
+    rotations = np.zeros_like(layout.offset)
+    volumes, ambient = coupling.volumes(rotations), 101.3e3
+    stiffness = coupling.gas_stiffness(PRESSURES, PRESSURES + ambient, volumes)
+    rotations[index, 1] += small
+    raised = (PRESSURES + ambient) * volumes / coupling.volumes(rotations) - ambient
+    rest = [coupling.rest_bend(0.001, p, rotations, 293.15)[:, 1] for p in (PRESSURES, raised)]
+    torque = -layout.stiffness[:, 1] * (rest[1] - rest[0]) / small
+    np.testing.assert_allclose(stiffness[index, 1], torque[index], rtol=1e-3)
+    assert (stiffness[index, 1] > 0.3 * layout.stiffness[index, 1]).all()
