@@ -1,0 +1,32 @@
+"""The configuration files that are shipped are accepted by their nodes."""
+
+from pathlib import Path
+
+import pytest
+
+from softhand_bringup.launcher import NodeCommand
+
+SOURCE = Path(__file__).parents[2] / "src"
+CONFIGURATIONS = [
+    ("pneuflex_sim.node", "pneuflex_sim/config/hand_sim.yaml", "hand_sim"),
+    ("pneumaticbox_driver.node", "pneumaticbox_driver/config/pneumaticbox.yaml", "pneumaticbox"),
+    ("pneumaticbox_driver.node", "pneumaticbox_driver/config/embedded.yaml", "pneumaticbox"),
+    ("grasp_strategies.node", "grasp_strategies/config/sequencer.yaml", "grasp_sequencer"),
+]
+
+
+@pytest.mark.parametrize(
+    ("module", "path", "name"), CONFIGURATIONS, ids=[path for _, path, _ in CONFIGURATIONS]
+)
+def test_a_node_starts_with_its_shipped_configuration(launcher, peer, module, path, name):
+    arguments = ("--ros-args", "--params-file", str(SOURCE / path))
+    process = launcher.start(NodeCommand("node", module, arguments=arguments))
+    peer.wait(
+        lambda: process.exit_code is not None or name in peer.node.get_node_names(), 60.0, name
+    )
+    assert process.exit_code is None, process.output()
+
+
+def test_no_shipped_configuration_is_left_out():
+    shipped = {str(file.relative_to(SOURCE)) for file in SOURCE.glob("*/config/*.yaml")}
+    assert shipped == {path for _, path, _ in CONFIGURATIONS}
