@@ -45,6 +45,7 @@ from pneumaticbox_driver.settings import per_channel
 
 SERVE_PERIOD = 0.01  # wall time between looks at commands and services [s]
 REPORT_PERIOD = 1.0  # wall time between diagnostics (REP-107) [s]
+FAREWELL = 0.3  # wall time for the last valves to arrive [s]
 PRESSURE_RATE = 50.0  # of the FluidPressure topics [Hz]
 
 
@@ -287,6 +288,12 @@ class PneumaticBoxNode(Node):
         """Publish open outlets at once, without a sample to answer."""
         self._feed.answer(self._stamp, np.full(len(self.box.settings.channels), -1, dtype=np.int8))
 
+    def close(self) -> None:
+        """Leave the outlets open and go."""
+        self.command_vent()
+        self._feed.flush(FAREWELL)
+        self.destroy_node()
+
     def _report(self) -> None:
         for note in self.box.notes:
             self.get_logger().warning(note)
@@ -368,8 +375,7 @@ def main(args: list[str] | None = None) -> int:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_IGN)
         if node is not None:
-            node.command_vent()
-            node.destroy_node()
+            node.close()
         rclpy.try_shutdown()
     return status
 

@@ -13,6 +13,7 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from numpy.typing import NDArray
 from rclpy.callback_groups import CallbackGroup
+from rclpy.duration import Duration
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -87,6 +88,10 @@ class SampleFeed:
         self._valves.header.stamp = stamp
         self._valves.position = array.array("d", valves.tolist())
         self._publisher.publish(self._valves)
+
+    def flush(self, timeout: float) -> None:
+        """Wait up to `timeout` [s] until the plant has what was published."""
+        self._publisher.wait_for_all_acked(Duration(seconds=timeout))
 
 
 class ClockPulse:
