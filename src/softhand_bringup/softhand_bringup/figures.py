@@ -73,11 +73,11 @@ def draw_grasp(bag: Bag, path: Path) -> None:
         air.plot(state.time, 1e6 * state.position[:, column], color=color, label=channel)
         pressure.plot(state.time, 1e-3 * state.effort[:, column], color=color, label=channel)
     lift.plot(height.time, 1e3 * (height.position[:, 2] - height.position[0, 2]), color="k")
-    air.set_ylabel("air mass above rest [mg]\ndashed: commanded")
+    air.set_ylabel("air mass above rest [mg]\ndashed: commanded, solid: contained")
     pressure.set_ylabel("gauge pressure [kPa]")
     lift.set_ylabel("object above start [mm]")
     lift.set_xlabel("simulated time [s]")
-    air.legend(title="channel", loc="upper left", ncols=len(state.names))
+    air.legend(title="channel", loc="center left")
     _mark_phases((air, pressure, lift), marks)
     figure.savefig(path, dpi=110)
     plt.close(figure)
@@ -136,7 +136,7 @@ def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -
     wrist, thing = bag.poses(WRIST_TOPIC).at(times), bag.poses(OBJECT_TOPIC).at(times)
     index = latest_index(joints.time, times)
     camera = Camera(
-        target=_centre(bag.poses(OBJECT_TOPIC).position), distance=0.5, yaw=25.0, pitch=-14.0
+        target=_centre(bag.poses(OBJECT_TOPIC).position), distance=0.55, yaw=25.0, pitch=-14.0
     )
     renderer = Renderer(hand, object_name, scene, segments=_segments(hand, joints.names))
     frames = [
@@ -159,7 +159,7 @@ def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -
 def _centre(path: Array) -> tuple[float, float, float]:
     """Point to look at [m] in all pictures, so that the lift is seen: the middle of the way up."""
     x, y, _ = path[0].tolist()
-    return x, y, float(0.5 * (path[:, 2].min() + path[:, 2].max())) + 0.05
+    return x, y, float(0.5 * (path[:, 2].min() + path[:, 2].max())) + 0.04
 
 
 def _segments(hand: str, joint_names: Sequence[str]) -> int:
