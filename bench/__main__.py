@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
-import pkgutil
 import sys
 import traceback
 from collections.abc import Sequence
@@ -24,9 +23,9 @@ KEYS = {"name", "value", "unit", "target", "met"}
 
 
 def modules() -> list[str]:
-    """Names of the modules that measure something."""
-    names = [info.name for info in pkgutil.iter_modules(bench.__path__) if info.name != "__main__"]
-    return [name for name in names if hasattr(importlib.import_module(f"bench.{name}"), "run")]
+    """Names of the modules that measure something, told without importing them."""
+    files = sorted(Path(bench.__file__).parent.glob("*.py"))
+    return [file.stem for file in files if "\ndef run(" in file.read_text()]
 
 
 def measure(name: str) -> list[dict[str, Any]]:
