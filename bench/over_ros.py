@@ -23,6 +23,7 @@ def run() -> list[dict[str, Any]]:
         runs = [grasp(seed, Path(folder) / str(seed)) for seed in SEEDS]
     verdicts = [verdict for verdict in runs if verdict is not None]
     factors = [verdict.real_time_factor for verdict in verdicts]
+    factor = statistics.median(factors) if factors else 0.0
     slips = [verdict.slip for verdict in verdicts if verdict.slip is not None]
     gripped = sum(verdict.gripped for verdict in verdicts)
     return [
