@@ -13,15 +13,17 @@ class DeadlineLoop:
 
     Args:
         period: from step to step [s].
+        record: gets the lateness of every step; None keeps the last alone.
 
     Raises:
         ValueError: the period is not above zero.
     """
 
-    def __init__(self, period: float) -> None:
+    def __init__(self, period: float, record: list[float] | None = None) -> None:
         if not period > 0:
             raise ValueError(f"period must be above 0 s, got {period}")
         self.period = period
+        self._record = record
         self.ticks = 0
         self.missed = 0
         self.lateness = 0.0
@@ -34,6 +36,8 @@ class DeadlineLoop:
             if left > 0:
                 time.sleep(left)
             self.lateness = time.monotonic() - deadline
+            if self._record is not None:
+                self._record.append(self.lateness)
             step()
             self.ticks += 1
             deadline = self._next(deadline)

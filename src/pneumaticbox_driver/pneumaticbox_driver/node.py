@@ -333,23 +333,28 @@ def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
         node.serve_others()
 
 
-def run_embedded(node: PneumaticBoxNode, stop: threading.Event) -> None:
-    """Run the box on bottles of the hand's rest volumes, on the node's clock, until `stop`."""
+def run_embedded(
+    node: PneumaticBoxNode, stop: threading.Event, loop: DeadlineLoop | None = None
+) -> None:
+    """Run the box on bottles of the hand's rest volumes, on the node's clock, until `stop`.
+
+    `loop` gives the rate; None takes that of the parameter embedded_rate.
+    """
     settings = node.box.settings
     seed = node.get_parameter("embedded_seed").value
     bench = EmbeddedBench(settings.channels, settings.rest_volumes, seed=seed)
-    period = 1 / node.get_parameter("embedded_rate").value
-    last = time.monotonic() - period
+    loop = loop or DeadlineLoop(1 / node.get_parameter("embedded_rate").value)
+    last = time.monotonic() - loop.period
 
     def step() -> None:
         nonlocal last
         now = time.monotonic()
-        pressures = bench.advance(min(now - last, 10 * period))
+        pressures = bench.advance(min(now - last, 10 * loop.period))
         last = now
         bench.command(node.on_sample(node.get_clock().now().to_msg(), pressures))
         node.serve_others()
 
-    DeadlineLoop(period).run(step, stop)
+    loop.run(step, stop)
 
 
 def main(args: list[str] | None = None) -> int:

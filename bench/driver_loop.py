@@ -1,0 +1,121 @@
+"""The driver's control step of 8 channels, and the lateness of its loop at 500 Hz.
+
+The lateness is compared with that of an empty loop in the same run, in turns, since what is left
+of it is the machine's.
+"""
+
+from __future__ import annotations
+
+import gc
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from bench.row import at_most, stated
+from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.box import PneumaticBox
+from pneumaticbox_driver.calibration import load_calibration
+from pneumaticbox_driver.commands import TrajectoryPoint
+from pneumaticbox_driver.deadline_loop import DeadlineLoop
+from pneumaticbox_driver.settings import BoxSettings
+
+NAMES = tuple("abcdefgh")
+VOLUME = 1e-4  # of the bottles [m3]
+PERIOD = 0.002  # [s]
+STEPS = 10_000  # of the control step alone
+TURNS, TURN = 20, 0.75  # [s] of wall time each; short, so that both meet the same neighbours
+STEP_TARGET = 150.0  # [us] CPU
+LATENESS_TARGET = 0.3  # [ms] above an empty loop
+
+
+def eight_channels() -> tuple[PneumaticBox, EmbeddedBench]:
+    """A box on bottles that follows a sine of air mass on every channel, past its start."""
+    n = len(NAMES)
+    settings = BoxSettings(NAMES, (VOLUME,) * n, (1.5e5,) * n, ("mass",) * n)
+    box, bench = (
+        PneumaticBox(settings, load_calibration(None, n)),
+        EmbeddedBench(NAMES, [VOLUME] * n),
+    )
+    while not box.ready:
+        bench.command(box.on_sample(bench.time, bench.advance(PERIOD)))
+    times = np.arange(0.1, 60.0, 0.1)
+    masses = 3e-5 - 2e-5 * np.cos(times[:, None] + np.arange(n))
+    points = [TrajectoryPoint(t, row) for t, row in zip(times, masses, strict=True)]
+    box.command(NAMES, points, 0.0, box.time)
+    return box, bench
+
+
+def control_steps() -> list[float]:
+    """CPU times of the control step [s]."""
+    box, bench = eight_channels()
+    times = []
+    for _ in range(STEPS):
+        pressures = bench.advance(PERIOD)
+        start = time.thread_time_ns()
+        valves = box.on_sample(bench.time, pressures)
+        times.append(1e-9 * (time.thread_time_ns() - start))
+        bench.command(valves)
+    return times
+
+
+@contextmanager
+def collections_off() -> Iterator[None]:
+    """No garbage collection inside the loop, as in the node."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        gc.unfreeze()
+
+
+def lateness(step: Callable[[], None]) -> list[float]:
+    """Lateness of the steps of one turn [s]."""
+    record: list[float] = []
+    stop = threading.Event()
+    end = time.monotonic() + TURN
+
+    def timed() -> None:
+        step()
+        if time.monotonic() > end:
+            stop.set()
+
+    with collections_off():
+        DeadlineLoop(PERIOD, record).run(timed, stop)
+    return record
+
+
+def run() -> list[dict[str, Any]]:
+    """Control step and lateness."""
+    steps = control_steps()
+    box, bench = eight_channels()
+
+    def step() -> None:
+        bench.command(box.on_sample(bench.time, bench.advance(PERIOD)))
+
+    empty: list[float] = []
+    full: list[float] = []
+    for _ in range(TURNS):
+        empty += lateness(lambda: None)
+        full += lateness(step)
+    late_empty, late_full = (1e3 * float(np.percentile(r, 99)) for r in (empty, full))
+    above = late_full - late_empty
+    return [
+        at_most(
+            "driver's control step, 8 channels: median",
+            1e6 * float(np.median(steps)),
+            "us",
+            STEP_TARGET,
+        ),
+        stated(
+            "driver's control step, 8 channels: p99", 1e6 * float(np.percentile(steps, 99)), "us"
+        ),
+        stated("empty loop at 500 Hz: p99 lateness", late_empty, "ms"),
+        at_most("driver at 500 Hz, embedded: p99 lateness above it", above, "ms", LATENESS_TARGET),
+    ]
