@@ -7,7 +7,7 @@ PACKAGE = "softhand_model"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="Physics of pneumatic soft hands: rubber, actuators, chains, gas, hands and the pneumatic plant",
+    description="Physics of pneumatic soft hands: rubber, actuators, chains, gas and hands",
     license="Apache-2.0",
     maintainer="Softhand developers",
     maintainer_email="softhand@example.org",

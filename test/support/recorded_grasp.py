@@ -40,7 +40,7 @@ def held_time(bag, height):
 
 
 def slip_in_hold(bag, phase):
-    """Motion of the object in the wrist frame during a phase [m]: greatest distance from its start."""
+    """Greatest distance of the object, in the wrist frame, from where a phase found it [m]."""
     texts = bag.texts("/grasp/phase")
     start = next(time for time, name in texts if name == phase)
     end = next((time for time, _ in texts if time > start), np.inf)

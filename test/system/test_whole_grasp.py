@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import matplotlib.image
 import numpy as np
 import pytest
-from recorded_grasp import held_time
+from recorded_grasp import held_time, slip_in_hold
 from suite_peer import CHANNELS
 
 from softhand_bringup.bags.reading import Bag
@@ -61,7 +61,8 @@ def test_the_result_agrees_with_the_bag(demo, bag):
     height = bag.poses("/scene/object_pose").position[:, 2]
     assert result["gripped"] is True
     assert result["lift_height"] == pytest.approx(height.max() - height[0], abs=2e-3)
-    assert 0.0 <= result["slip"] < 1e-3
+    assert result["slip"] < 1e-3
+    assert result["slip"] == pytest.approx(slip_in_hold(bag, "hold"), abs=1e-4)
     assert result["real_time_factor"] > 0.0
     assert result["seed"] == 0
     assert {"pneuflex_sim", "ros-jazzy-rclpy", "pybullet"} <= set(result["versions"])
