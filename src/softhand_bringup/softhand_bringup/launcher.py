@@ -107,7 +107,7 @@ class NodeProcess:
     def last_words(self) -> str:
         """The last line it printed."""
         lines = self.output().strip().splitlines()
-        return lines[-1] if lines else "no output"
+        return lines[-1].strip() if lines else "no output"
 
 
 class Launcher:
