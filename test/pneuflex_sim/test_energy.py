@@ -27,7 +27,7 @@ def test_a_finger_let_go_only_loses_energy(simulate, hold_pressure, weightless, 
     simulation.bodies.reset(simulation.wrist, start)
     simulation._rotations = simulation.bodies.rotations()
     levels = [energy(simulation)]
-    for _ in range(round(1.5 / step)):
+    for _ in range(round(3.0 / step)):
         hold_pressure(simulation, [0.0], step)
         levels.append(energy(simulation))
     assert levels[0] > 5e-3

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 MAX_SPHERICAL_JOINTS = 30  # beyond that PyBullet returns empty joint states without an error
 DAMPING_TIME = 0.01  # Kelvin-Voigt: damping = DAMPING_TIME * stiffness [s]
 ADDED_INERTIA = 0.2  # at a step of 1 ms [-]
+TIP_SHARE = 0.3
 SMALLEST_EDGE = 0.006  # collision boxes are never thinner than this [m]
 
 
@@ -73,14 +74,16 @@ class HandLayout:
 
         PyBullet's contact solver sees links without their springs, so each gets c*(step**2*k +
         step*d), with c = 0.2 at 1 ms, in proportion to the step: statics unchanged, motion slower.
-        With half of it, grasps that jam a fingertip between table and object diverged.
+        Tips, whose stiffness goes to zero, get at least TIP_SHARE of the chain's median: with less
+        of either, grasps that jam a fingertip between table and object diverged.
         """
         x, y, z = self.size.T
         box = np.stack([y**2 + z**2, x**2 + z**2, x**2 + y**2], axis=1) * self.mass[:, None] / 12
         stiffness = self.stiffness.copy()
-        for body in self.bodies:
-            own = stiffness[body.joints]
+        for joints in self.chain_joints.values():
+            own = stiffness[joints]
             own[:-1] = np.maximum(own[:-1], own[1:])
+            np.maximum(own, TIP_SHARE * np.median(own[:, 1]), out=own)
         share = ADDED_INERTIA * step / 1e-3
         return box + share * (step**2 + step * DAMPING_TIME) * stiffness
 
