@@ -103,6 +103,7 @@ class HandSim(Node):
         for name, (default, text, bounds) in PARAMETERS.items():
             self.declare_parameter(name, default, _descriptor(default, text, bounds))
         self.simulation = Simulation(self._config())
+        self._compile()
         self.lockstep, self.paused, self.single_steps = self._value("lockstep"), False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.driver_seen = False
@@ -112,6 +113,16 @@ class HandSim(Node):
         self._create_interfaces()
         self._prepare_messages()
         self.description.publish(String(data=write_urdf(self.simulation.bodies.layout)))
+
+    def _compile(self) -> None:
+        """Take one step and go back: it compiles what is not cached yet.
+
+        Done later, between two samples, the seconds this takes look like a dead simulator, and the
+        driver vents.
+        """
+        self.simulation.step(np.zeros(len(self.simulation.channels)))
+        self.simulation.read_sensors()
+        self.simulation.reset()
 
     def _value(self, name: str) -> object:
         return self.get_parameter(name).value
