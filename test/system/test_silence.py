@@ -5,6 +5,8 @@ import signal
 from suite_peer import AMBIENT
 
 from softhand_bringup import suite
+from softhand_bringup.environment import node_environment
+from softhand_bringup.launcher import Launcher
 
 
 def test_when_the_driver_is_killed_with_valves_open_the_plant_vents(nodes, peer):
@@ -35,6 +37,20 @@ def test_a_simulator_that_is_started_last_is_found_by_all(launcher, peer, option
     peer.grasp()
     peer.wait(lambda: len(set(peer.phases()) - {"idle"}) >= 1, 30.0, "the first phase of the grasp")
     launcher.check()
+
+
+def test_a_first_start_that_has_to_compile_does_not_make_the_driver_vent(
+    domain, tmp_path, peer, options
+):
+    environment = node_environment(tmp_path / "log", domain)
+    environment["NUMBA_CACHE_DIR"] = str(tmp_path / "empty")
+    with Launcher(tmp_path / "log", environment) as launcher:
+        for command in (suite.simulator(options), suite.driver(options)):
+            launcher.start(command)
+        peer.wait_for_driver()
+        peer.pass_time(1.0)
+        assert "vented" not in peer.diagnosis("pneumaticbox")
+        assert list((tmp_path / "empty").rglob("*.nbi")), "nothing had to be compiled"
 
 
 def test_a_second_simulator_on_the_domain_is_warned_of(launcher, peer, options):
