@@ -45,7 +45,7 @@ def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Float
 
     >>> friction, injector = flow_rates(np.array([300e3]), np.array([100e3]))
     >>> float(friction[0]), round(float(injector[0]))
-    (200000.0, 145264)
+    (200000.0, 145253)
     """
     drop = np.maximum(pressure_in - pressure_out, 0.0)
     return drop, pressure_in * psi(pressure_out / pressure_in)

@@ -40,6 +40,7 @@ from pneumaticbox_driver.controllers import check_mode
 from pneumaticbox_driver.deadline_loop import DeadlineLoop
 from pneumaticbox_driver.diagnostics import LinkState, box_reports
 from pneumaticbox_driver.parameters import PARAMETERS, Parameter, box_settings, check_backend
+from pneumaticbox_driver.priority import set_priority
 from pneumaticbox_driver.safety import SampleWatch
 from pneumaticbox_driver.settings import per_channel
 
@@ -97,9 +98,15 @@ class PneumaticBoxNode(Node):
         self._served = self._reported = 0.0
         self._create_topics(channels)
         self._create_services()
+        self._take_priority()
         self.add_on_set_parameters_callback(self._on_parameters)
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self)
+
+    def _take_priority(self) -> None:
+        priority = self._value("real_time_priority")
+        if priority and not set_priority(priority):
+            self.get_logger().warning("real_time_priority: not granted, scheduling is ordinary")
 
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value

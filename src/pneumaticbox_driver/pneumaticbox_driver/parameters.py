@@ -41,6 +41,7 @@ PARAMETERS = (
     Parameter("channel_deviation", 2000.0, "of channel pressures, one sigma [Pa]", (0.0, 1e5)),
     Parameter("supply_deviation", 10000.0, "of the supply pressure, one sigma [Pa]", (0.0, 1e5)),
     Parameter("embedded_rate", 500.0, "control steps with backend embedded [Hz]", (10.0, 1000.0)),
+    Parameter("real_time_priority", 0, "SCHED_FIFO priority of the node; 0: ordinary", (0, 99)),
     Parameter("embedded_seed", 0, "of noise and jitter with backend embedded", (0, 2**31 - 1)),
 )
 
