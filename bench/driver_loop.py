@@ -1,8 +1,8 @@
 """The driver's control step of 8 channels, and the lateness of its loop at 500 Hz.
 
 The lateness is compared with that of an empty loop in the same run, in turns, since what is left
-of it is the machine's. Both run at real-time priority where the system grants it, as on the thesis's
-box (the node's parameter real_time_priority).
+of it is the machine's. Both run at real-time priority where the system grants it, as on the box of
+the thesis (the node's parameter real_time_priority).
 """
 
 from __future__ import annotations

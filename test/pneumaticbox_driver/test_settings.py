@@ -1,7 +1,10 @@
 """Settings and parameters: refused by name, expected and got; the hand fills what is not given."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
 from pneumaticbox_driver.parameters import PARAMETERS, box_settings, check_backend
 from pneumaticbox_driver.settings import BoxSettings
@@ -76,6 +79,13 @@ def test_backends_that_are_not_there_are_refused():
         check_backend("hardware")
     with pytest.raises(ValueError, match=r"backend must be one of .*got 'wishes'"):
         check_backend("wishes")
+
+
+def test_the_shipped_configuration_holds_every_parameter_with_its_default():
+    path = Path(__file__).parents[2] / "src/pneumaticbox_driver/config/pneumaticbox.yaml"
+    shipped = yaml.safe_load(path.read_text())["pneumaticbox"]["ros__parameters"]
+    assert shipped.pop("use_sim_time") is True
+    assert shipped == {parameter.name: parameter.default for parameter in PARAMETERS}
 
 
 def test_every_parameter_says_what_it_is():
