@@ -28,7 +28,7 @@ from softhand_model.model_file import load_model
 
 Array = NDArray[np.float64]
 
-GAS_PERIOD = 0.01  # [s] between updates of the gas stiffness, which only steadies the step
+GAS_PERIOD = 0.05  # [s] between updates of the gas stiffness, which only steadies the step
 STATE = ("steps", "wrist", "pressures_abs", "_rotations", "_volumes", "_imposed", "_gas")
 
 
