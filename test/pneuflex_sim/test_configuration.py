@@ -4,11 +4,11 @@ from pathlib import Path
 
 import yaml
 
-from pneuflex_sim.node import PARAMETERS
+from pneuflex_sim.parameters import PARAMETERS
 
 CONFIG = Path(__file__).parents[2] / "src/pneuflex_sim/config/hand_sim.yaml"
 
 
 def test_the_shipped_configuration_holds_every_parameter_with_its_default():
     shipped = yaml.safe_load(CONFIG.read_text())["/**/hand_sim"]["ros__parameters"]
-    assert shipped == {name: default for name, (default, _, _) in PARAMETERS.items()}
+    assert shipped == {parameter.name: parameter.default for parameter in PARAMETERS}

@@ -70,6 +70,19 @@ def test_tare_is_refused_while_valves_are_open_or_pressures_move():
         rig.box.tare()
 
 
+def test_a_channel_emptied_while_held_open_is_emptied_again_once_it_is_free(monkeypatch):
+    rig = filled()
+    held = np.full(2, 1.25 * rig.volume)
+    monkeypatch.setattr(rig, "volumes", lambda: held)
+    rig.command(0.0, 0.0)
+    rig.run(2.0)
+    assert not rig.box.valves.any()  # empty, as far as the box can tell
+    assert rig.mass.min() > 5 * MG
+    monkeypatch.undo()
+    rig.run(2.0)
+    np.testing.assert_allclose(rig.mass, 0.0, atol=1 * MG)
+
+
 # limits
 
 

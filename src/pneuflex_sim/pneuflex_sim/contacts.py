@@ -62,3 +62,12 @@ def normal_forces(contacts: list[Contact]) -> dict[str, float]:
     for contact in contacts:
         total[contact.first] += contact.force
     return dict(total)
+
+
+def by_pair(contacts: list[Contact]) -> dict[str, list[Contact]]:
+    """Contacts by `first/second`; the hand stands first, and the object before the scene."""
+    pairs: dict[str, list[Contact]] = defaultdict(list)
+    for contact in contacts:
+        names = (contact.first, contact.second)
+        pairs["/".join(names if contact.segment else names[::-1])].append(contact)
+    return dict(pairs)

@@ -1,6 +1,4 @@
-"""The simulator node `hand_sim`: one thread steps the world and serves ROS, in lockstep with the
-driver if it is there.
-"""
+"""The simulator node `hand_sim`: one thread steps the world and serves ROS."""
 
 from __future__ import annotations
 
@@ -12,6 +10,7 @@ import time
 from types import FrameType
 
 import numpy as np
+import pybullet
 import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -28,7 +27,9 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
+from pneuflex_sim.contacts import by_pair
 from pneuflex_sim.pacing import Pace
+from pneuflex_sim.parameters import PARAMETERS, Parameter
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
 from pneuflex_sim.wrist import WristParameters
@@ -44,41 +45,16 @@ SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
 METRES_PER_NEWTON = 0.02  # length of contact arrows
 
-PARAMETERS: dict[str, tuple[object, str, tuple[float, float] | None]] = {
-    "hand": ("rbo_hand_2", "hand by name or path of its YAML", None),
-    "scene": ("table", "scene by name", None),
-    "object": ("cylinder", "object by name", None),
-    "object_offset": ([0.0, 0.0], "shift of the object in the world, x and y [m]", None),
-    "object_mass_scale": (1.0, "factor on the object's mass", (0.01, 100.0)),
-    "model_file": ("", "softhand-model/1 file; empty: weightless base model", None),
-    "step": (0.002, "physics step [s]", (0.0001, 0.01)),
-    "segments": (5, "segments an actuator", (1, 15)),
-    "seed": (0, "seed of sensors and valves", (0, 2**31 - 1)),
-    "gui": (False, "open PyBullet's window", None),
-    "lockstep": (True, "wait for the driver's answer to each sensor sample", None),
-    "real_time_factor": (
-        1.0,
-        "upper bound of simulated over wall time; 0: as fast as it goes",
-        (0.0, 1000.0),
-    ),
-    "wrist_stiffness": (1000.0, "stiffness of the compliant wrist [N/m]", (1.0, 1e6)),
-    "wrist_force_limit": (20.0, "largest force of the wrist's spring [N]", (0.1, 1e4)),
-}
 
-
-def _descriptor(
-    default: object, text: str, bounds: tuple[float, float] | None
-) -> ParameterDescriptor:
+def _descriptor(parameter: Parameter) -> ParameterDescriptor:
     """Read-only parameter with its description, unit and range."""
-    descriptor = ParameterDescriptor(description=text, read_only=True)
-    if bounds and isinstance(default, int):
-        descriptor.integer_range = [
-            IntegerRange(from_value=int(bounds[0]), to_value=int(bounds[1]), step=1)
-        ]
-    elif bounds:
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=bounds[0], to_value=bounds[1])
-        ]
+    descriptor = ParameterDescriptor(description=parameter.text, read_only=True)
+    if parameter.bounds and isinstance(parameter.default, int):
+        low, high = map(int, parameter.bounds)
+        descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=1)]
+    elif parameter.bounds:
+        low, high = parameter.bounds
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
     return descriptor
 
 
@@ -100,8 +76,8 @@ class HandSim(Node):
 
     def __init__(self) -> None:
         super().__init__("hand_sim")
-        for name, (default, text, bounds) in PARAMETERS.items():
-            self.declare_parameter(name, default, _descriptor(default, text, bounds))
+        for parameter in PARAMETERS:
+            self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
         self.simulation = Simulation(self._config())
         self._compile()
         self.lockstep, self.paused, self.single_steps = self._value("lockstep"), False, 0
@@ -275,32 +251,23 @@ class HandSim(Node):
         self.contacts.publish(self._contact_markers(stamp))
 
     def _contact_markers(self, stamp: Time) -> MarkerArray:
-        """One line list a pair of bodies, a line a contact along its force; the text is the pair's
-        normal force [N].
-        """
-        markers: dict[str, Marker] = {}
-        forces: dict[str, float] = {}
-        for contact in self.simulation.object_contacts():
-            pair = (
-                f"{contact.first}/{contact.second}"
-                if contact.segment
-                else f"{contact.second}/{contact.first}"
-            )
-            marker = markers.get(pair)
-            if marker is None:
-                marker = markers[pair] = Marker(ns=pair, type=Marker.LINE_LIST, action=Marker.ADD)
-                marker.header.stamp, marker.header.frame_id = stamp, "world"
-                marker.pose.orientation.w, marker.scale.x = 1.0, 0.002
-                marker.color.r, marker.color.g, marker.color.a = 0.9, 0.2, 1.0
-            start = np.array(contact.position)
-            end = start + METRES_PER_NEWTON * contact.force * np.array(contact.normal)
-            marker.points += [Point(x=x, y=y, z=z) for x, y, z in (start.tolist(), end.tolist())]
-            forces[pair] = forces.get(pair, 0.0) + contact.force
-        for pair, marker in markers.items():
-            marker.text = f"{forces[pair]:.4f}"
+        """One line list a pair of bodies, a line a contact; the text is the pair's force [N]."""
+        markers = []
+        for pair, contacts in by_pair(self.simulation.object_contacts()).items():
+            marker = Marker(ns=pair, type=Marker.LINE_LIST, action=Marker.ADD)
+            marker.header.stamp, marker.header.frame_id = stamp, "world"
+            marker.pose.orientation.w, marker.scale.x = 1.0, 0.002
+            marker.color.r, marker.color.g, marker.color.a = 0.9, 0.2, 1.0
+            marker.text = f"{sum(contact.force for contact in contacts):.4f}"
+            for contact in contacts:
+                start = np.array(contact.position)
+                end = start + METRES_PER_NEWTON * contact.force * np.array(contact.normal)
+                for x, y, z in (start.tolist(), end.tolist()):
+                    marker.points.append(Point(x=x, y=y, z=z))
+            markers.append(marker)
         clear = Marker(action=Marker.DELETEALL)
         clear.header.stamp, clear.header.frame_id = stamp, "world"
-        return MarkerArray(markers=[clear, *markers.values()])
+        return MarkerArray(markers=[clear, *markers])
 
     def publish_diagnostics(self) -> None:
         """Once a second of wall time: state of the simulation, refused messages, a second
@@ -354,9 +321,7 @@ class HandSim(Node):
             self._publish_slow(stamp)
 
     def _wait_for_answer(self, executor: SingleThreadedExecutor, sample: int, stale: bool) -> None:
-        """In lockstep, up to 50 ms of wall time for the valves of this sample; without a driver,
-        what has come.
-        """
+        """In lockstep, up to 50 ms for the valves of this sample; else what has come."""
         executor.spin_once(timeout_sec=0)
         if not self.lockstep or stale:
             return
@@ -418,7 +383,7 @@ def main(args: list[str] | None = None) -> int:
     except (ValueError, ParameterException) as error:
         print(f"hand_sim: {error}", file=sys.stderr)
         status = 2
-    except RuntimeError as error:
+    except (RuntimeError, pybullet.error) as error:  # diverged, or the window was closed
         print(f"hand_sim: {error}", file=sys.stderr)
         status = 1
     finally:

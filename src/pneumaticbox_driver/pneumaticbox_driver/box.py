@@ -19,6 +19,7 @@ from softhand_model.gas import air_mass
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Valves = NDArray[np.int8]
+UNEXPLAINED_PRESSURE = 5e3  # in an emptied channel: it was held away from rest when zeroed [Pa]
 LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
 
 
@@ -28,6 +29,10 @@ class PneumaticBox:
     It starts by averaging the sensors until they stand still, valves closed. A channel within
     the zero band is taken as being at ambient pressure: its sensor's offset and its mass are
     zeroed. Otherwise its mass is that of its rest volume at the measured pressure.
+
+    A channel emptied while its actuator is held away from rest is zeroed too early: it then holds
+    more air than at rest, and shows it by its pressure once the actuator is free. It is emptied
+    again.
 
     Args:
         settings: of the box.
@@ -135,6 +140,7 @@ class PneumaticBox:
         self.supply = float(pressures_abs[-1])
         self.observer.advance(dt, self.pressures, self.supply)
         self._waited += dt
+        self.empty &= self.gauge < UNEXPLAINED_PRESSURE
         if self._still.add(dt, self.pressures):
             self._zero_at_rest()
 

@@ -1,0 +1,38 @@
+"""Parameters of the node `hand_sim`: default, description with unit, range. All are read-only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One node parameter; `bounds` are the least and the greatest value, None for no range."""
+
+    name: str
+    default: bool | int | float | str | list[float]
+    text: str
+    bounds: tuple[float, float] | None = None
+
+
+PARAMETERS = (
+    Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
+    Parameter("scene", "table", "scene by name"),
+    Parameter("object", "cylinder", "object by name"),
+    Parameter("object_offset", [0.0, 0.0], "shift of the object in the world, x and y [m]"),
+    Parameter("object_mass_scale", 1.0, "factor on the object's mass", (0.01, 100.0)),
+    Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
+    Parameter("step", 0.002, "physics step [s]", (0.0001, 0.01)),
+    Parameter("segments", 5, "segments an actuator", (1, 15)),
+    Parameter("seed", 0, "seed of sensors and valves", (0, 2**31 - 1)),
+    Parameter("gui", False, "open PyBullet's window"),
+    Parameter("lockstep", True, "wait for the driver's answer to each sensor sample"),
+    Parameter(
+        "real_time_factor",
+        1.0,
+        "upper bound of simulated over wall time; 0: as fast as it goes",
+        (0.0, 1000.0),
+    ),
+    Parameter("wrist_stiffness", 1000.0, "stiffness of the compliant wrist [N/m]", (1.0, 1e6)),
+    Parameter("wrist_force_limit", 20.0, "largest force of the wrist's spring [N]", (0.1, 1e4)),
+)
