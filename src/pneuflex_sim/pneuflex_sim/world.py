@@ -29,12 +29,25 @@ class World:
         self.client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
         if self.client < 0:
             raise RuntimeError("PyBullet refused a new client; with gui it needs a display")
+        if gui:
+            self._look_at_the_hand()
         pybullet.setTimeStep(step, physicsClientId=self.client)
         pybullet.setPhysicsEngineParameter(
             numSolverIterations=settings.iterations,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
             enableConeFriction=0,  # the cone let light fingertips diverge when they jam
+            physicsClientId=self.client,
+        )
+
+    def _look_at_the_hand(self) -> None:
+        """Bring the window's camera near, without PyBullet's own panels."""
+        pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_GUI, 0, physicsClientId=self.client)
+        pybullet.resetDebugVisualizerCamera(
+            cameraDistance=0.45,
+            cameraYaw=35,
+            cameraPitch=-20,
+            cameraTargetPosition=[0, 0, 0.12],
             physicsClientId=self.client,
         )
 
