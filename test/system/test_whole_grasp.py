@@ -62,7 +62,8 @@ def test_the_result_agrees_with_the_bag(demo, bag):
     assert result["gripped"] is True
     assert result["lift_height"] == pytest.approx(height.max() - height[0], abs=2e-3)
     assert result["slip"] < 1e-3
-    assert result["slip"] == pytest.approx(slip_in_hold(bag, "hold"), abs=1e-4)
+    # the sequencer sees object and wrist by the messages that came last, not by the same instant
+    assert result["slip"] == pytest.approx(slip_in_hold(bag, "hold"), abs=5e-4)
     assert result["real_time_factor"] > 0.0
     assert result["seed"] == 0
     assert {"pneuflex_sim", "ros-jazzy-rclpy", "pybullet"} <= set(result["versions"])
