@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from importlib import resources
 from typing import Any
 from unittest import mock
 
@@ -19,7 +20,7 @@ from grasp_strategies.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.compiled_plant import PLANT
 from pneuflex_sim.contacts import Contact
-from pneuflex_sim.simulation import Simulation
+from pneuflex_sim.simulation import Simulation, SimulationConfig
 
 STEPS = (0.001, 0.002, 0.005, 0.01)
 SEGMENTS = (5, 15)
@@ -27,6 +28,7 @@ FACTOR_TARGETS = {(5, 0.001): 1.5, (15, 0.001): 0.5}
 OUTSIDE_TARGET = 5.0  # [us] a segment and step, that of the prototype
 DRIFT_TARGET = 1.0  # [mm] in the hold of 1.1 s
 ACTUATORS = 6
+FINGER_MASS = 1.0e-5  # about 20 kPa in a P10 finger [kg]
 
 
 @dataclass
@@ -80,6 +82,21 @@ def plant_step(channels: int, steps: int = 5000) -> float:
     return 1e6 * (time.perf_counter() - start) / steps
 
 
+def response_time(segments: int, step: float, duration: float = 3.0) -> float:
+    """Time [ms] in which a weightless finger bends to 90 % after its air is let in at once."""
+    model = resources.files("softhand_model").joinpath("data/models/base.yaml")
+    finger = SimulationConfig(
+        hand="single_finger", scene="stand", step=step, segments=segments, model=model
+    )
+    simulation, angles = Simulation(finger), []
+    simulation.set_air_masses(np.array([FINGER_MASS]))
+    for _ in range(round(duration / step)):
+        simulation.step()
+        angles.append(simulation.tip_angles()["finger"])
+    simulation.close()
+    return 1e3 * step * (1 + int(np.argmax(np.array(angles) > 0.9 * angles[-1])))
+
+
 def run() -> list[dict[str, Any]]:
     """Rows of the benchmark."""
     grasp(5, 0.01)  # compile
@@ -88,6 +105,8 @@ def run() -> list[dict[str, Any]]:
     for segments in SEGMENTS:
         for step in STEPS:
             rows += _rows(segments, step, grasp(segments, step))
+            name = f"finger, {segments} segments, {1e3 * step:g} ms: time to 90 % of a step"
+            rows.append(stated(name, response_time(segments, step), "ms"))
     return rows
 
 
