@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -173,7 +173,7 @@ def stop_process(process: NodeProcess) -> int | None:
     return process.exit_code
 
 
-def wait_until(condition, limit: float, period: float = 0.02) -> bool:
+def wait_until(condition: Callable[[], object], limit: float, period: float = 0.02) -> bool:
     """Whether `condition()` became true within `limit` [s]; looked at every `period` [s]."""
     end = time.monotonic() + limit
     while not condition():

@@ -152,7 +152,7 @@ class Bag:
         for connection, stamp, data in self._reader.messages(connections=connections):
             yield stamp, self._reader.deserialize(data, connection.msgtype)
 
-    def _read_clock(self) -> tuple[Array, Array]:
+    def _read_clock(self) -> tuple[NDArray[np.int64], Array]:
         """Stamps of reception [ns] and the simulated time [s] that /clock told then."""
         ticks = [(stamp, stamp_seconds(message.clock)) for stamp, message in self._raw("/clock")]
         stamps = np.array([stamp for stamp, _ in ticks], dtype=np.int64)

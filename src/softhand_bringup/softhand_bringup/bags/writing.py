@@ -11,7 +11,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, cast
 
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -21,7 +21,7 @@ from rosbags.typesys import Stores, get_typestore
 if TYPE_CHECKING:
     from rosbags.rosbag2.enums import CompressionMode
 
-METADATA_VERSION = 9  # of Jazzy
+METADATA_VERSION: Literal[9] = 9  # of Jazzy
 CHUNK_SIZE = 1 << 18  # [bytes]
 
 _MESSAGE_OPCODE = 0x05
@@ -78,7 +78,7 @@ class BagWriter:
     def __init__(self, folder: Path) -> None:
         self._writer = _Writer(folder, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
-        self._storage: _ChunkedMcap = self._writer.storage
+        self._storage = cast(_ChunkedMcap, self._writer.storage)
         self._types = get_typestore(Stores.ROS2_JAZZY)
         self._storage.flush()
 

@@ -7,11 +7,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event
+from typing import TYPE_CHECKING
 
 from softhand_bringup import suite
 from softhand_bringup.demo.verdict import Verdict, verdict_from
 from softhand_bringup.environment import node_environment
 from softhand_bringup.launcher import Launcher, wait_until
+
+if TYPE_CHECKING:
+    from softhand_bringup.demo.node import GraspClient
 
 SERVICE = "grasp/surface_constrained"
 START_LIMIT = 90.0  # [s] of wall time; the first start compiles
@@ -111,7 +115,7 @@ class Demo:
                 client.result, answer.success, answer.message, factor, self.options.seed
             )
 
-    def _wait_for_suite(self, client, launcher: Launcher) -> None:
+    def _wait_for_suite(self, client: GraspClient, launcher: Launcher) -> None:
         end = time.monotonic() + START_LIMIT
         while missing := client.missing(self.record):
             self._check(launcher)
