@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import pybullet
 
+OBJECT = "object"
+
 
 @dataclass(frozen=True)
 class Contact:
@@ -36,24 +38,22 @@ class ContactNames:
         """Return (name, segment); the segment is empty for anything but a chain."""
         return self._links.get((body, link)) or (self._bodies[body], "")
 
-    def contacts(self, body: int) -> list[Contact]:
-        """All contact points of a body that carry a force, seen from the other side."""
-        found = []
-        for point in pybullet.getContactPoints(body, physicsClientId=self._client):
-            if point[9] > 0:
-                first, segment = self.name(point[2], point[4])
-                normal = point[7]
-                found.append(
-                    Contact(
-                        first,
-                        segment,
-                        self.name(point[1], point[3])[0],
-                        point[6],
-                        (-normal[0], -normal[1], -normal[2]),
-                        point[9],
-                    )
-                )
-        return found
+    def contacts(self, body: int | None = None) -> list[Contact]:
+        """Contact points that carry a force, of one body or of all.
+
+        The first side is a chain of the hand if there is one, else what the object touches.
+        """
+        of_body = {} if body is None else {"bodyA": body}
+        points = pybullet.getContactPoints(**of_body, physicsClientId=self._client)
+        return [self._contact(point) for point in points if point[9] > 0]
+
+    def _contact(self, point: tuple) -> Contact:
+        (first, segment), (second, other) = self.name(*point[1:4:2]), self.name(*point[2:5:2])
+        position, (x, y, z) = point[5], point[7]  # on the first body, and towards it
+        if first == OBJECT or (other and not segment):
+            first, segment, second = second, other, first
+            position, x, y, z = point[6], -x, -y, -z
+        return Contact(first, segment, second, position, (x, y, z), point[9])
 
 
 def normal_forces(contacts: list[Contact]) -> dict[str, float]:

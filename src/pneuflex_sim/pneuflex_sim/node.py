@@ -253,7 +253,7 @@ class HandSim(Node):
     def _contact_markers(self, stamp: Time) -> MarkerArray:
         """One line list a pair of bodies, a line a contact; the text is the pair's force [N]."""
         markers = []
-        for pair, contacts in by_pair(self.simulation.object_contacts()).items():
+        for pair, contacts in by_pair(self.simulation.contacts()).items():
             marker = Marker(ns=pair, type=Marker.LINE_LIST, action=Marker.ADD)
             marker.header.stamp, marker.header.frame_id = stamp, "world"
             marker.pose.orientation.w, marker.scale.x = 1.0, 0.002

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.air_coupling import BEND, AirCoupling
 from pneuflex_sim.compiled_plant import PLANT
-from pneuflex_sim.contacts import Contact, ContactNames
+from pneuflex_sim.contacts import OBJECT, Contact, ContactNames
 from pneuflex_sim.hand_bodies import ENVIRONMENT, HandBodies
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
@@ -136,7 +136,7 @@ class Simulation:
         bodies = (
             dict.fromkeys(self.bodies.ids, "palm_plate")
             | self._fixed_names
-            | {self.object_id: "object"}
+            | {self.object_id: OBJECT}
         )
         return ContactNames(bodies, links, self.world.client)
 
@@ -272,6 +272,10 @@ class Simulation:
     def fingertips(self) -> dict[str, tuple[Array, Array]]:
         """Position [m] and quaternion of each fingertip in the wrist frame."""
         return self.shape.fingertips(self.bodies.q)
+
+    def contacts(self) -> list[Contact]:
+        """All contact points of hand, object and scene."""
+        return self._names.contacts()
 
     def object_contacts(self) -> list[Contact]:
         """Contact points of the object with anything."""
