@@ -9,7 +9,7 @@ setup:
 
 # GUI=1 opens PyBullet's window; SEED=3 moves the object and changes its mass.
 demo: setup
-	@$(PYTHON_IN_VENV) -m softhand_bringup.demo $(if $(GUI),--gui) $(if $(SEED),--seed $(SEED))
+	@$(PYTHON_IN_VENV) -m softhand_bringup.demo $(if $(filter-out 0,$(GUI)),--gui) $(if $(SEED),--seed $(SEED))
 
 test: setup
 	@$(PYTHON_IN_VENV) -m pytest -q $(ARGS)

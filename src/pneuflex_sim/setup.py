@@ -19,7 +19,15 @@ setup(
         (f"share/{PACKAGE}/config", glob("config/*.yaml")),
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
-    install_requires=["setuptools", "softhand_model", "numpy", "PyYAML", "pybullet"],
+    install_requires=[
+        "setuptools",
+        "softhand_model",
+        "numpy",
+        "scipy",
+        "PyYAML",
+        "pybullet",
+        "numba",
+    ],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={

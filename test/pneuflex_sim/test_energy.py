@@ -4,28 +4,49 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim import spring_kernel
+from pneuflex_sim import layout, spring_kernel
 
 
 def energy(simulation):
     """Kinetic and elastic energy [J] of a weightless hand without pressure."""
-    bodies, layout = simulation.bodies, simulation.bodies.layout
-    n, momentum = len(layout.mass), np.empty_like(bodies.v)
+    bodies, hand = simulation.bodies, simulation.bodies.layout
+    n, momentum = len(hand.mass), np.empty_like(bodies.v)
     placed = (np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)))
-    inertia = layout.inertia(simulation.step_size)
-    spring_kernel.place_joints(0, n, bodies.q, layout.offset, layout.center, inertia, *placed)
-    spring_kernel.inertial_torque(0, n, bodies.v, layout.mass, *placed, momentum)
-    elastic = 0.5 * np.sum(layout.stiffness * bodies.rotations() ** 2)
+    inertia = hand.inertia(simulation.step_size)
+    spring_kernel.place_joints(0, n, bodies.q, hand.offset, hand.center, inertia, *placed)
+    spring_kernel.inertial_torque(0, n, bodies.v, hand.mass, *placed, momentum)
+    elastic = 0.5 * np.sum(hand.stiffness * bodies.rotations() ** 2)
     return 0.5 * np.sum(bodies.v * momentum) + elastic
+
+
+def let_go(simulation):
+    """Bend every joint and let go."""
+    bent = Rotation.from_rotvec([0.05, 0.25, 0.02])
+    start = (Rotation.from_quat(simulation.bodies.layout.rest) * bent).as_quat()
+    simulation.bodies.reset(simulation.wrist, start)
+    simulation._rotations = simulation.bodies.rotations()
+
+
+def test_without_damping_energy_is_conserved_to_first_order_in_the_step(
+    simulate, hold_pressure, weightless, monkeypatch
+):
+    monkeypatch.setattr(layout, "DAMPING_TIME", 0.0)
+    monkeypatch.setattr(layout, "ADDED_INERTIA", 0.0)
+    lost = []
+    for step in (2e-4, 1e-4):
+        simulation = simulate(hand="single_finger", scene="stand", step=step, model=weightless)
+        let_go(simulation)
+        before = energy(simulation)
+        hold_pressure(simulation, [0.0], 0.02)
+        lost.append(1 - energy(simulation) / before)
+    assert 0 < lost[1] < 0.35
+    assert lost[1] < 0.65 * lost[0]
 
 
 @pytest.mark.parametrize("step", [0.001, 0.002, 0.005, 0.01])
 def test_a_finger_let_go_only_loses_energy(simulate, hold_pressure, weightless, step):
     simulation = simulate(hand="single_finger", scene="stand", step=step, model=weightless)
-    bent = Rotation.from_rotvec([0.05, 0.25, 0.02])
-    start = (Rotation.from_quat(simulation.bodies.layout.rest) * bent).as_quat()
-    simulation.bodies.reset(simulation.wrist, start)
-    simulation._rotations = simulation.bodies.rotations()
+    let_go(simulation)
     levels = [energy(simulation)]
     for _ in range(round(3.0 / step)):
         hold_pressure(simulation, [0.0], step)

@@ -42,6 +42,20 @@ def test_a_reset_world_repeats_itself_bit_for_bit(simulate):
     np.testing.assert_array_equal(fingerprint(simulation), before)
 
 
+def test_reset_lets_the_air_out(simulate):
+    simulation = simulate(step=0.002)
+    for _ in range(300):
+        simulation.step([1, 1, 1, 1])
+    assert simulation.pressures().min() > 5e3
+    simulation.reset()
+    for _ in range(50):
+        simulation.step([0, 0, 0, 0])
+    fresh = simulate(step=0.002)
+    for _ in range(50):
+        fresh.step([0, 0, 0, 0])
+    np.testing.assert_allclose(fingerprint(simulation), fingerprint(fresh), atol=1e-5)
+
+
 def test_a_restored_snapshot_repeats_the_run_bit_for_bit(simulate):
     simulation = simulate(step=0.005)
     close_on_object(simulation, 0.9)
@@ -130,6 +144,8 @@ def contact_forces(simulation, base, link):
         ({"object": "brick"}, "object: expected one of cylinder"),
         ({"scene": "moon"}, "scene: expected one of table, stand"),
         ({"step": 0.02}, "step: expected 0.0001 to 0.01 s, got 0.02"),
+        ({"object_offset": (float("nan"), 0.0)}, "object_offset: expected two or three finite"),
+        ({"object_offset": (0.3,)}, "object_offset: expected two or three finite"),
         ({"segments": 0}, "segments: expected 1 or more, got 0"),
         ({"segments": 16}, "at most 30 joints in one body"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import math
 import signal
 import sys
 import threading
@@ -83,9 +84,10 @@ class HandSim(Node):
         self.lockstep, self.paused, self.single_steps = self._value("lockstep"), False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.driver_seen = False
-        self.answered_stamp, self.missed_answers, self.refused = -1, 0, ""
+        self.answered_stamp, self.missed_answers = -1, 0
+        self.refused: list[str] = []
         self.pace = Pace(self._value("real_time_factor"))
-        self.substeps = max(1, round(SENSOR_PERIOD / self.simulation.step_size))
+        self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self._create_interfaces()
         self._prepare_messages()
         self.description.publish(String(data=write_urdf(self.simulation.bodies.layout)))
@@ -154,7 +156,7 @@ class HandSim(Node):
     # ---------------------------------------------------------------- what comes in
     def _refuse(self, reason: str) -> None:
         """A message that cannot be used is refused whole, named in the log and in /diagnostics."""
-        self.refused = reason
+        self.refused = [reason]
         self.get_logger().warning(reason, throttle_duration_sec=1.0)
 
     def _on_valves(self, message: JointState) -> None:
@@ -269,21 +271,22 @@ class HandSim(Node):
         clear.header.stamp, clear.header.frame_id = stamp, "world"
         return MarkerArray(markers=[clear, *markers])
 
-    def publish_diagnostics(self) -> None:
-        """Once a second of wall time: state of the simulation, refused messages, a second
-        simulator.
-        """
-        level, text = DiagnosticStatus.OK, "paused" if self.paused else "running"
-        if self.refused:
-            level, text = DiagnosticStatus.WARN, self.refused
-        elif self.watch.silent(self.simulation.time):
-            level, text = DiagnosticStatus.WARN, "no pneumaticbox/valves: outlets are open"
+    def _warnings(self) -> list[str]:
+        """What a user should know now; refused messages are named once."""
+        warnings, self.refused = self.refused, []
+        if self.watch.silent(self.simulation.time):
+            warnings.append("no pneumaticbox/valves: outlets are open")
         if self.count_publishers("pneumaticbox/sensors") > 1:
-            level, text = (
-                DiagnosticStatus.WARN,
-                "a second simulator publishes pneumaticbox/sensors on this domain",
-            )
+            text = "a second simulator publishes pneumaticbox/sensors on this domain"
             self.get_logger().warning(text + ": stop one, or give each its ROS_DOMAIN_ID")
+            warnings.append(text)
+        return warnings
+
+    def publish_diagnostics(self) -> None:
+        """Once a second of wall time: state of the simulation and warnings."""
+        warnings = self._warnings()
+        level = DiagnosticStatus.WARN if warnings else DiagnosticStatus.OK
+        text = "; ".join(warnings) or ("paused" if self.paused else "running")
         values = {
             "simulated time [s]": f"{self.simulation.time:.3f}",
             "real-time factor": f"{self.pace.factor():.3f}",
@@ -300,7 +303,6 @@ class HandSim(Node):
         message = DiagnosticArray(status=[status])
         message.header.stamp = _stamp(self.simulation.time)
         self.diagnostics.publish(message)
-        self.refused = ""
 
     # ---------------------------------------------------------------- one sample
     def advance(self, executor: SingleThreadedExecutor) -> None:
@@ -361,9 +363,7 @@ def run(node: HandSim, stop: threading.Event) -> None:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; 0 then, 1 after an error, 2 for parameters that cannot
-    be used.
-    """
+    """Run the node until SIGINT or SIGTERM: 0; 1 after an error, 2 for unusable parameters."""
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     stop = threading.Event()
 

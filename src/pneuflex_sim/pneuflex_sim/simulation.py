@@ -58,6 +58,10 @@ class SimulationConfig:
             raise ValueError(f"step: expected 0.0001 to 0.01 s, got {self.step}")
         if self.segments < 1:
             raise ValueError(f"segments: expected 1 or more, got {self.segments}")
+        if not 2 <= len(self.object_offset) <= 3 or not np.isfinite(self.object_offset).all():
+            raise ValueError(
+                f"object_offset: expected two or three finite numbers, got {self.object_offset}"
+            )
         if not self.object_mass_scale > 0:
             raise ValueError(
                 f"object_mass_scale: expected a positive number, got {self.object_mass_scale}"
@@ -150,7 +154,7 @@ class Simulation:
             model.reset()
         self.bodies.reset(self.wrist)
         self._rotations = self.bodies.rotations()
-        self.plant.reset()
+        self.plant.reset(self.air.rest_volumes)
         self._imposed: Array | None = None
         self._volumes = self.air.volumes(self._rotations)
         self.pressures_abs = np.full(len(self.channels), self.ambient)
@@ -241,12 +245,16 @@ class Simulation:
         return self.wrist.force, self.wrist.torque
 
     def object_pose(self) -> tuple[Array, Array]:
-        """Position [m] and quaternion of the object; raises ValueError in a scene without one."""
+        """Position [m] and quaternion of the object; raises ValueError in a scene without
+        one, RuntimeError when it has diverged.
+        """
         if self.object_id < 0:
             raise ValueError(f"object: scene {self.scene.name} has none")
         place, turn = pybullet.getBasePositionAndOrientation(
             self.object_id, physicsClientId=self.world.client
         )
+        if not np.isfinite(place).all():
+            raise RuntimeError(f"the simulation diverged: the object is at {place}")
         return np.array(place), np.array(turn)
 
     def pressures(self) -> Array:
