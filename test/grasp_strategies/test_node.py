@@ -369,6 +369,11 @@ def test_a_clock_that_stands_still_is_told(start, peer):
     assert "/clock has stood still" in peer.diagnosis("/clock", limit=15.0).message
 
 
+def test_started_plainly_it_follows_simulated_time(launcher, peer):
+    launcher.start(NodeCommand("sequencer", "grasp_strategies.node"))
+    assert "/clock has stood still" in peer.diagnosis("/clock", limit=15.0).message
+
+
 def test_wall_time_beside_a_simulator_is_told(start, bench, peer):
     bench()
     start(use_sim_time=False)
@@ -410,7 +415,7 @@ def test_parameters_that_cannot_be_used_are_refused(start, peer):
 )
 def test_a_start_with_a_parameter_that_cannot_be_used_says_so_in_one_line(start, parameters, words):
     process = start(**parameters)
-    assert process.wait(20.0) == 1
+    assert process.wait(20.0) == 2
     assert words in process.last_words()
     assert process.last_words().startswith("sequencer: ")
     assert "Traceback" not in process.output()

@@ -211,6 +211,20 @@ def test_vent_empties_and_stays_until_reset_and_commands_are_refused_meanwhile()
     np.testing.assert_allclose(rig.mass, 10 * MG, atol=1 * MG)
 
 
+def test_vented_it_is_not_enabled_before_a_reset():
+    rig = BottleRig(start_enabled=False).started()
+    rig.box.vent()
+    with pytest.raises(ValueError, match="vent was requested.*pneumaticbox/reset must come first"):
+        rig.box.enable(True)
+    assert rig.box.reset() == "valves are closed, disabled until pneumaticbox/enable"
+    with pytest.raises(ValueError, match="disabled"):
+        rig.command(10 * MG, 10 * MG)
+    assert rig.box.enable(True) == "commands are taken"
+    rig.command(10 * MG, 10 * MG)
+    rig.box.vent()
+    assert rig.box.enable(False) == "disabled: outlets stay open"
+
+
 def test_disabled_the_valves_close_and_commands_are_refused():
     rig = BottleRig(channels=2).started()
     rig.command(30 * MG, 30 * MG)

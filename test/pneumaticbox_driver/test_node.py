@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from ros_domain import held_domain
@@ -183,7 +183,10 @@ def test_services_vent_reset_tare_and_enable(start, peer):
     assert not refused.success and "valves are open" in refused.message
     peer.command(10 * MG, 10 * MG)
     peer.diagnosis("commands", "vented until reset (vent was requested)")
+    early = peer.call(SetBool, "pneumaticbox/enable", data=True)
+    assert not early.success and "pneumaticbox/reset must come first" in early.message
     assert peer.call(Trigger, "pneumaticbox/reset").success
+    peer.diagnosis("commands OK")
     peer.run(0.6)
     assert peer.call(Trigger, "pneumaticbox/tare").success
     peer.command(10 * MG, 5 * MG)
@@ -238,8 +241,9 @@ def test_a_sensor_without_a_number_is_a_fault(start, peer):
     peer.diagnosis("safety", "sensor b: not a number")
 
 
-def test_the_embedded_backend_runs_on_its_own_clock(start, peer):
-    start(backend="embedded", use_sim_time=False)
+@pytest.mark.parametrize("simulated", [False, True])
+def test_the_embedded_backend_runs_on_the_wall_clock(start, peer, simulated):
+    process = start(backend="embedded", use_sim_time=simulated)
     peer.wait(lambda: peer.states, 20.0, "a state")
     peer.spin(1.0)
     peer.command(20 * MG, 5 * MG)
@@ -250,6 +254,40 @@ def test_the_embedded_backend_runs_on_its_own_clock(start, peer):
     )
     # the clock of the samples is the wall's
     assert abs(seconds(peer.states[-1].header.stamp) - time.time()) < 5.0
+    ignored = "use_sim_time is ignored: backend embedded follows the wall clock"
+    assert process.output().count(ignored) == simulated
+    if simulated:
+        peer.diagnosis("sensors", ignored, keep_going=False)
+    change = Parameter("use_sim_time", value=True).to_parameter_msg()
+    answer = peer.call(SetParameters, "pneumaticbox/set_parameters", parameters=[change])
+    assert answer.results[0].reason == ignored
+
+
+@pytest.mark.parametrize(
+    ("parameters", "simulated"),
+    [({}, True), ({"use_sim_time": False}, False), ({"backend": "embedded"}, False)],
+    ids=["plain", "false", "embedded"],
+)
+def test_it_follows_simulated_time_unless_told_otherwise(launcher, peer, parameters, simulated):
+    launcher.start(NodeCommand("driver", MODULE, {**BOX, **parameters}))
+    service = "pneumaticbox/get_parameters"
+    answer = peer.call(GetParameters, service, names=["use_sim_time"])
+    assert answer.values[0].bool_value == simulated
+    peer.wait(lambda: peer.told, 5.0, "diagnostics")
+    assert (peer.told[-1].header.stamp.sec == 0) == simulated  # there is no /clock
+
+
+def test_two_simulators_are_told_and_do_not_flood_the_log(start, peer):
+    process = start()
+    peer.connect()
+    other = peer.node.create_publisher(JointState, "pneumaticbox/sensors", 10)
+    peer.diagnosis("sensors", "two simulators publish pneumaticbox/sensors: stop one")
+    for _ in range(20):
+        peer.sample()
+        other.publish(JointState(name=[*CHANNELS, "supply"], effort=[1e5, 1e5, 4e5]))
+        peer.spin(0.1)
+    peer.node.destroy_publisher(other)
+    assert process.output().count("the clock was set back") == 1
 
 
 @pytest.mark.parametrize(

@@ -73,6 +73,7 @@ class SequencerNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("grasp_sequencer", **options)
         self._declare_parameters()
+        self._follow_simulated_time()
         self._hand = load_hand(self.get_parameter("hand").value)
         hand_bodies = hand_body_names(chain.name for chain in self._hand.chains)
         self._scene = TopicScene(self, hand_bodies)
@@ -96,6 +97,15 @@ class SequencerNode(Node):
             if refusal:
                 raise ValueError(refusal)
         self.add_on_set_parameters_callback(_check_choices)
+
+    def _follow_simulated_time(self) -> None:
+        """Follow /clock unless the user has said otherwise.
+
+        rclpy has no public way to tell a value that was given from its default: overrides of the
+        constructor would win over those of the command line and of parameter files.
+        """
+        if "use_sim_time" not in self._parameter_overrides:
+            self.set_parameters([Parameter("use_sim_time", value=True)])
 
     def _create_services(self) -> None:
         # reentrant: an answer that is pending must not block the refusal of the next call
@@ -322,7 +332,7 @@ def _run_until(stop: threading.Event, node: SequencerNode) -> None:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; returns the exit status."""
+    """Run the node until SIGINT or SIGTERM; 0 then, 2 for parameters that cannot be used."""
     stop = threading.Event()
 
     def ask_to_stop(number: int, frame: FrameType | None) -> None:
@@ -335,7 +345,7 @@ def main(args: list[str] | None = None) -> int:
         _run_until(stop, SequencerNode())
     except (ValueError, ParameterException) as error:
         print(f"sequencer: {error}", file=sys.stderr)
-        return 1
+        return 2
     finally:
         rclpy.try_shutdown()
     return 0

@@ -122,7 +122,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--strategy", default=usual.strategy, help="name or .yaml file (%(default)s)")
     add("--object", default=usual.object, help="object to grasp (%(default)s)")
     add("--scene", default=usual.scene, help="what stands around it (%(default)s)")
-    add("--model", default=usual.model, help="softhand-model file (the base model)")
+    base = "the base model with the weight of the actuators"
+    add("--model", default=usual.model, help=f"softhand-model file ({base})")
     add("--step", type=float, default=usual.step, help="physics step [s] (%(default)s)")
     add("--segments", type=int, default=usual.segments, help="per actuator (%(default)s)")
     add("--offset", type=float, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")

@@ -268,8 +268,11 @@ class PneumaticBox:
         self.latch.set(reason)
         self.setpoints.hold()
 
-    def reset(self) -> None:
-        """Leave the safe state: valves close, no setpoints, commands are taken again.
+    def reset(self) -> str:
+        """Leave the safe state: valves close, no setpoints, commands are taken if enabled.
+
+        Returns:
+            A sentence on what was done.
 
         Raises:
             ValueError: the last sensor sample was unusable, or there was none; still vented.
@@ -279,8 +282,23 @@ class PneumaticBox:
         self.latch.release()
         self.setpoints.hold()
         self._last_command = math.nan
+        taken = "commands are taken" if self.enabled else "disabled until pneumaticbox/enable"
+        return f"valves are closed, {taken}"
 
-    def enable(self, on: bool) -> None:
-        """Start or stop control; stopped, the valves are closed and setpoints dropped."""
+    def enable(self, on: bool) -> str:
+        """Start or stop control; stopped, the valves are closed and setpoints dropped.
+
+        Returns:
+            A sentence on what was done.
+
+        Raises:
+            ValueError: started while vented; nothing has changed then.
+        """
+        if on and self.latch:
+            reason = self.latch.reasons[0]
+            raise ValueError(f"vented ({reason}): pneumaticbox/reset must come first")
         self.enabled = on
         self.setpoints.hold()
+        if on:
+            return "commands are taken"
+        return "disabled: " + ("outlets stay open" if self.latch else "valves are closed")

@@ -6,6 +6,7 @@ from pneumaticbox_driver.box import PneumaticBox
 from pneumaticbox_driver.report import Level, Report
 
 UNITS = {"mass": "kg", "mass_flow": "kg/s", "pressure": "Pa", "volume": "m3", "time": "-"}
+REFUSAL_MEMORY = 10.0  # wall time for which a refused message is worth a warning [s]
 STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
 
 
@@ -13,8 +14,10 @@ STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a 
 class LinkState:
     """What the node knows beyond the box.
 
-    `refused` is the last message that could not be used, "" when a good one has come since;
-    `refusals` counts them, `clock_stands` [s] is for how long the node's time has stood still.
+    `refused` is the last message that could not be used, "" when that is over: a good one has come
+    since, or enable or reset, or it was long ago; `refusals` counts them. `simulators` publish
+    sensor samples. `clock_stands` [s] is for how long the node's time has stood still,
+    `clock_warning` what else is to be said of the clock.
     """
 
     refused: str = ""
@@ -23,6 +26,19 @@ class LinkState:
     sensors_seen: bool = False
     paused: bool = False
     clock_stands: float = 0.0
+    simulators: int = 1
+    clock_warning: str = ""
+    _refused_at: float = 0.0
+
+    def refuse(self, reason: str, now: float) -> None:
+        """Remember a message that cannot be used, at this monotonic wall time [s]."""
+        self.refused, self._refused_at = reason, now
+        self.refusals += 1
+
+    def forget_refused(self, now: float) -> None:
+        """Forget the refused message if it came long before this monotonic wall time [s]."""
+        if now - self._refused_at > REFUSAL_MEMORY:
+            self.refused = ""
 
 
 def box_reports(box: PneumaticBox, link: LinkState) -> list[Report]:
@@ -39,6 +55,14 @@ def _sensors(box: PneumaticBox, link: LinkState) -> Report:
         report.raise_to(Level.WARN, "averaging the sensors before the first command")
     if link.clock_stands > STALE_CLOCK and not link.paused:
         report.raise_to(Level.WARN, "use_sim_time is set but /clock stands still")
+    if link.clock_warning:
+        report.raise_to(Level.WARN, link.clock_warning)
+    if link.simulators > 1:
+        report.raise_to(
+            Level.WARN,
+            f"{'two' if link.simulators == 2 else link.simulators} simulators publish "
+            "pneumaticbox/sensors: stop one, or give each its ROS_DOMAIN_ID",
+        )
     if link.paused:
         report.values["simulation"] = "paused"
     if link.sensors_seen:

@@ -17,12 +17,7 @@ import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from numpy.typing import NDArray
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
@@ -39,7 +34,14 @@ from pneumaticbox_driver.commands import TrajectoryPoint
 from pneumaticbox_driver.controllers import check_mode
 from pneumaticbox_driver.deadline_loop import DeadlineLoop
 from pneumaticbox_driver.diagnostics import LinkState, box_reports
-from pneumaticbox_driver.parameters import PARAMETERS, Parameter, box_settings, check_backend
+from pneumaticbox_driver.node_setup.node import (
+    SIM_TIME,
+    SIM_TIME_IGNORED,
+    choose_clock,
+    declare_parameters,
+)
+from pneumaticbox_driver.note_throttle import NoteThrottle
+from pneumaticbox_driver.parameters import box_settings, check_backend
 from pneumaticbox_driver.priority import set_priority
 from pneumaticbox_driver.safety import SampleWatch
 from pneumaticbox_driver.settings import per_channel
@@ -48,20 +50,6 @@ SERVE_PERIOD = 0.01  # wall time between looks at commands and services [s]
 REPORT_PERIOD = 1.0  # wall time between diagnostics (REP-107) [s]
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
 PRESSURE_RATE = 50.0  # of the FluidPressure topics [Hz]
-
-
-def _descriptor(parameter: Parameter) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(
-        description=parameter.description, read_only=parameter.read_only
-    )
-    if parameter.bounds is None:
-        return descriptor
-    low, high = parameter.bounds
-    if isinstance(parameter.default, int):
-        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=1)]
-    else:
-        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
-    return descriptor
 
 
 def _seconds(stamp: Time) -> float:
@@ -85,14 +73,14 @@ class PneumaticBoxNode(Node):
 
     def __init__(self) -> None:
         super().__init__("pneumaticbox")
-        for parameter in PARAMETERS:
-            self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
+        declare_parameters(self)
         self.backend = check_backend(self._value("backend"))
         settings = box_settings(self._value)
         channels = settings.channels
         calibration = load_calibration(self._value("calibration_file") or None, len(channels))
         self.box = PneumaticBox(settings, calibration)
-        self.link = LinkState()
+        self.link = LinkState(clock_warning=choose_clock(self, self.backend))
+        self._throttle = NoteThrottle()
         self._watch = SampleWatch()
         self._stamp = Time()
         self._served = self._reported = 0.0
@@ -113,8 +101,7 @@ class PneumaticBoxNode(Node):
 
     def _create_topics(self, channels: tuple[str, ...]) -> None:
         self._feed = SampleFeed(self, channels)
-        sim_time = self.get_parameter("use_sim_time").value
-        self._clock_pulse = ClockPulse(self) if sim_time else None
+        self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
         self._state_out = self.create_publisher(JointState, "pneumaticbox/state", RELIABLE)
         self._state = JointState(name=list(channels))
         names = (*channels, "supply")
@@ -152,8 +139,7 @@ class PneumaticBoxNode(Node):
 
     def _refuse(self, reason: str) -> None:
         """Name a message that cannot be used, in the log and in /diagnostics; it has no effect."""
-        self.link.refused = reason
-        self.link.refusals += 1
+        self.link.refuse(reason, time.monotonic())
         self.get_logger().warning(f"refused {reason}", throttle_duration_sec=1.0)
 
     def _on_command(self, message: JointTrajectory) -> None:
@@ -175,6 +161,8 @@ class PneumaticBoxNode(Node):
 
     def _on_parameters(self, parameters: list[rclpy.Parameter]) -> SetParametersResult:
         for parameter in parameters:
+            if parameter.name == SIM_TIME and parameter.value and self.backend == "embedded":
+                return SetParametersResult(successful=False, reason=SIM_TIME_IGNORED)
             if parameter.name != "control_mode":
                 continue
             try:
@@ -186,18 +174,21 @@ class PneumaticBoxNode(Node):
         return SetParametersResult(successful=True)
 
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self.box.enable(request.data)
-        response.success = True
-        response.message = "commands are taken" if request.data else "disabled: valves are closed"
-        return response
+        return _answer(lambda: self._enable(request.data), response)
+
+    def _enable(self, on: bool) -> str:
+        done = self.box.enable(on)
+        self.link.refused = ""
+        return done
 
     def _vent(self) -> str:
         self.box.vent()
         return "all outlets open until pneumaticbox/reset"
 
     def _reset(self) -> str:
-        self.box.reset()
-        return "valves are closed, commands are taken"
+        done = self.box.reset()
+        self.link.refused = ""
+        return done
 
     def _calibrate(self) -> str:
         if not self._value("calibration_volume") > 0:
@@ -263,7 +254,7 @@ class PneumaticBoxNode(Node):
         self._watch_sensors(now)
         if now - self._reported >= REPORT_PERIOD:
             self._reported = now
-            self._report()
+            self._report(now)
             gc.collect(1)
 
     def _serve_ready(self) -> None:
@@ -301,10 +292,13 @@ class PneumaticBoxNode(Node):
         self._feed.flush(FAREWELL)
         self.destroy_node()
 
-    def _report(self) -> None:
-        for note in self.box.notes:
+    def _report(self, now: float) -> None:
+        for note in self._throttle.due(self.box.notes, now):
             self.get_logger().warning(note)
         self.box.notes.clear()
+        self.link.forget_refused(now)
+        if self.backend == "topic":
+            self.link.simulators = self._feed.publishers()
         message = DiagnosticArray()
         message.header.stamp = self.get_clock().now().to_msg()
         for report in box_reports(self.box, self.link):
@@ -323,14 +317,19 @@ def _answering(call: Callable[[], str]) -> Callable[..., Trigger.Response]:
     """Callback of a Trigger service: the call's sentence, or why it was refused."""
 
     def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        try:
-            response.message = call()
-            response.success = True
-        except ValueError as error:
-            response.message, response.success = str(error), False
-        return response
+        return _answer(call, response)
 
     return answer
+
+
+def _answer(call: Callable[[], str], response: Any) -> Any:
+    """Fill the response of a Trigger or SetBool service from `call`."""
+    try:
+        response.message = call()
+        response.success = True
+    except ValueError as error:
+        response.message, response.success = str(error), False
+    return response
 
 
 def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:

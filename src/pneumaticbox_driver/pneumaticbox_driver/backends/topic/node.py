@@ -70,6 +70,10 @@ class SampleFeed:
         taken = self._subscription.handle.take_message(JointState, False)
         return None if taken is None else taken[0]
 
+    def publishers(self) -> int:
+        """How many nodes publish samples."""
+        return self._subscription.get_publisher_count()
+
     def pressures(self, sample: JointState) -> NDArray[np.float64]:
         """Absolute pressures of the channels, then of the supply, of a sample (n + 1,) [Pa].
 

@@ -1,0 +1,1 @@
+"""What the node does first: declare its parameters and choose its clock."""
