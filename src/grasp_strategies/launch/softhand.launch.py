@@ -15,7 +15,7 @@ ARGUMENTS = {
     "hand": ("rbo_hand_2", "hand, by name or by the path of its YAML file"),
     "scene": ("table", "scene, by name"),
     "object": ("cylinder", "object, by name"),
-    "model": ("", "model file of the physics, format softhand-model/1; empty: with the actuators' weight"),
+    "model": ("", "model file, format softhand-model/1; empty: actuators with their weight"),
     "gui": ("false", "open PyBullet's window"),
     "use_sim_time": ("true", "driver and sequencer follow /clock"),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),

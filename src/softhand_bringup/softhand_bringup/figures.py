@@ -136,7 +136,7 @@ def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -
     wrist, thing = bag.poses(WRIST_TOPIC).at(times), bag.poses(OBJECT_TOPIC).at(times)
     index = latest_index(joints.time, times)
     camera = Camera(
-        target=_centre(bag.poses(OBJECT_TOPIC).position), distance=0.55, yaw=25.0, pitch=-14.0
+        target=_centre(bag.poses(OBJECT_TOPIC).position), distance=0.55, yaw=62.0, pitch=-16.0
     )
     renderer = Renderer(hand, object_name, scene, segments=_segments(hand, joints.names))
     frames = [
