@@ -1,17 +1,14 @@
 """Real nodes as processes, each test on a ROS domain that no other test worker uses."""
 
-import fcntl
-import tempfile
 from pathlib import Path
 
 import pytest
+from ros_domain import held_domain
 from suite_peer import SuitePeer
 
 from softhand_bringup import suite
 from softhand_bringup.environment import node_environment
 from softhand_bringup.launcher import Launcher
-
-DOMAINS = range(1, 102)  # the ports of higher ones reach into the ephemeral range
 
 
 def pytest_collection_modifyitems(items):
@@ -22,17 +19,9 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session")
 def domain():
-    """A ROS_DOMAIN_ID held by a lock file, so that test runs beside each other do not meet."""
-    for number in DOMAINS:
-        path = Path(tempfile.gettempdir()) / f"softhand-domain-{number}.lock"
-        with path.open("w") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                continue
-            yield number
-            return
-    pytest.fail("no free ROS domain")
+    """A ROS_DOMAIN_ID that no other test run uses."""
+    with held_domain() as number:
+        yield number
 
 
 @pytest.fixture

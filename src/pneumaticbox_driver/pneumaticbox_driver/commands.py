@@ -115,6 +115,7 @@ class _Course:
     values: list[float] = field(default_factory=lambda: [math.nan])
 
     def at(self, time: float) -> float:
+        """Return the setpoint at `time` [s], NaN before the first one."""
         after = bisect_right(self.times, time)
         if after == 0:
             return self.values[0]
@@ -126,6 +127,7 @@ class _Course:
         return v0 if math.isnan(v0) else v0 + (v1 - v0) * (time - t0) / (t1 - t0)
 
     def replace_from(self, start: float, times: Floats, values: Floats) -> None:
+        """Let the knots `start` + `times` [s] follow what stood until `start`."""
         held = self.at(start)
         keep = bisect_right(self.times, start)
         self.times = [*self.times[:keep], *(start + times).tolist()]

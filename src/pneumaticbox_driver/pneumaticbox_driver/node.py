@@ -353,6 +353,7 @@ def run_embedded(
     last = time.monotonic() - loop.period
 
     def step() -> None:
+        """Let the bottles run up to now and the box answer."""
         nonlocal last
         now = time.monotonic()
         pressures = bench.advance(min(now - last, 10 * loop.period))

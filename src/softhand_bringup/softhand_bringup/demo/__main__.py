@@ -50,8 +50,10 @@ def say(line: str) -> None:
 def _run(demo: Demo) -> int:
     verdict = demo.run()
     say("drawing the pictures")
-    demo.draw()
-    say(verdict.line(demo.folder))
+    try:
+        demo.draw()
+    finally:  # the verdict stands, whatever becomes of the pictures
+        say(verdict.line(demo.folder))
     return 0 if verdict.gripped else 1
 
 
