@@ -70,10 +70,18 @@ class Peer:
         return client.call_async(kind.Request(**fields))
 
     def call(self, kind, service, limit=20.0, **fields):
-        """Call a service and wait for its answer."""
-        future = self.request(kind, service, **fields)
-        self.wait(future.done, limit, f"an answer of {service}")
-        return future.result()
+        """Call a service and wait for its answer; again once when none has come in a quarter of
+        `limit`: a service that has not yet discovered the caller's reader loses its answer.
+        """
+        futures = [self.request(kind, service, **fields)]
+        end = time.monotonic() + limit / 4
+
+        def answer():
+            if len(futures) == 1 and time.monotonic() > end:
+                futures.append(self.request(kind, service, **fields))
+            return next((future for future in futures if future.done()), None)
+
+        return self.wait(answer, limit, f"an answer of {service}").result()
 
 
 def seconds(stamp):
