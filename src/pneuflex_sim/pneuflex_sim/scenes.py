@@ -52,7 +52,7 @@ def load_scene(name: str) -> SceneDescription:
 def build_scene(scene: SceneDescription, client: int) -> dict[int, str]:
     """Create the fixed bodies of a scene; returns their names by PyBullet id.
 
-    The table is a plane: on a box, a lying cylinder gains speed by itself, 0.1 m in 6 s at 1 ms.
+    The table is a plane: on a box, a lying cylinder gains speed by itself.
     """
     if scene.table_friction is None:
         return {}
