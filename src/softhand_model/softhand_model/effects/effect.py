@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 STAGES = ("input", "load", "elastic", "structure", "output", "flow")
 EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_torque")
@@ -13,26 +16,44 @@ EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_t
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect: unit ("" for none) and the bounds within which it makes sense."""
+    """One number of an effect: unit ("" for none) and the bounds within which it makes sense.
+
+    typical: values (low, high) between which the effect is usually found, where a search starts
+    (the bounds if absent); `logarithmic` when it spans decades. `neutral`: the value at which the
+    effect does nothing, if there is one.
+    """
 
     name: str
     unit: str
     low: float
     high: float
     description: str = ""
+    typical: tuple[float, float] | None = None
+    logarithmic: bool = False
+    neutral: float | None = None
 
 
 class Effect:
     """Base class of all effects; a subclass sets the class attributes and the method of its stage.
 
-    Values of the parameters are attributes of the instance. Raises ValueError for a parameter that
-    is unknown, missing or out of bounds.
+    `values` of an instance holds the parameters by name: numbers, or in the lab arrays
+    (lanes, 1, 1) of many trial values at once (`in_lanes`), so methods calculate with numpy.
+    Raises ValueError for a parameter that is unknown, missing or out of bounds.
+
+    experiments: those in which it can be seen. unseen_in: why not in others, by experiment.
+    confounded_with: what acts nearly alike, by name of effect or calibration, and in what sense.
+    has_memory: whether it depends on what was before, and so needs `time`.
     """
 
     name: ClassVar[str] = ""
     stage: ClassVar[str] = ""
     experiments: ClassVar[frozenset[str]] = frozenset()
     parameters: ClassVar[tuple[Parameter, ...]] = ()
+    unseen_in: ClassVar[Mapping[str, str]] = {}
+    confounded_with: ClassVar[Mapping[str, str]] = {}
+    has_memory: ClassVar[bool] = False
+
+    values: Mapping[str, Any]
 
     def __init__(self, **values: float) -> None:
         known = {parameter.name: parameter for parameter in self.parameters}
@@ -48,6 +69,15 @@ class Effect:
                 )
             self._check(parameter, values[name])
         self.values = {name: float(value) for name, value in values.items()}
+
+    @classmethod
+    def in_lanes(cls, values: Mapping[str, ArrayLike]) -> Self:
+        """The effect with many trial values (lanes,) of each parameter at once, unchecked."""
+        effect = cls.__new__(cls)
+        effect.values = {
+            name: np.asarray(trial, float).reshape(-1, 1, 1) for name, trial in values.items()
+        }
+        return effect
 
     def __init_subclass__(cls) -> None:
         """Refuse a class that names no stage of the list or an unknown experiment."""

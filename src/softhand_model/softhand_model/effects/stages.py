@@ -1,14 +1,18 @@
 """One base class per stage: the method by which its effects act, and the order in which the stages
 run.
 
-Pressures are gauge. `memory` is a dictionary of the effect's own, empty at the start and after a
-reset, one for each actuator; a method may be called several times within a time step, so it changes
-memory in `remember` alone (the methods of stages that are called once say so).
+Pressures are gauge. Every argument is a number or an array that broadcasts to (lanes, rows,
+sections): lanes are trial values of the parameters, rows are runs, samples or segments, sections
+lie along the actuator; what has no sections has a last axis of 1 (or is a number). `memory` is a
+dictionary of the effect's own, empty at the start and after a reset, one for each actuator; a
+method may be called several times within a time step, so it changes memory in `remember` alone
+(the methods of stages that are called once say so). dt [s] is a number or (rows, 1), and 0 at a
+run's first sample.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,16 +26,29 @@ Memory = dict[str, Any]
 
 @dataclass(frozen=True)
 class SectionShape:
-    """Sections at which the model is evaluated: height, width, wall, side_wall, ratio (eq. 3.35),
-    all of one shape.
+    """Sections at which the model is evaluated: height, width, wall, side_wall [m], ratio [-] (eq.
+    3.35) and shear_modulus [Pa], arrays that broadcast.
     """
 
     height: Array
     width: Array
-    wall: float
-    side_wall: float
+    wall: Array | float
+    side_wall: Array | float
     ratio: Array
-    shear_modulus: float
+    shear_modulus: Array | float
+
+
+@dataclass(frozen=True)
+class Strain:
+    """Stretch lambda [-] and the invariant J1 [-] that belongs to it.
+
+    mode: `pure_shear` (J1 = lambda**2 + lambda**-2 - 2), `uniaxial` (J1 = lambda**2 + 2/lambda - 3)
+    or `linear` (the base `linear`: J1 = (lambda - 1)**2, and lambda - 1 is its relative output).
+    """
+
+    stretch: Array
+    invariant: Array
+    mode: str
 
 
 class InputEffect(Effect):
@@ -39,7 +56,7 @@ class InputEffect(Effect):
 
     stage: ClassVar[str] = "input"
 
-    def chamber_pressure(self, pressure: float, memory: Memory, dt: float) -> float:
+    def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
         """Pressure [Pa] in the chamber, given the one that is read [Pa]; called once a step, may
         change memory.
         """
@@ -51,11 +68,11 @@ class LoadEffect(Effect):
 
     stage: ClassVar[str] = "load"
 
-    def act_on_load(self, load: Array, pressure: float, shape: SectionShape) -> Array:
+    def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
         """Load [-] at the sections for a chamber pressure [Pa]."""
         return load
 
-    def modulus_factor(self, temperature: float) -> float:
+    def modulus_factor(self, temperature: Array) -> Array | float:
         """Shear modulus over its nominal value at a temperature [K]; it divides the load and
         stiffens the joints.
         """
@@ -69,40 +86,123 @@ class ElasticEffect(Effect):
     adds: ClassVar[bool] = False
 
     def stress(
-        self, stress: Array, stretch: Array, shape: SectionShape, memory: Memory, dt: float
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Elastic side [-] of the balance with this effect, given that without it, at a stretch;
+        """Elastic side [-] of the balance with this effect, given that without it, at a strain;
         changes no memory.
         """
         return stress
 
     def remember(
-        self, stress: Array, stretch: Array, shape: SectionShape, memory: Memory, dt: float
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Take over the solved stretch of a step, with the stress that came before this effect in
+        """Take over the solved strain of a step, with the stress that came before this effect in
         it.
         """
 
 
 class StructureEffect(Effect):
-    """What changes curvature or joints once the balance is solved."""
+    """What the structure around the balance does: walls, joints, tip."""
 
     stage: ClassVar[str] = "structure"
 
-    def act_on_curvature(self, curvature: Array, pressure: float, shape: SectionShape) -> Array:
+    def wall_stress(self, stress: Array, strain: Strain, shape: SectionShape) -> Array:
+        """Elastic side [-] of the balance, given that of the top wall and its effects."""
+        return stress
+
+    def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
         """Free curvature [1/m] at the sections."""
         return curvature
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array:
-        """Factor (n,) [-] on the joints' stiffness, given actual and free bend (n,) [rad]."""
+        """Factor [-] on the stiffness, given actual and free bend [rad] (or curvature)."""
         return np.ones_like(bend)
+
+    def bend_twist_coupling(self) -> Array | float:
+        """Off-diagonal of lateral bending and twist over B [-]."""
+        return 0.0
+
+    def tip_compliance(self) -> Array | float:
+        """What the blocked tip yields under its force [m/N]."""
+        return 0.0
+
+    def tip_force(self, force: Array, memory: Memory, dt: Array | float) -> Array:
+        """Blocked tip force [N] that reaches the gauge; called once a sample, may change memory."""
+        return force
 
 
 class OutputEffect(Effect):
-    """What a sensor shows of the true value."""
+    """What a sensor shows of the true value; `quantity` is the measured column it belongs to."""
 
     stage: ClassVar[str] = "output"
+    quantity: ClassVar[str] = ""
 
-    def reading(self, value: float, memory: Memory, dt: float) -> float:
+    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
         """Reading of a true value, in its unit; called once a sample, may change memory."""
         return value
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """Valve pulses: arrays (lanes or 1, pulses).
+
+    inflating [bool], duration [s], p_in and p_out [Pa] absolute at switch-on, friction_integral and
+    injector_integral [Pa s]; naive [kg]: the naive term c*p_in*duration of the base model, with the
+    duration and p_in of this pulse.
+    """
+
+    inflating: NDArray[np.bool_]
+    duration: Array
+    p_in: Array
+    p_out: Array
+    friction_integral: Array
+    injector_integral: Array
+    naive: Array
+
+    def lasting(self, duration: Array) -> Pulse:
+        """The pulse with another duration [s]; integrals and naive term change in proportion."""
+        share = duration / np.where(self.duration > 0.0, self.duration, np.inf)
+        return replace(
+            self,
+            duration=duration,
+            friction_integral=self.friction_integral * share,
+            injector_integral=self.injector_integral * share,
+            naive=self.naive * share,
+        )
+
+    def fed_at(self, p_in: Array) -> Pulse:
+        """The pulse with another p_in [Pa]; the integrals are as measured, the naive term
+        follows.
+        """
+        return replace(self, p_in=p_in, naive=self.naive * (p_in / self.p_in))
+
+
+class FlowEffect(Effect):
+    """What changes the air mass that a valve pulse moves; parameters have a value a direction.
+
+    Values in lanes are (lanes, 1, 1) as everywhere; `self.of(name)` gives them as (lanes, 1).
+
+    rank: effects of lower rank act first, whatever the file's order.
+    replaces_naive: whether the naive term is left out, so that its calibration has no effect.
+    """
+
+    stage: ClassVar[str] = "flow"
+    rank: ClassVar[int] = 0
+    replaces_naive: ClassVar[bool] = False
+
+    def of(self, parameter: str) -> Array:
+        """A parameter's value in the shape that broadcasts against pulses."""
+        return np.asarray(self.values[parameter], float).reshape(-1, 1)
+
+    def by_direction(self, parameter: str, pulse: Pulse) -> Array:
+        """Values of `<parameter>_inflate` and `<parameter>_deflate`, each at its own pulses."""
+        inflate, deflate = self.of(f"{parameter}_inflate"), self.of(f"{parameter}_deflate")
+        return np.where(pulse.inflating, inflate, deflate)
+
+    def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
+        """The pulse as it really was, given the mass [kg] moved so far in the iteration."""
+        return pulse
+
+    def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
+        """Mass [kg] moved by the pulses, given that without this effect."""
+        return mass

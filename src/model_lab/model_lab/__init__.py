@@ -1,0 +1,1 @@
+"""The model lab: compare the model with measurements, name what is missing, add it."""

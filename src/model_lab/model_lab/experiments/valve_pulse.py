@@ -1,0 +1,155 @@
+"""Prediction of valve pulses: the air mass that each moves (eq. 4.1 and what it leaves out)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.measurement import DEFLATE, INFLATE, INPUTS, MeasurementSet
+from softhand_model.effects import Effect
+from softhand_model.effects.stages import FlowEffect, Pulse
+from softhand_model.gas import psi
+
+Array = NDArray[np.float64]
+
+DIRECTIONS = {"inflate": INFLATE, "deflate": DEFLATE}  # name of the calibration: column's value
+SECANTS = 30
+SETTLED = 1e-13  # of the largest mass
+
+
+class ValvePulse:
+    """Masses (lanes, samples) [kg] that the pulses of a set move, run after run.
+
+    The base is the naive model c*p_in*duration with one c [kg/(s Pa)] a direction (section 4.4.3).
+    Where `friction_integral` or `injector_integral` were not recorded, the pressures count as
+    constant over the pulse.
+
+    Raises ValueError naming run and column for a set of another experiment, a column that is
+    missing, a direction that is neither, and durations or pressures that are not above 0.
+    """
+
+    def __init__(self, data: MeasurementSet) -> None:
+        if data.experiment != "valve_pulse":
+            raise ValueError(f"experiment: expected valve_pulse, got {data.experiment}")
+        for run in data.runs:
+            _check(run.name, run.columns)
+        direction, duration, p_in, p_out = (_joined(data, name) for name in INPUTS["valve_pulse"])
+        friction = (p_in - p_out) * duration
+        injector = p_in * psi(p_out / p_in) * duration
+        self._inflating = direction == INFLATE
+        self._columns = (
+            duration,
+            p_in,
+            p_out,
+            _joined(data, "friction_integral", friction),
+            _joined(data, "injector_integral", injector),
+        )
+        self._measured = _joined(data, "mass")
+
+    def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
+        """Calibration that acts beside these effects, with its least-squares value [kg/(s Pa)].
+
+        `inflate` and `deflate`, as far as the set has such pulses; none where an effect replaces
+        the naive term.
+        """
+        if any(getattr(effect, "replaces_naive", False) for effect in effects):
+            return {}
+        product = self._columns[0] * self._columns[1]
+        chosen = {"inflate": self._inflating, "deflate": ~self._inflating}
+        return {
+            name: float(product[rows] @ self._measured[rows] / (product[rows] @ product[rows]))
+            for name, rows in chosen.items()
+            if rows.any()
+        }
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Masses (lanes, samples) [kg]: calibration (lanes,) by name, effects with values in lanes.
+
+        A calibration that is absent counts as 0. Effects of other stages change nothing here.
+        """
+        flow = sorted(
+            (effect for effect in effects if isinstance(effect, FlowEffect)), key=lambda e: e.rank
+        )
+        pulse = self._naive(calibration)
+        if not any(type(effect).act_on_pulse is not FlowEffect.act_on_pulse for effect in flow):
+            return _moved(pulse, flow)
+        return _settled(pulse, flow)
+
+    def _naive(self, calibration: Mapping[str, Array]) -> Pulse:
+        """The pulses as commanded, with what the naive model says of them."""
+        duration, p_in, p_out, friction, injector = (column[None] for column in self._columns)
+        inflate, deflate = (
+            np.reshape(np.asarray(calibration.get(name, 0.0), float), (-1, 1))
+            for name in DIRECTIONS
+        )
+        inflating = self._inflating[None]
+        conductance = np.where(inflating, inflate, deflate)
+        naive = conductance * (p_in * duration)
+        return Pulse(inflating, duration, p_in, p_out, friction, injector, naive)
+
+
+def _moved(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
+    mass = pulse.naive
+    for effect in effects:
+        mass = effect.act_on_mass(mass, pulse)
+    return mass
+
+
+def _settled(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
+    """Masses that agree with the pulses that they act back on, by one secant for each pulse.
+
+    The built-in effects are linear in the mass, so the first secant is exact.
+    """
+
+    def answer(mass: Array) -> Array:
+        real = pulse
+        for effect in effects:
+            real = effect.act_on_pulse(real, mass)
+        return _moved(real, effects)
+
+    mass = answer(np.zeros_like(pulse.naive))
+    excess_before, step = -mass, mass
+    for _ in range(SECANTS):
+        excess = mass - answer(mass)
+        open_yet = np.abs(excess) > SETTLED * np.max(np.abs(mass))
+        if not open_yet.any():
+            break
+        change = excess - excess_before
+        secant = open_yet & (change != 0.0)
+        slope = np.where(secant, change, 1.0) / np.where(secant, step, 1.0)
+        step = np.where(open_yet, -excess / slope, 0.0)
+        mass, excess_before = mass + step, excess
+    return mass
+
+
+def _joined(data: MeasurementSet, column: str, otherwise: Array | None = None) -> Array:
+    """A column of all runs, one after the other; runs without it take the part of `otherwise`."""
+    parts, start = [], 0
+    for run in data.runs:
+        stop = start + run.samples
+        if column in run.columns:
+            parts.append(np.asarray(run.columns[column], float))
+        elif otherwise is not None:
+            parts.append(otherwise[start:stop])
+        else:
+            raise ValueError(f"run {run.name}: expected a column {column}, got none")
+        start = stop
+    return np.concatenate(parts)
+
+
+def _check(run: str, columns: Mapping[str, Array]) -> None:
+    for name in INPUTS["valve_pulse"]:
+        if name not in columns:
+            raise ValueError(f"run {run}: expected a column {name}, got none")
+        if name == "direction":
+            wrong = ~np.isin(columns[name], list(DIRECTIONS.values()))
+            wanted = "inflate or deflate"
+        else:
+            wrong, wanted = ~(np.asarray(columns[name]) > 0.0), "numbers above 0"
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise ValueError(
+                f"run {run}: {name}: expected {wanted}, got {columns[name][row]:g} in sample {row}"
+            )
