@@ -1,0 +1,40 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "model_lab"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Compares the model with measurements, names the missing effect and adds it",
+    license="Apache-2.0",
+    maintainer="Softhand developers",
+    maintainer_email="softhand@example.org",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={PACKAGE: ["py.typed", "data/**/*.yaml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/config", glob("config/*.yaml")),
+    ],
+    install_requires=[
+        "setuptools",
+        "softhand_model",
+        "numpy",
+        "scipy",
+        "PyYAML",
+        "pint",
+        "rosbags",
+        "matplotlib",
+    ],
+    extras_require={"test": ["pytest"]},
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "model-lab = model_lab.main:main",
+            "model_lab = model_lab.main:main",
+            "monitor = model_lab.monitor:main",
+        ],
+    },
+)
