@@ -52,13 +52,15 @@ class Specimen:
     """One specimen: its entries in SI units; height and width may be lists of (x, value).
 
     `values` holds numbers (length, wall, side_wall, shear_modulus, mass, gauge_length, ...) and
-    profiles as arrays (n, 2) of [x, value]; `mount` and `batch` are names.
+    profiles as arrays (n, 2) of [x, value]; `mount` and `batch` are names. `notes` holds what else
+    its entry says, such as a description.
     """
 
     name: str
     values: Mapping[str, float | Array] = field(default_factory=dict)
     mount: str = "bending_plane_level"
     batch: str = "all"
+    notes: Mapping[str, object] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

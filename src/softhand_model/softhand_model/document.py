@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from importlib import resources
 from pathlib import Path
@@ -107,7 +108,9 @@ class Node:
 
 
 class _Loader(yaml.SafeLoader):
-    """The safe loader that refuses a key given twice, which YAML forbids and PyYAML lets pass."""
+    """The safe loader that reads `1e-6` as a number, as YAML 1.2 does and PyYAML does not, and
+    refuses a key given twice, which YAML forbids and PyYAML lets pass.
+    """
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """A mapping; raises a YAMLError for a repeated key."""
@@ -118,6 +121,13 @@ class _Loader(yaml.SafeLoader):
                     None, None, f"the key {key} twice", node.start_mark
                 )
         return super().construct_mapping(node, deep=deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"),
+    list("-+.0123456789"),
+)
 
 
 def read_document(path: Path, format_name: str | None = None) -> Node:

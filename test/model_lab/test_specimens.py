@@ -1,0 +1,30 @@
+"""What a model asks of specimens and runs, and how it is told that it is missing."""
+
+import pytest
+from measurement_folder import document, write_set
+
+from model_lab.loading import load_measurements
+from model_lab.specimens import require_columns, require_keys
+from softhand_model.document import DocumentError
+
+
+def test_a_key_that_the_model_needs_is_named_with_unit_and_example(tmp_path):
+    data = load_measurements(write_set(tmp_path, document(specimens={"f": {"length": 0.09}})))
+    with pytest.raises(DocumentError) as caught:
+        require_keys(data, data.specimens["f"], ("length", "wall"), "base pneuflex")
+    message = str(caught.value)
+    assert str(tmp_path / "experiment.yaml") in message
+    assert "specimens.f: expected the key wall [m], which base pneuflex needs" in message
+    assert "such as wall: 0.0025" in message
+
+
+def test_a_column_that_an_effect_needs_is_named_with_the_run(tmp_path):
+    data = load_measurements(write_set(tmp_path))
+    with pytest.raises(DocumentError, match=r"runs\.r1: expected the column humidity, which it"):
+        require_columns(data, ("time", "humidity"), "it")
+
+
+def test_what_is_there_is_not_refused(tmp_path):
+    data = load_measurements(write_set(tmp_path))
+    require_keys(data, data.specimens["f"], ("length", "wall"), "base pneuflex")
+    require_columns(data, ("time", "pressure"), "it")
