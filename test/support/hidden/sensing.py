@@ -1,0 +1,77 @@
+"""Lags, dead zones and what sensors make of a value; all on the fine grid, arrays (runs, steps)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+Array = np.ndarray
+
+
+def first_order(time: Array, value: Array, time_constant: float) -> Array:
+    """First-order lag from zero, exact for a value that is straight between the steps."""
+    steps = np.diff(time, axis=1) / time_constant
+    keep = np.exp(-steps)
+    mean = np.where(steps > 1e-9, -np.expm1(-steps) / np.maximum(steps, 1e-12), 1.0)
+    shown = np.zeros_like(value)
+    for k in range(steps.shape[1]):
+        gain_old, gain_new = mean[:, k] - keep[:, k], 1.0 - mean[:, k]
+        shown[:, k + 1] = (
+            keep[:, k] * shown[:, k] + gain_old * value[:, k] + gain_new * value[:, k + 1]
+        )
+    return shown
+
+
+def integrate(
+    time: Array,
+    value: Array,
+    rate: Callable[[Array, Array], Array],
+    states: int,
+    fastest: float,
+) -> Array:
+    """Fourth-order Runge-Kutta of state' = rate(state, value), state (states, runs) from zero.
+
+    `fastest` [1/s] is the quickest rate of the equation: steps are divided until they resolve it.
+    """
+    parts = int(np.clip(np.ceil(np.diff(time, axis=1).max() * fastest), 1, 60))
+    state = np.zeros((states, value.shape[0]))
+    out = np.zeros((states, *value.shape))
+    for k in range(time.shape[1] - 1):
+        h = (time[:, k + 1] - time[:, k]) / parts
+        start, rise = value[:, k], (value[:, k + 1] - value[:, k]) / parts
+        for part in range(parts):
+            k1 = rate(state, start + part * rise)
+            k2 = rate(state + h / 2 * k1, start + (part + 0.5) * rise)
+            k3 = rate(state + h / 2 * k2, start + (part + 0.5) * rise)
+            k4 = rate(state + h * k3, start + (part + 1) * rise)
+            state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        out[:, :, k + 1] = state
+    return out
+
+
+def second_order(time: Array, value: Array, time_constant: float, damping: float = 0.8) -> Array:
+    """Second-order lag whose delay of a ramp is `time_constant`."""
+    omega = 2 * damping / time_constant
+
+    def rate(state: Array, drive: Array) -> Array:
+        position, speed = state
+        return np.stack([speed, omega**2 * (drive - position) - 2 * damping * omega * speed])
+
+    return integrate(time, value, rate, 2, 2 * omega)[0]
+
+
+def orifice(time: Array, value: Array, time_constant: float, scale: float) -> Array:
+    """Flow through an orifice: the rate goes with the root of the difference, linear near zero."""
+
+    def rate(state: Array, drive: Array) -> Array:
+        gap = (drive - state[0]) / scale
+        return (scale / time_constant * gap / np.sqrt(np.abs(gap) + 0.04))[None]
+
+    return integrate(time, value, rate, 1, 5 / time_constant)[0]
+
+
+def softplus(value: Array, threshold: float, width: float) -> Array:
+    """A dead zone without an edge, zero at zero."""
+    at_rest = np.logaddexp(0, -threshold / width)
+    return width * (np.logaddexp(0, (value - threshold) / width) - at_rest)
