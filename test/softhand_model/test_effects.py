@@ -44,8 +44,8 @@ class Stiffer(ElasticEffect):
     name = "stiffer"
     parameters = (Parameter("jm", "", 1.0, 1000.0),)
 
-    def stress(self, stress, stretch, shape, memory, dt):
-        return stress / (1 - (stretch**2 + stretch**-2 - 2) / self.values["jm"])
+    def stress(self, stress, strain, shape, memory, dt):
+        return stress / (1 - strain.invariant / self.values["jm"])
 """
 
 CREEP = """
@@ -53,12 +53,12 @@ class Creep(ElasticEffect):
     name = "creep"
     adds = True
 
-    def stress(self, stress, stretch, shape, memory, dt):
+    def stress(self, stress, strain, shape, memory, dt):
         before, over = memory.get("before", (0.0, 0.0))
         return stress + (over + 0.5 * (stress - before)) * np.exp(-dt / 0.1)
 
-    def remember(self, stress, stretch, shape, memory, dt):
-        memory["before"] = stress, self.stress(stress, stretch, shape, memory, dt) - stress
+    def remember(self, stress, strain, shape, memory, dt):
+        memory["before"] = stress, self.stress(stress, strain, shape, memory, dt) - stress
 """
 
 SLACK = """
@@ -161,7 +161,7 @@ def test_effect_without_equilibrium_is_named(tmp_path):
 class Falling(ElasticEffect):
     name = "falling"
 
-    def stress(self, stress, stretch, shape, memory, dt):
+    def stress(self, stress, strain, shape, memory, dt):
         return 0.1 * np.tanh(stress)
 """
     chain = chain_with(tmp_path, source, "falling")

@@ -15,10 +15,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from softhand_model.document import DocumentError, Node, find_document, read_document, shipped_names
-from softhand_model.effects import STAGES, Effect, effect_classes, effects_in_file
+from softhand_model.effects import Effect, effect_classes, effects_in_file
+from softhand_model.effects.effect import BASES
+from softhand_model.effects.staged import in_order
 
 FORMAT = "softhand-model/1"
-BASES = ("pneuflex", "linear")
 MODULUS_BOUNDS = (0.1, 10.0)  # the lab calibrates within 15 %; a file may hold more
 
 
@@ -37,8 +38,7 @@ class Model:
     std: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        in_order = sorted(self.effects, key=lambda effect: STAGES.index(effect.stage))
-        object.__setattr__(self, "effects", tuple(in_order))
+        object.__setattr__(self, "effects", in_order(self.effects))
 
     def stage(self, name: str) -> tuple[Effect, ...]:
         """Effects of one stage, in the order of the file."""

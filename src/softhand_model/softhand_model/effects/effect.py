@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 STAGES = ("input", "load", "elastic", "structure", "output", "flow")
+BASES = ("pneuflex", "linear")
 EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_torque")
 
 
@@ -43,6 +44,8 @@ class Effect:
     experiments: those in which it can be seen. unseen_in: why not in others, by experiment.
     confounded_with: what acts nearly alike, by name of effect or calibration, and in what sense.
     has_memory: whether it depends on what was before, and so needs `time`.
+    rank: within a stage effects of lower rank act first, whatever the file's order.
+    bases: base models beside which it has a meaning.
     """
 
     name: ClassVar[str] = ""
@@ -52,6 +55,8 @@ class Effect:
     unseen_in: ClassVar[Mapping[str, str]] = {}
     confounded_with: ClassVar[Mapping[str, str]] = {}
     has_memory: ClassVar[bool] = False
+    rank: ClassVar[int] = 0
+    bases: ClassVar[frozenset[str]] = frozenset(BASES)
 
     values: Mapping[str, Any]
 

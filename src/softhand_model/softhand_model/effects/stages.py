@@ -13,6 +13,7 @@ run's first sample.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -37,18 +38,55 @@ class SectionShape:
     ratio: Array
     shear_modulus: Array | float
 
+    def of_rows(self, rows: NDArray[np.intp]) -> SectionShape:
+        """The shape of some rows, or of rows that repeat, of arrays (lanes, rows, sections)."""
+        parts = {
+            name: value if np.ndim(value) < 2 or value.shape[-2] == 1 else value[..., rows, :]
+            for name, value in vars(self).items()
+        }
+        return SectionShape(**parts)
+
 
 @dataclass(frozen=True)
 class Strain:
-    """Stretch lambda [-] and the invariant J1 [-] that belongs to it.
+    """How the rubber is strained: stretch lambda [-], and what follows from it in a mode.
 
-    mode: `pure_shear` (J1 = lambda**2 + lambda**-2 - 2), `uniaxial` (J1 = lambda**2 + 2/lambda - 3)
-    or `linear` (the base `linear`: J1 = (lambda - 1)**2, and lambda - 1 is its relative output).
+    mode: `pure_shear` (bending), `uniaxial` or `linear` (the base `linear`, where lambda - 1 is the
+    output over the largest one of the set).
     """
 
     stretch: Array
-    invariant: Array
-    mode: str
+    mode: str = "pure_shear"
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return 1.0 / self.stretch
+
+    @cached_property
+    def elastic_term(self) -> Array:
+        """Stress q [-] over the shear modulus without effects: lambda - lambda**-3 (eq. 3.21),
+        uniaxial lambda - lambda**-2, linear lambda - 1.
+
+        >>> Strain(2.0, "uniaxial").elastic_term
+        1.75
+        """
+        if self.mode == "linear":
+            return self.stretch - 1.0
+        powers = self._inverse * self._inverse
+        return self.stretch - (powers if self.mode == "uniaxial" else powers * self._inverse)
+
+    @cached_property
+    def invariant(self) -> Array:
+        """Invariant J1 [-]: lambda**2 + lambda**-2 - 2 (eq. 3.18), uniaxial lambda**2 + 2/lambda -
+        3, linear (lambda - 1)**2; written so that rounding does not blur it near lambda = 1.
+
+        >>> Strain(3.0).invariant, Strain(2.0, "uniaxial").invariant
+        (7.111111111111111, 2.0)
+        """
+        if self.mode == "pure_shear":
+            return (self.stretch - self._inverse) ** 2
+        square = (self.stretch - 1.0) ** 2
+        return square if self.mode == "linear" else square * (1.0 + 2.0 * self._inverse)
 
 
 class InputEffect(Effect):
@@ -80,10 +118,20 @@ class LoadEffect(Effect):
 
 
 class ElasticEffect(Effect):
-    """What balances the load: the base is q(lambda); factors run before added terms."""
+    """What balances the load: the base is q(lambda); factors run before added terms.
+
+    adds: whether it adds to the stress and so acts after all factors.
+    largest: entries of its memory that belong to the specimen, not to the run: the largest values
+    so far, such as the largest stretch.
+    """
 
     stage: ClassVar[str] = "elastic"
     adds: ClassVar[bool] = False
+    largest: ClassVar[tuple[str, ...]] = ()
+
+    def allows(self, shape: SectionShape) -> NDArray[np.bool_] | bool:
+        """Whether the parameters make sense for sections of this shape, beyond their bounds."""
+        return True
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -105,6 +153,7 @@ class StructureEffect(Effect):
     """What the structure around the balance does: walls, joints, tip."""
 
     stage: ClassVar[str] = "structure"
+    bases: ClassVar[frozenset[str]] = frozenset({"pneuflex"})
 
     def wall_stress(self, stress: Array, strain: Strain, shape: SectionShape) -> Array:
         """Elastic side [-] of the balance, given that of the top wall and its effects."""
@@ -182,12 +231,10 @@ class FlowEffect(Effect):
 
     Values in lanes are (lanes, 1, 1) as everywhere; `self.of(name)` gives them as (lanes, 1).
 
-    rank: effects of lower rank act first, whatever the file's order.
     replaces_naive: whether the naive term is left out, so that its calibration has no effect.
     """
 
     stage: ClassVar[str] = "flow"
-    rank: ClassVar[int] = 0
     replaces_naive: ClassVar[bool] = False
 
     def of(self, parameter: str) -> Array:

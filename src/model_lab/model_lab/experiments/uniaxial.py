@@ -1,0 +1,78 @@
+"""Prediction of uniaxial tension: the nominal stress at a stretch (lab.md; eq. 3.18 for one axis).
+
+The stretch is imposed, so there is nothing to solve; the effects see the same elastic side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
+from model_lab.experiments.sample_rows import SampleRows, Step
+from model_lab.experiments.specimen_memory import SpecimenMemory
+from model_lab.measurement import MeasurementSet
+from model_lab.specimens import require_keys
+from softhand_model.effects import Effect
+from softhand_model.effects.staged import StagedEffects, remembers
+from softhand_model.effects.stages import SectionShape, Strain
+
+Array = NDArray[np.float64]
+
+
+class Uniaxial:
+    """Nominal stresses (lanes, samples) [Pa], run after run: G*(Q + nu + s_c*w).
+
+    Raises DocumentError for a specimen without shear_modulus.
+    """
+
+    def __init__(self, data: MeasurementSet) -> None:
+        self._data = data
+        self._rows = SampleRows(data)
+        self._memory = SpecimenMemory(data, self._rows)
+        for name in dict.fromkeys(run.specimen for run in data.runs):
+            require_keys(data, data.specimens[name], ["shear_modulus"], "the model of uniaxial")
+        specimens = [data.specimens[run.specimen] for run in data.runs]
+        modulus = [specimen.values["shear_modulus"] for specimen in specimens]
+        self._modulus = np.array(modulus, float)[None, :, None]
+        self._strain = self._rows.column("stretch") - 1.0
+
+    def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
+        """Names of the calibration with the values from which a search starts."""
+        return modulus_scales(self._data)
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Stresses (lanes, samples) [Pa]: calibration (lanes,) by name, effects in lanes."""
+        staged = StagedEffects(effects)
+        scale = modulus_of_runs(self._data, calibration)
+        modulus = self._modulus * scale * staged.modulus_factor(self._rows.temperature())
+        stress = modulus[:, self._rows.run] * imposed(
+            staged, "uniaxial", self._memory, self._strain
+        )
+        shown = partial(staged.reading, "stress")
+        return self._rows.through(shown, remembers(staged.output), stress)[:, :, 0]
+
+
+def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Array) -> Array:
+    """Elastic side (lanes, rows, 1) [-] of rubber whose strain lambda - 1 (1, rows, 1) is imposed;
+    mode is that of `effects.stages.Strain`.
+    """
+    none = np.zeros(1)
+    shape = SectionShape(none, none, none, none, none, none)
+
+    def step(strain: Array, dt: Array) -> Array:
+        state = Strain(1.0 + strain, mode)
+        stress = staged.stress(state, shape, dt)
+        staged.remember(state, shape, dt)
+        return stress
+
+    def begin() -> Step:
+        staged.reset()
+        return step
+
+    if remembers(staged.elastic):
+        return memory.in_steps(begin, staged, strain)
+    return step(strain, none)

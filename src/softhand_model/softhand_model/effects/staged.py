@@ -1,0 +1,139 @@
+"""The effects of a model, stage by stage, with the memory of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from softhand_model.effects.effect import STAGES, Effect
+from softhand_model.effects.stages import (
+    Array,
+    ElasticEffect,
+    InputEffect,
+    LoadEffect,
+    Memory,
+    OutputEffect,
+    SectionShape,
+    Strain,
+    StructureEffect,
+)
+
+Kind = TypeVar("Kind", bound=Effect)
+Ordered = TypeVar("Ordered", Effect, type[Effect])
+
+
+def in_order(effects: Iterable[Ordered]) -> tuple[Ordered, ...]:
+    """Effects, or their classes, in the order in which they act.
+
+    That is by stage, factors before added terms, and by rank.
+    """
+    return tuple(sorted(effects, key=_place))
+
+
+def _place(effect: Effect | type[Effect]) -> tuple[int, bool, int]:
+    return STAGES.index(effect.stage), getattr(effect, "adds", False), effect.rank
+
+
+class StagedEffects:
+    """Effects in the order in which they act, and what they remember.
+
+    Arrays are (lanes, rows, sections) as in `effects.stages`. memory: by effect name; `reset`
+    empties it: at rest at zero pressure.
+    """
+
+    def __init__(self, effects: Iterable[Effect] = ()) -> None:
+        self.all = in_order(effects)
+        self.input = _of(self.all, InputEffect)
+        self.load = _of(self.all, LoadEffect)
+        self.elastic = _of(self.all, ElasticEffect)
+        self.structure = _of(self.all, StructureEffect)
+        self.output = _of(self.all, OutputEffect)
+        self._walls = [e for e in self.structure if _overrides(e, StructureEffect, "wall_stress")]
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.memory: dict[str, Memory] = {effect.name: {} for effect in self.all}
+
+    def chamber_pressure(self, read: Array, dt: Array | float) -> Array:
+        """Pressure [Pa] in the chamber, given the one that is read [Pa]; advances memory by dt
+        [s].
+        """
+        for effect in self.input:
+            read = effect.chamber_pressure(read, self.memory[effect.name], dt)
+        return read
+
+    def modulus_factor(self, temperature: Array) -> Array | float:
+        """Shear modulus over its nominal value at a temperature [K]."""
+        factor: Array | float = 1.0
+        for effect in self.load:
+            factor = factor * effect.modulus_factor(temperature)
+        return factor
+
+    def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
+        """Load [-], given that of the base, at a chamber pressure [Pa]."""
+        for effect in self.load:
+            load = effect.act_on_load(load, pressure, shape)
+        return load
+
+    def stress(self, strain: Strain, shape: SectionShape, dt: Array | float) -> Array:
+        """Elastic side [-] of the balance, walls included; changes no memory."""
+        stress = strain.elastic_term
+        for effect in self.elastic:
+            stress = effect.stress(stress, strain, shape, self.memory[effect.name], dt)
+        for wall in self._walls:
+            stress = wall.wall_stress(stress, strain, shape)
+        return stress
+
+    def remember(self, strain: Strain, shape: SectionShape, dt: Array | float) -> None:
+        """Take over the solved strain of a step of dt [s]."""
+        stress = strain.elastic_term
+        for effect in self.elastic:
+            memory, before = self.memory[effect.name], stress
+            if effect is not self.elastic[-1]:
+                stress = effect.stress(stress, strain, shape, memory, dt)
+            effect.remember(before, strain, shape, memory, dt)
+
+    def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
+        """Free curvature [1/m], given that of the balance, at a chamber pressure [Pa]."""
+        for effect in self.structure:
+            curvature = effect.act_on_curvature(curvature, pressure, shape)
+        return curvature
+
+    def stiffness_factor(self, bend: Array, rest: Array) -> Array | float:
+        """Factor [-] of the structure on the stiffness, at actual and free bend [rad]."""
+        factor: Array | float = 1.0
+        for effect in self.structure:
+            if _overrides(effect, StructureEffect, "stiffness_factor"):
+                factor = factor * effect.stiffness_factor(bend, rest)
+        return factor
+
+    def reading(self, quantity: str, value: Array, dt: Array | float) -> Array:
+        """What the sensor of a measured column shows of its true value; advances memory by dt
+        [s].
+        """
+        for effect in self.output:
+            if effect.quantity == quantity:
+                value = effect.reading(value, self.memory[effect.name], dt)
+        return value
+
+
+def at_modulus(shape: SectionShape, factor: Array | float) -> SectionShape:
+    """The shape with its shear modulus times a factor."""
+    return replace(shape, shear_modulus=shape.shear_modulus * np.asarray(factor))
+
+
+def remembers(effects: Sequence[Effect]) -> bool:
+    """Whether any of the effects depends on what was before."""
+    return any(effect.has_memory for effect in effects)
+
+
+def _of(effects: Iterable[Effect], kind: type[Kind]) -> tuple[Kind, ...]:
+    return tuple(effect for effect in effects if isinstance(effect, kind))
+
+
+def _overrides(effect: Effect, base: type[Effect], method: str) -> bool:
+    return getattr(type(effect), method) is not getattr(base, method)

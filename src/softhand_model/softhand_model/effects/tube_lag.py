@@ -1,0 +1,43 @@
+"""Air that takes its time from the sensor to the chamber."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from softhand_model.effects.effect import Parameter
+from softhand_model.effects.first_order import lagged
+from softhand_model.effects.stages import Array, InputEffect, Memory
+
+
+class TubeLag(InputEffect):
+    """The chamber follows the sensor through the tube: time_constant*p' = p_read - p.
+
+    First order, for a tube that is narrow and a chamber that is small (section 4.2 has the flow);
+    exact for readings that change in a straight line between samples.
+    """
+
+    name = "tube_lag"
+    experiments = frozenset({"free_bending", "blocked_tip", "base_torque"})
+    parameters = (
+        Parameter(
+            "time_constant",
+            "s",
+            1e-4,
+            100.0,
+            "time in which the chamber follows",
+            typical=(0.02, 1.0),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "angle_sensor_lag": "a lag of the output instead: where the curve is straight they are one",
+        "viscoelasticity": "alike on triangles of one rate",
+        "hysteresis": "alike on triangles of one rate",
+    }
+    has_memory = True
+    rank = 2
+
+    def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
+        """Pressure [Pa] in the chamber."""
+        return lagged(pressure, memory, dt, self.values["time_constant"])
