@@ -1,0 +1,60 @@
+"""Adding an effect: fit the model with it and return the model that the file will hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from model_lab.candidates import inapplicable
+from model_lab.diagnose import calibration_of, named_effect, pose_question
+from model_lab.diagnosis import NamedEffect
+from model_lab.measurement import MeasurementSet
+from model_lab.search import Question, Scored, Unseen, score_base, score_with
+from softhand_model.effects import Effect
+from softhand_model.model_file import Model
+
+
+@dataclass(frozen=True)
+class Addition:
+    """A model with one effect more: before and after as fitted, and as a file holds it."""
+
+    question: Question
+    before: Scored
+    after: Scored
+    effect: NamedEffect
+    model: Model
+
+
+def add_effect(
+    name: str, data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
+) -> Addition:
+    """Fit calibration, the effects that were fitted before, and the new one, all together.
+
+    Raises ValueError when the effect is unknown, already there, or cannot be seen in the data.
+    """
+    if name not in classes:
+        raise ValueError(f"effect: expected one of {', '.join(sorted(classes))}, got {name}")
+    if any(effect.name == name for effect in model.effects):
+        raise ValueError(f"effect: expected one that the model does not have yet, got {name}")
+    reason = inapplicable(classes[name], data, model.base)
+    if reason is not None:
+        raise ValueError(f"effect {name}: expected one that these data show, but: {reason}")
+    question, given = pose_question(data, model, classes)
+    before = score_base(question, [effect.name for effect in given])
+    after = score_with(question, before, name)
+    if isinstance(after, Unseen):
+        raise ValueError(f"effect {name}: expected one that these data show, but: {after.reason}")
+    named = [named_effect(after, effect) for effect in after.effects]
+    kept = tuple(effect for effect in model.effects if effect.name not in after.effects)
+    fitted = tuple(_instance(question, entry) for entry in named)
+    std = {
+        entry.name: {key: estimate.std for key, estimate in entry.parameters.items()}
+        for entry in named
+    }
+    new = Model(model.base, calibration_of(after), (*kept, *fitted), std)
+    return Addition(question, before, after, named[-1], new)
+
+
+def _instance(question: Question, named: NamedEffect) -> Effect:
+    values = {key: estimate.value for key, estimate in named.parameters.items()}
+    return question.classes[named.name](**values)

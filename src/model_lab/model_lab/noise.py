@@ -1,0 +1,165 @@
+"""The noise floor of a measurement set: from repeats, else as stated, else from a smoothing spline.
+
+The floor has a level for each band of `spectrum`: what differs between repeats of a run as a whole
+lies in the first bands, the noise of the sensor in all of them.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_smoothing_spline
+from scipy.stats import chi2
+
+from model_lab.measurement import MeasurementSet
+from model_lab.series import Series
+from model_lab.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+
+REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
+UPPER_LEVEL = 0.95
+SMALLEST_SPLINE = 5  # samples that a smoothing spline needs
+SMALLEST_SHARE = 1e-9  # of the measured scale: a floor is never exactly zero
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """The error that no model can go below, one sigma in the unit of the outputs.
+
+    total: root mean square over the samples; within and between runs: its parts; upper: its 95 %
+    bound. variance (bands,): mean square of a coefficient of each band; dof (bands,): degrees of
+    freedom from which it was estimated (0: not seen in repeats). source: where it comes from.
+    """
+
+    total: float
+    within: float
+    between: float
+    upper: float
+    variance: Array
+    dof: Array
+    source: str
+
+
+def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:
+    """The floor of a set, given the residual (samples,) of a model fitted to it.
+
+    A model that is wrong in the same way for all repeats does not change it.
+    """
+    scale = SMALLEST_SHARE * float(np.abs(residual).max() + 1e-300)
+    power, dof = _contrasts(spectrum, residual)
+    counts = spectrum.counts()
+    if dof.sum() > 0.0:
+        seen = dof > 0.0
+        variance = np.where(seen, power / np.where(seen, dof, 1.0), 0.0)
+        variance = _falling(np.where(seen, variance, _lowest(variance, seen)), dof, spectrum)
+        return _floor(np.maximum(variance, scale**2), dof, spectrum, REPEATS)
+    stated = [data.noise.get(name) for name in data.outputs]
+    if all(level is not None for level in stated):
+        levels, source = np.array(stated, float), STATED
+    else:
+        levels, source = _spline_levels(spectrum, residual), SPLINE
+    variance = np.maximum(levels[spectrum.band_output] ** 2, scale**2)
+    return _floor(variance, counts * 0.0, spectrum, source)
+
+
+def _floor(variance: Array, dof: Array, spectrum: Spectrum, source: str) -> NoiseFloor:
+    counts = spectrum.counts()
+    share = counts / counts.sum()
+    total = float(share @ variance)
+    white = np.array([_white_level(variance, counts, spectrum, band) for band in range(len(dof))])
+    within = float(share @ np.minimum(white, variance))
+    spread = float(share**2 @ (2.0 * variance**2 / np.where(dof > 0.0, dof, counts)))
+    freedom = 2.0 * total**2 / spread
+    upper = total * freedom / chi2.ppf(1.0 - UPPER_LEVEL, freedom)
+    between = max(total - within, 0.0)
+    roots = np.sqrt([total, within, between, upper]).tolist()
+    return NoiseFloor(roots[0], roots[1], roots[2], roots[3], variance, dof, source)
+
+
+def _white_level(variance: Array, counts: Array, spectrum: Spectrum, band: int) -> float:
+    """Level of the widest band of the same output: what is alike at all frequencies."""
+    same = np.flatnonzero(spectrum.band_output == spectrum.band_output[band])
+    return float(variance[same[np.argmax(counts[same])]])
+
+
+def _lowest(variance: Array, seen: NDArray[np.bool_]) -> float:
+    return float(variance[seen].min())
+
+
+def _falling(variance: Array, dof: Array, spectrum: Spectrum) -> Array:
+    """Levels that do not rise with frequency, by pooling adjacent violators for each output."""
+    result = variance.copy()
+    for output in np.unique(spectrum.band_output):
+        mine = np.flatnonzero(spectrum.band_output == output)
+        result[mine] = falling(variance[mine], np.maximum(dof[mine], 1.0))
+    return result
+
+
+def falling(values: Array, weights: Array) -> Array:
+    """The sequence that does not rise and is nearest to values (n,) in the weighted mean square.
+
+    >>> falling(np.array([1.0, 3.0, 1.0]), np.ones(3)).tolist()
+    [2.0, 2.0, 1.0]
+    """
+    blocks: list[list[float]] = []  # value, weight, length
+    for value, weight in zip(values, weights, strict=True):
+        blocks.append([float(value), float(weight), 1])
+        while len(blocks) > 1 and blocks[-2][0] < blocks[-1][0]:
+            last, before = blocks.pop(), blocks.pop()
+            both = before[1] + last[1]
+            mean = (before[0] * before[1] + last[0] * last[1]) / both
+            blocks.append([mean, both, before[2] + last[2]])
+    return np.concatenate([np.full(int(block[2]), block[0]) for block in blocks])
+
+
+def _contrasts(spectrum: Spectrum, residual: Array) -> tuple[Array, Array]:
+    """Sum of squares and degrees of freedom (bands,) of the scatter between repeats."""
+    power, dof = np.zeros(spectrum.band_count), np.zeros(spectrum.band_count)
+    coefficients = spectrum.coefficients(residual[None])[0]
+    for repeats in _repeated(spectrum.layout.series):
+        if len({part.stop - part.start for part in repeats}) > 1:
+            repeats = _same_length(repeats)
+        rows = np.stack([coefficients[part.start : part.stop] for part in repeats])
+        bands = spectrum.bands[repeats[0].start : repeats[0].stop]
+        scatter = np.sum((rows - rows.mean(axis=0)) ** 2, axis=0)
+        power += np.bincount(bands, scatter, spectrum.band_count)
+        dof += (len(repeats) - 1) * np.bincount(bands, minlength=spectrum.band_count)
+    return power, dof
+
+
+def _same_length(repeats: list[Series]) -> list[Series]:
+    """Repeats cut to the shortest of them: coefficients of one order are of one frequency."""
+    shortest = min(part.stop - part.start for part in repeats)
+    return [
+        Series(part.run, part.output, part.group, part.fold, part.start, part.start + shortest)
+        for part in repeats
+    ]
+
+
+def _repeated(series: tuple[Series, ...]) -> list[list[Series]]:
+    """Series that repeat each other: same group and output, and the same block of their run."""
+    found: dict[tuple[int, int, int], list[Series]] = defaultdict(list)
+    block: dict[tuple[int, int], int] = defaultdict(int)
+    for part in series:
+        place = block[part.run, part.output]
+        block[part.run, part.output] += 1
+        found[part.group, part.output, place].append(part)
+    return [parts for parts in found.values() if len(parts) > 1]
+
+
+def _spline_levels(spectrum: Spectrum, residual: Array) -> Array:
+    """One sigma (outputs,) of what a smoothing spline through each series leaves."""
+    squares: dict[int, list[float]] = defaultdict(list)
+    for part in spectrum.layout.series:
+        values = residual[part.start : part.stop]
+        if len(values) >= SMALLEST_SPLINE:
+            order = np.arange(len(values), dtype=float)
+            left = values - make_smoothing_spline(order, values)(order)
+            squares[part.output].append(float(np.mean(left**2)))
+    outputs = int(spectrum.band_output.max()) + 1
+    spread = float(np.mean(residual**2))
+    return np.sqrt([float(np.median(squares.get(output, [spread]))) for output in range(outputs)])

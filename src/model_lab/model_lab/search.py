@@ -1,0 +1,177 @@
+"""The search for missing effects: fit, add, compare, with every model judged on held-out data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.candidates import (
+    Signature,
+    invisible,
+    names,
+    promised_improvement,
+    signature,
+    starts,
+    with_trials,
+)
+from model_lab.fit import Fit, Problem, fit
+from model_lab.forward import Forward
+from model_lab.holdout import HeldOut, hold_out
+from model_lab.measurement import MeasurementSet
+from model_lab.noise import NoiseFloor
+from model_lab.spectrum import Spectrum
+from softhand_model.effects import Effect
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of a set: base model, effects that stay, and how noise is judged."""
+
+    data: MeasurementSet
+    base: str
+    fixed: tuple[Effect, ...]
+    classes: Mapping[str, type[Effect]]
+    spectrum: Spectrum
+    floor: NoiseFloor
+
+    def problem(self, effects: Iterable[str]) -> Problem:
+        """The fitting problem with these effects free."""
+        chosen = [self.classes[name] for name in effects]
+        forward = Forward(self.data, self.base, chosen, self.fixed)
+        return Problem(forward, self.spectrum, self.floor.variance)
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A fitted model with what it says of held-out data.
+
+    improvement: fall of the deviance against the model it came from. signature: of the effect that
+    was added last, if one was; invisible: why that effect cannot be seen (then nothing was fitted).
+    """
+
+    effects: tuple[str, ...]
+    fit: Fit
+    held_out: HeldOut
+    improvement: float = 0.0
+    signature: Signature | None = None
+
+    @property
+    def added(self) -> str:
+        """The effect that was added last."""
+        return self.effects[-1]
+
+    @property
+    def plausible(self) -> bool:
+        """Whether the parameters of its effects are off their limits."""
+        parameters = self.fit.problem.forward.parameters
+        return not any(
+            limit and parameter.effect is not None
+            for limit, parameter in zip(self.fit.at_limit, parameters, strict=True)
+        )
+
+    def parameters_of(self, effect: str) -> list[int]:
+        """Indices of an effect's parameters."""
+        parameters = self.fit.problem.forward.parameters
+        return [index for index, p in enumerate(parameters) if p.effect == effect]
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """An effect that cannot be seen in a set beside the model it was tried with, and why."""
+
+    name: str
+    reason: str
+
+
+def score_base(
+    question: Question, effects: Sequence[str] = (), start: Array | None = None
+) -> Scored:
+    """The model with some effects, fitted from a start (k,) or from where parameters start."""
+    problem = question.problem(effects)
+    first = np.array([p.start for p in problem.forward.parameters]) if start is None else start
+    found = fit(problem, first[None])
+    return Scored(tuple(effects), found, hold_out(found))
+
+
+def score_with(question: Question, before: Scored, effect: str) -> Scored | Unseen:
+    """The model with one effect more."""
+    effects = (*before.effects, effect)
+    problem = question.problem(effects)
+    found = signature(problem, before.fit, question.classes[effect])
+    reason = invisible(found, question.floor.total)
+    if reason is not None:
+        return Unseen(effect, reason)
+    first = with_trials(problem, before.fit, effect, starts(found, before.fit))
+    after = fit(problem, first)
+    gained = before.fit.deviance - after.deviance
+    return Scored(effects, after, hold_out(after), gained, found)
+
+
+def score_without(question: Question, before: Scored, effect: str) -> Scored:
+    """The model with one effect less."""
+    kept = tuple(name for name in before.effects if name != effect)
+    problem = question.problem(kept)
+    values = dict(zip(names(before.fit.problem), before.fit.values, strict=True))
+    start = np.array([values[name] for name in names(problem)])
+    return score_base(question, kept, start)
+
+
+def score_all(
+    question: Question, before: Scored, effects: Sequence[str], jobs: int = 1, limit: int = 0
+) -> list[Scored | Unseen]:
+    """The model with each of the effects added in turn, by so many processes.
+
+    With a limit only so many effects are fitted: those whose signatures promise most.
+    """
+    if limit and len(effects) > limit:
+        effects = _most_promising(question, before, effects, limit)
+    if jobs < 2 or len(effects) < 2:
+        return [score_with(question, before, effect) for effect in effects]
+    return _in_processes(question, before, effects, jobs)
+
+
+def _most_promising(
+    question: Question, before: Scored, effects: Sequence[str], limit: int
+) -> list[str]:
+    promise = {}
+    for effect in effects:
+        problem = question.problem((*before.effects, effect))
+        found = signature(problem, before.fit, question.classes[effect])
+        promise[effect] = promised_improvement(found, before.fit)
+    return sorted(effects, key=lambda effect: -promise[effect])[:limit]
+
+
+_task: tuple[Question, Scored] | None = None  # inherited by forked processes, never changed in them
+
+
+def _in_processes(
+    question: Question, before: Scored, effects: Sequence[str], jobs: int
+) -> list[Scored | Unseen]:
+    """As `score_all`; results come back without their problem, which the parent knows."""
+    global _task
+    _task = (question, before)
+    with get_context("fork").Pool(jobs) as pool:
+        results = pool.map(_work, effects, chunksize=1)
+    _task = None
+    return [
+        result
+        if isinstance(result, Unseen)
+        else replace(result, fit=replace(result.fit, problem=question.problem(result.effects)))
+        for result in results
+    ]
+
+
+def _work(effect: str) -> Scored | Unseen:
+    if _task is None:
+        raise RuntimeError("a process of the search was started without its task")
+    result = score_with(*_task, effect)
+    if isinstance(result, Unseen):
+        return result
+    # the problem holds classes of a user's file, which no other process can read
+    return replace(result, fit=replace(result.fit, problem=None))  # type: ignore[arg-type]

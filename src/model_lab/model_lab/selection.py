@@ -1,0 +1,141 @@
+"""Which effects are missing: forwards over single effects and pairs, backwards once, then ties."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.null import null_maxima, p_value
+from model_lab.search import (
+    Question,
+    Scored,
+    Unseen,
+    score_all,
+    score_base,
+    score_without,
+)
+
+Array = NDArray[np.float64]
+
+SIGNIFICANCE = 0.01  # against the best of all candidates in mere noise
+PARAMETER_PENALTY = 3.0  # deviance that a parameter must bring when effects compete
+MATERIAL = 1.12  # held-out error over the floor beyond which something is worth looking for
+REMOVED = 0.5  # share of the excess error that an effect must remove
+BEAM = 3  # single effects from which pairs are tried
+FITTED = 6  # second effects that are fitted for each of them
+TIE = 8.0  # deviance within which two explanations are not told apart
+LARGEST_SET = 3
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The search and its outcome.
+
+    base: the model as it was; singles: every effect alone; unseen: those that cannot show; final:
+    the chosen model (base if none); p_values of singles by name; ties: for each effect of the final
+    model the names that explain as much in its place, nearest first.
+    """
+
+    base: Scored
+    singles: tuple[Scored, ...]
+    unseen: tuple[Unseen, ...]
+    final: Scored
+    p_values: dict[str, float]
+    threshold: float
+    ties: tuple[tuple[str, ...], ...]
+
+
+def select(
+    question: Question, effects: Sequence[str], given: Sequence[str], seed: int, jobs: int
+) -> Selection:
+    """Search the effects for what is missing in a model that has the given ones."""
+    base = score_base(question, given)
+    tried = score_all(question, base, effects, jobs)
+    singles = tuple(sorted((s for s in tried if isinstance(s, Scored)), key=_criterion))
+    unseen = tuple(s for s in tried if isinstance(s, Unseen))
+    maxima = null_maxima([s.signature for s in singles if s.signature], question.spectrum, seed)
+    threshold = float(np.quantile(maxima, 1.0 - SIGNIFICANCE))
+    p_values = {s.added: p_value(maxima, s.improvement) for s in singles}
+    final = _grow(question, base, singles, threshold, jobs)
+    ties = _ties(question, final, base, singles, jobs)
+    return Selection(base, singles, unseen, final, p_values, threshold, ties)
+
+
+def excess(question: Question, scored: Scored) -> float:
+    """Held-out error beyond the noise floor, in the unit of the outputs."""
+    return float(np.sqrt(max(scored.held_out.rmse**2 - question.floor.total**2, 0.0)))
+
+
+def material(question: Question, scored: Scored) -> bool:
+    """Whether a model's held-out error is so far above the floor that something may be missing."""
+    return scored.held_out.rmse > MATERIAL * question.floor.total
+
+
+def _criterion(scored: Scored) -> float:
+    return scored.fit.deviance + PARAMETER_PENALTY * len(scored.fit.values)
+
+
+def _grow(
+    question: Question, base: Scored, singles: Sequence[Scored], threshold: float, jobs: int
+) -> Scored:
+    """The model with the effects that are missing, one or two at a time."""
+    good = [s for s in singles if s.plausible and s.improvement > threshold]
+    if not good or not material(question, base):
+        return base
+    best = good[0]
+    names = [s.added for s in singles]
+    if material(question, best):
+        pairs = _pairs(question, good[:BEAM], names, threshold, jobs)
+        if pairs and excess(question, pairs[0]) < (1.0 - REMOVED) * excess(question, best):
+            return _without_idle(question, pairs[0])
+    if excess(question, best) > (1.0 - REMOVED) * excess(question, base):
+        return base
+    return best
+
+
+def _pairs(
+    question: Question, firsts: Sequence[Scored], names: Sequence[str], threshold: float, jobs: int
+) -> list[Scored]:
+    """Plausible pairs that begin with one of `firsts`, the best first."""
+    found = []
+    for first in firsts:
+        others = [name for name in names if name not in first.effects]
+        tried = score_all(question, first, others, jobs, FITTED)
+        found += [
+            s for s in tried if isinstance(s, Scored) and s.plausible and s.improvement > threshold
+        ]
+    return sorted(found, key=_criterion)
+
+
+def _without_idle(question: Question, scored: Scored) -> Scored:
+    """The same without effects that, once the others are there, remove little."""
+    for effect in scored.effects:
+        fewer = score_without(question, scored, effect)
+        if excess(question, scored) > (1.0 - REMOVED) * excess(question, fewer):
+            return fewer
+    return scored
+
+
+def _ties(
+    question: Question, final: Scored, base: Scored, singles: Sequence[Scored], jobs: int
+) -> tuple[tuple[str, ...], ...]:
+    added = [name for name in final.effects if name not in base.effects]
+    result = []
+    for effect in added:
+        if len(added) == 1:
+            rivals = list(singles)
+        else:
+            without = score_without(question, final, effect)
+            others = [s.added for s in singles if s.added not in final.effects]
+            tried = score_all(question, without, others, jobs, FITTED)
+            rivals = [s for s in tried if isinstance(s, Scored)]
+        near = [
+            s
+            for s in sorted(rivals, key=_criterion)
+            if s.added != effect and _criterion(s) - _criterion(final) < TIE
+        ]
+        result.append(tuple(s.added for s in near))
+    return tuple(result)
