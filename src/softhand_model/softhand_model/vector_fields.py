@@ -1,0 +1,134 @@
+"""Vectors and rotations at many points at once, component first: vectors (3, n), matrices (3, 3,
+n).
+
+Fields of k vectors at a point are (3, k, n). The points lie last, so that each operation runs along
+contiguous memory.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SMALL_ANGLE = 1e-2  # below it [rad] the coefficients come from their series, exact to 1e-16
+
+
+def cross(first: Array, second: Array) -> Array:
+    """Cross product along the first axis; the others broadcast.
+
+    >>> cross(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])).tolist()
+    [0.0, 0.0, 1.0]
+    """
+    (ax, ay, az), (bx, by, bz) = first, second
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+def turned(matrix: Array, vector: Array) -> Array:
+    """Matrix (3, 3, n) times vectors (3, n) or (3, k, n)."""
+    if vector.ndim > matrix.ndim - 1:
+        matrix = matrix[:, :, None]
+    return matrix[:, 0] * vector[0] + matrix[:, 1] * vector[1] + matrix[:, 2] * vector[2]
+
+
+def turned_back(matrix: Array, vector: Array) -> Array:
+    """Transpose of a matrix (3, 3, n) times vectors (3, n)."""
+    return matrix[0] * vector[0] + matrix[1] * vector[1] + matrix[2] * vector[2]
+
+
+def product(first: Array, second: Array) -> Array:
+    """Product of matrices (3, 3, n)."""
+    return (
+        first[:, 0, None] * second[None, 0]
+        + first[:, 1, None] * second[None, 1]
+        + first[:, 2, None] * second[None, 2]
+    )
+
+
+def transposed(matrix: Array) -> Array:
+    """Transpose of matrices (3, 3, n)."""
+    return np.swapaxes(matrix, 0, 1)
+
+
+def identity(points: int) -> Array:
+    """Identity matrices (3, 3, n)."""
+    return np.repeat(np.eye(3)[:, :, None], points, axis=2)
+
+
+def cross_matrix(vector: Array) -> Array:
+    """Matrices (3, 3, n) of the cross product by vectors (3, n)."""
+    x, y, z = vector
+    zero = np.zeros_like(x)
+    return np.stack([np.stack([zero, -z, y]), np.stack([z, zero, -x]), np.stack([-y, x, zero])])
+
+
+def inverse(matrix: Array) -> Array:
+    """Inverse of matrices (3, 3, n)."""
+    rows = np.stack([cross(matrix[1], matrix[2]), cross(matrix[2], matrix[0])])
+    cofactors = np.concatenate([rows, cross(matrix[0], matrix[1])[None]])
+    determinant = np.sum(matrix[0] * cofactors[0], axis=0)
+    return transposed(cofactors) / determinant
+
+
+def exponentials(vector: Array) -> tuple[Array, Array]:
+    """Rotations (3, 3, n) of rotation vectors (3, n) [rad], and their left Jacobians.
+
+    With J the Jacobian, exp(v + dv) = exp(J dv) exp(v) to first order: J = 1 + b*[v] + c*[v]**2
+    with b = (1 - cos t)/t**2, c = (t - sin t)/t**3, t = |v|.
+    """
+    square = np.sum(vector * vector, axis=0)
+    small = square < SMALL_ANGLE**2
+    angle = np.sqrt(np.where(small, 1.0, square))
+    sine, cosine = np.sin(angle), np.cos(angle)
+    a = np.where(small, 1.0 - square / 6.0 * (1.0 - square / 20.0), sine / angle)
+    b = np.where(small, 0.5 - square / 24.0 * (1.0 - square / 30.0), (1.0 - cosine) / angle**2)
+    c = np.where(
+        small, 1.0 / 6.0 - square / 120.0 * (1.0 - square / 42.0), (angle - sine) / angle**3
+    )
+    return _quadratic(vector, square, a, b), _quadratic(vector, square, b, c)
+
+
+def _quadratic(vector: Array, square: Array, first: Array, second: Array) -> Array:
+    """1 + first*[v] + second*[v]**2, with [v] the matrix of the cross product by v."""
+    x, y, z = first * vector
+    matrix = second * vector[:, None] * vector[None, :]
+    diagonal = 1.0 - second * square
+    matrix[0, 0] += diagonal
+    matrix[1, 1] += diagonal
+    matrix[2, 2] += diagonal
+    matrix[0, 1] -= z
+    matrix[1, 0] += z
+    matrix[0, 2] += y
+    matrix[2, 0] -= y
+    matrix[1, 2] -= x
+    matrix[2, 1] += x
+    return matrix
+
+
+def rotation_vectors(matrix: Array) -> Array:
+    """Rotation vectors (3, n) [rad] of rotations (3, 3, n), below half a turn."""
+    sine = 0.5 * np.stack(
+        [
+            matrix[2, 1] - matrix[1, 2],
+            matrix[0, 2] - matrix[2, 0],
+            matrix[1, 0] - matrix[0, 1],
+        ]
+    )
+    length = np.sqrt(np.sum(sine * sine, axis=0))
+    cosine = 0.5 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2] - 1.0)
+    small = length < 1e-8
+    scale = np.where(small, 1.0, np.arctan2(length, cosine) / np.where(small, 1.0, length))
+    return scale * sine
+
+
+def matrices(quaternion: Array) -> Array:
+    """Rotations (3, 3, n) of quaternions (4, n), x y z w, of any length but 0."""
+    x, y, z, w = quaternion / np.sqrt(np.sum(quaternion * quaternion, axis=0))
+    return np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)]),
+            np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)]),
+            np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]),
+        ]
+    )
