@@ -29,13 +29,14 @@ class Model:
     effects by stage order.
 
     `std` holds the standard errors of the effects' parameters by effect name, as far as the file
-    has them.
+    has them; `files` the Python files of effects that are not built in.
     """
 
     base: str = "pneuflex"
     calibration: Mapping[str, float | Mapping[str, float]] = field(default_factory=dict)
     effects: tuple[Effect, ...] = ()
     std: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", in_order(self.effects))
@@ -87,8 +88,8 @@ def load_model(path: str | Path | None = None) -> Model:
     document = read_document(find_document(path or "gravity", "models", "model"), FORMAT)
     fields = document.fields(["format", "base"], ["calibration", "effects"])
     calibration = _calibration(fields["calibration"]) if "calibration" in fields else {}
-    effects, std = _effects(fields["effects"]) if "effects" in fields else ((), {})
-    return Model(fields["base"].choice(BASES), calibration, effects, std)
+    effects, std, files = _effects(fields["effects"]) if "effects" in fields else ((), {}, {})
+    return Model(fields["base"].choice(BASES), calibration, effects, std, files)
 
 
 def _calibration(node: Node) -> dict[str, float | Mapping[str, float]]:
@@ -107,26 +108,36 @@ def _calibration(node: Node) -> dict[str, float | Mapping[str, float]]:
     return calibration
 
 
-def _effects(node: Node) -> tuple[tuple[Effect, ...], dict[str, dict[str, float]]]:
+def _effects(
+    node: Node,
+) -> tuple[tuple[Effect, ...], dict[str, dict[str, float]], dict[str, Path]]:
+    """Effects, standard errors of their parameters by name, and files of those that have one."""
     effects: dict[str, Effect] = {}
     std: dict[str, dict[str, float]] = {}
+    files: dict[str, Path] = {}
     for entry in node.items():
         fields = entry.fields(["name"], ["file", "parameters", "std"])
         name = fields["name"].text()
         if name in effects:
             raise fields["name"].error("every effect once")
         effects[name] = _effect(entry, fields)
+        if "file" in fields:
+            files[name] = _file(entry, fields)
         if "std" in fields:
             std[name] = {
                 key: value.number(low=0.0) for key, value in fields["std"].mapping().items()
             }
-    return tuple(effects.values()), std
+    return tuple(effects.values()), std, files
+
+
+def _file(entry: Node, fields: dict[str, Node]) -> Path:
+    return Path(entry.file).parent / fields["file"].text()
 
 
 def _effect(entry: Node, fields: dict[str, Node]) -> Effect:
     known = effect_classes()
     if "file" in fields:
-        known = effects_in_file(Path(entry.file).parent / fields["file"].text())
+        known = effects_in_file(_file(entry, fields))
     name = fields["name"].choice(known)
     values = fields["parameters"].mapping() if "parameters" in fields else {}
     try:
