@@ -159,7 +159,13 @@ def _weight_moment(plant: Plant, body: Body, stretch: Array) -> Array:
     angle = np.cumsum(kappa_dx, axis=1) - kappa_dx / 2
     lateral_dx = np.sin(angle) * body.weights
     lateral = np.cumsum(lateral_dx, axis=1) - lateral_dx / 2
+    place = 2 * body.x / body.length - 1
     per_length = body.mass * plant.mass_scale * GRAVITY / body.length
-    beyond = np.cumsum((lateral * body.weights)[:, ::-1], axis=1)[:, ::-1]
-    beyond = beyond - lateral * body.weights / 2
-    return body.uphill * per_length * (beyond - lateral * (body.length - body.x))
+    weight = per_length * (1 + plant.mass_tilt * place) * body.weights
+    beyond = _tail(lateral * weight) - lateral * _tail(weight)
+    return body.uphill * beyond
+
+
+def _tail(parts: Array) -> Array:
+    """Sum from the middle of each section to the tip."""
+    return np.cumsum(parts[:, ::-1], axis=1)[:, ::-1] - parts / 2

@@ -1,8 +1,8 @@
 """What rubber remembers: relaxing modes, friction-like loops, softening by the largest stretch.
 
-Each has `trial(...)` (a value at a trial stretch, memory untouched) and `commit(...)`. Modes use
-the trapezoidal rule, loops the midpoint rule in the stretch: second order on a grid several times
-finer than the samples.
+Each has `trial(...)` (a value at a trial stretch, memory untouched) and `commit(...)`. Steps are
+exact for a stress (or stretch) that is straight within the step, on a grid several times finer than
+the samples; the Bouc-Wen loop uses the midpoint rule.
 """
 
 from __future__ import annotations
@@ -30,9 +30,10 @@ class Modes:
 
     def _next(self, stress: Array, dt: Array) -> Array:
         ones = (1,) * stress.ndim
-        half = dt / (2 * np.reshape(self.tau, (-1, *ones)))
+        part = dt / np.reshape(self.tau, (-1, *ones))
         jump = np.reshape(self.g, (-1, *ones)) * (stress - self.last)
-        return (self.nu * (1 - half) + jump) / (1 + half)
+        mean = np.where(part > 1e-9, -np.expm1(-part) / np.maximum(part, 1e-12), 1.0)
+        return self.nu * np.exp(-part) + jump * mean
 
     def trial(self, stress: Array, dt: Array) -> Array:
         """Sum of the modes if Q were `stress` at the end of the step."""
@@ -58,8 +59,8 @@ class Loop:
 
     def _next(self, stretch: Array) -> Array:
         change = stretch - self.last
-        half = np.abs(change) / (2 * self.scale)
-        return (self.w * (1 - half) + change / self.scale) / (1 + half)
+        turn = np.sign(change)
+        return turn + (self.w - turn) * np.exp(-np.abs(change) / self.scale)
 
     def trial(self, stretch: Array) -> Array:
         """Stress at a trial stretch."""
@@ -76,15 +77,19 @@ class BoucWen(Loop):
 
     exponent: float = 1.6
     beta: float = 0.7
+    parts: int = 3
 
     def _next(self, stretch: Array) -> Array:
-        change = (stretch - self.last) / self.scale
+        change = (stretch - self.last) / self.scale / self.parts
         w = self.w
-        for _ in range(2):
-            middle = (self.w + w) / 2
-            turn = self.beta * np.sign(change * middle) + 1 - self.beta
-            w = self.w + change * (1 - np.abs(middle) ** self.exponent * turn)
+        for _ in range(self.parts):
+            middle = w + change / 2 * self._slope(change, w)
+            w = w + change * self._slope(change, middle)
         return w
+
+    def _slope(self, change: Array, w: Array) -> Array:
+        turn = self.beta * np.sign(change * w) + 1 - self.beta
+        return 1 - np.abs(w) ** self.exponent * turn
 
 
 @dataclass

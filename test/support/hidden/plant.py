@@ -64,6 +64,7 @@ class Plant:
     modes: Modes | None = None
     loop: Loop | None = None
     mass_scale: float = 0.0
+    mass_tilt: float = 0.0  # 1: mass per length grows from zero at the base to twice the mean
     side_walls: bool = False
     printed: tuple[float, float] | None = None
     tip_compliance: Callable[[Array], Array] | None = None  # force [N] -> deflection [m]

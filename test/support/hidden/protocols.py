@@ -88,8 +88,13 @@ def standard(rng: np.random.Generator) -> list[Protocol]:
     return [Protocol(name, length, drive, peak()) for name, (length, drive) in shapes.items()]
 
 
-def one_rate(rng: np.random.Generator, count: int = 6) -> list[Protocol]:
-    """Triangles of a single rate, all of one amplitude, in runs of two to seven."""
-    rate = float(rng.uniform(0.12, 0.16))
-    made = [(number, triangles([1.0] * number, rate)) for number in range(2, 2 + count)]
+ONE_RATE_SAMPLES = 121  # a run: every turn falls on a sample
+
+
+def one_rate(rng: np.random.Generator) -> list[Protocol]:
+    """Triangles of a single slow rate and one amplitude, more or fewer a run, sampled too coarsely
+    to tell how a loop closes after a turn.
+    """
+    rate = float(rng.uniform(0.05, 0.07))
+    made = [(number, triangles([1.0] * number, rate)) for number in (4, 5, 6, 10, 12, 15)]
     return [Protocol(f"triangles_{n}", length, drive) for n, (length, drive) in made]

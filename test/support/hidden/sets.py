@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hidden import laws_catalogue  # noqa: F401  (registers its laws)
+from hidden import laws_catalogue, laws_other_forms, laws_outside  # noqa: F401  (they register)
 from hidden.design import DESIGNS, DRIVES, SECTIONS, Scene
 from hidden.laws import LAWS, build
 from hidden.measure import Shown, measure
@@ -37,7 +37,7 @@ class Options:
     over noise floor that each law is given (None: parameters must be given or are at their
     strongest). design, drives: of `hidden.design`. samples: a run (the total of twelve such runs
     is kept when a design has more). correlation: of the noise from sample to sample. jitter: of
-    the peak pressure from repeat to repeat, relative.
+    the peak pressure from repeat to repeat, relative. adjacent: repeats follow one another at once.
     """
 
     noise: float = 0.006
@@ -52,6 +52,7 @@ class Options:
     with_noise: bool = True
     correlation: float = 0.0
     jitter: float = 0.0
+    adjacent: bool = False
 
 
 def make_set(
@@ -83,6 +84,8 @@ def plan(experiment: str, chosen: Options, rng: np.random.Generator) -> Scene:
     """Specimens and runs of a set."""
     drives = DRIVES[chosen.drives](rng)[: max(1, chosen.runs // chosen.repeats)]
     specimens, runs = DESIGNS[chosen.design](rng, drives, chosen.repeats)
+    if chosen.adjacent:
+        runs = sorted(runs, key=lambda run: (run.specimen, run.temperature, run.protocol.name))
     sections = SECTIONS.get(chosen.design, 16 if experiment == "blocked_tip" else 1)
     samples = min(chosen.samples, max(60, chosen.runs * chosen.samples // len(runs)))
     peak = float(rng.uniform(*PEAKS[experiment]))

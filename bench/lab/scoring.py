@@ -1,0 +1,96 @@
+"""Whether a diagnosis is right, from what was hidden and what may be said."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import permutations
+from typing import Any
+
+Record = Mapping[str, Any]
+EXTRA_NAMES = 2  # in a tie beside the truth
+LARGEST_LOOP_TIE = 4  # one rate only: the three loops and the sensor's lag
+
+
+def groups(answer: Record) -> list[set[str]]:
+    """Each named effect with those tied with it.
+
+    >>> groups({"effects": [{"name": "a"}], "tied": [["b"]]}) == [{"a", "b"}]
+    True
+    """
+    tied = answer["tied"] or [[] for _ in answer["effects"]]
+    return [
+        {effect["name"], *others} for effect, others in zip(answer["effects"], tied, strict=True)
+    ]
+
+
+def right(record: Record) -> bool:
+    """Whether the diagnosis of a set says what it should.
+
+    catalogue and pairs: just the hidden effects, each in its own group of at most three names.
+    Other form: the family is named and at most one effect besides. One rate: one group with all
+    loops.
+    """
+    answer, expected = record.get("answer"), record["expected"]
+    if answer is None or answer["verdict"] != expected["verdict"]:
+        return False
+    found, wanted = groups(answer), [set(names) for names in expected["names"]]
+    if expected["tied"]:
+        return len(found) == 1 and set(expected["tied"]) <= found[0] and _small(found[0], 1)
+    if record["row"] == "other form":
+        return len(found) <= 2 and any(wanted[0] & group and _small(group) for group in found)
+    if len(found) != len(wanted):
+        return False
+    return any(
+        all(names & group and _small(group) for names, group in zip(wanted, order, strict=True))
+        for order in permutations(found)
+    )
+
+
+def _small(group: set[str], more: int = 0) -> bool:
+    return len(group) <= 1 + EXTRA_NAMES + more
+
+
+def after_over_floor(record: Record) -> float | None:
+    """Held-out error after adding over the noise floor, where the right effects were named."""
+    answer = record.get("answer")
+    if answer is None or not right(record) or not answer["noise_floor"]:
+        return None
+    return float(answer["rmse_after"] / answer["noise_floor"])
+
+
+def coverage(record: Record) -> list[bool] | None:
+    """Per parameter, whether the truth lies in the stated interval; None: not named first."""
+    answer, truth = record.get("answer"), record["truth"]["hidden"]
+    if answer is None or not right(record):
+        return None
+    stated = {effect["name"]: effect["parameters"] for effect in answer["effects"]}
+    inside = []
+    for law in truth:
+        for name, value in law["parameters"].items():
+            given = stated.get(law["name"], {}).get(name)
+            if given is not None:
+                low, high = given["interval"]
+                inside.append(low <= value <= high)
+    return inside or None
+
+
+def wilson(hits: int, count: int) -> tuple[float, float]:
+    """95 % Wilson interval of a rate.
+
+    >>> [round(end, 3) for end in wilson(95, 100)]
+    [0.888, 0.978]
+    """
+    if count == 0:
+        return 0.0, 1.0
+    z, rate = 1.959964, hits / count
+    middle = rate + z**2 / (2 * count)
+    half = z * math.sqrt(rate * (1 - rate) / count + z**2 / (4 * count**2))
+    below = 1 + z**2 / count
+    return (middle - half) / below, (middle + half) / below
+
+
+def mean_tie(records: Sequence[Record]) -> float:
+    """Mean number of names in a group, over all groups that were named."""
+    sizes = [len(g) for r in records if r.get("answer") for g in groups(r["answer"])]
+    return sum(sizes) / len(sizes) if sizes else 0.0

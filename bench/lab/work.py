@@ -1,0 +1,99 @@
+"""The sets of the benchmark and the diagnosis of one of them."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hidden.case import Case, visible
+from hidden.cases import all_cases
+
+from bench.lab.adapter import diagnosis_of
+from bench.lab.store import key_of
+
+KEPT = (
+    "verdict",
+    "effects",
+    "tied",
+    "calibration",
+    "noise_floor",
+    "noise_floor_parts",
+    "rmse_before",
+    "rmse_after",
+    "unexplained",
+)
+
+
+@dataclass(frozen=True)
+class Job:
+    """One set: a case by name, seed and noise over full scale."""
+
+    case: str
+    seed: int
+    noise: float
+    revision: str
+
+    @property
+    def key(self) -> str:
+        """Its name in the store."""
+        return key_of(self.case, self.seed, self.noise, self.revision)
+
+
+def chosen(rows: list[str], only: list[str]) -> list[Case]:
+    """Cases of some rows (all if none), whose name holds one of the words (all if none)."""
+    return [
+        case
+        for case in all_cases()
+        if (not rows or case.row in rows) and (not only or any(word in case.name for word in only))
+    ]
+
+
+def jobs_of(cases: list[Case], per_case: int, revision: str, noises: list[float]) -> list[Job]:
+    """Sets in an order that serves all rows alike when it is cut short."""
+    made = [
+        (seed, (7 * place + 11 * level) % 97, Job(case.name, seed, noise, revision))
+        for place, case in enumerate(cases)
+        for level, noise in enumerate(case.noises)
+        if not noises or noise in noises
+        for seed in range(per_case)
+    ]
+    return [job for _, _, job in sorted(made, key=lambda entry: entry[:2])]
+
+
+def run_job(job: Job) -> dict[str, Any]:
+    """Make the set, diagnose it, and put together what scoring needs."""
+    case = next(case for case in all_cases() if case.name == job.case)
+    record: dict[str, Any] = {
+        "key": job.key,
+        "case": case.name,
+        "row": case.row,
+        "experiment": case.experiment,
+        "seed": job.seed,
+        "noise": job.noise,
+        "revision": job.revision,
+        "expected": {
+            "verdict": case.expected.verdict,
+            "names": [sorted(names) for names in case.expected.names],
+            "tied": sorted(case.expected.tied),
+        },
+    }
+    with tempfile.TemporaryDirectory(prefix="bench-lab-") as folder:
+        truth = case.make(Path(folder), job.seed, job.noise)
+        record |= {"truth": truth, "visible": not case.hidden or visible(truth)}
+        if record["visible"]:
+            record |= _answered(Path(folder), job.seed)
+    return record
+
+
+def _answered(folder: Path, seed: int) -> dict[str, Any]:
+    started = time.perf_counter()
+    try:
+        answer = diagnosis_of(folder, seed)
+    except Exception as reason:  # noqa: BLE001 (a set on which the lab fails is a miss)
+        return {"error": repr(reason), "traceback": traceback.format_exc()}
+    spent = time.perf_counter() - started
+    return {"answer": {name: answer.get(name) for name in KEPT}, "seconds": round(spent, 2)}

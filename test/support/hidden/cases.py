@@ -1,0 +1,21 @@
+"""All cases of the benchmark."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from hidden import cases_catalogue, cases_other
+from hidden.case import Case
+
+
+@lru_cache(maxsize=1)
+def all_cases() -> tuple[Case, ...]:
+    """Every case, by row."""
+    return (
+        *cases_catalogue.catalogue(),
+        *cases_other.other_forms(),
+        *cases_other.pairs(),
+        *cases_catalogue.nothing(),
+        *cases_other.outside(),
+        *cases_other.one_rate(),
+    )
