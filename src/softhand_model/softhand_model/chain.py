@@ -107,6 +107,21 @@ class ChainModel:
         pressures (actuators,) [Pa], bend (n,) [rad] the actual rotation of the joints about y,
         temperature in [K].
         """
+        rotation = self.free_rotation(dt, pressures, temperature)
+        return self._scaled(rotation, bend, temperature) if self._responses else rotation
+
+    def free_rotation(
+        self,
+        dt: float,
+        pressures: Sequence[float] | Array,
+        temperature: float = ROOM_TEMPERATURE,
+    ) -> Array:
+        """Advance the effects' memory by dt [s]; rotation (n, 3) [rad] of the joints when nothing
+        pulls or pushes.
+
+        pressures (actuators,) [Pa], temperature in [K]. Raises RuntimeError where the effects leave
+        no equilibrium of the rubber.
+        """
         if not self._responses:
             return self.rest_rotation(pressures)
         rotation = np.zeros(self._shape[0] * 3)
@@ -114,7 +129,7 @@ class ChainModel:
             self._responses, self._spread, pressures, strict=True
         ):
             rotation += spread @ response.angles(dt, float(pressure), temperature)
-        return self._scaled(rotation.reshape(self._shape), bend, temperature)
+        return rotation.reshape(self._shape)
 
     def _scaled(self, rotation: Array, bend: Array, temperature: float) -> Array:
         """Rest moved so that the unscaled springs pull as the ones scaled by the effects would."""
