@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from model_lab.experiments.base_torque import BaseTorque
 from model_lab.experiments.free_bending import FreeBending
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
@@ -42,6 +43,7 @@ EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
     "free_bending": FreeBending,
     "uniaxial": Uniaxial,
     "valve_pulse": ValvePulse,
+    "base_torque": BaseTorque,
 }
 
 
@@ -70,7 +72,8 @@ class Forward:
     free_calibration false what stays.
 
     parameters: the free ones, calibration first, then those of effects in the order of stages.
-    measured (samples,): the outputs in SI units, NaN in runs that lack them; run_of, output_of (samples,): where they belong.
+    measured (samples,): the outputs in SI units, NaN in runs that lack them.
+    run_of, output_of (samples,): indices of the run and of the output they belong to.
 
     Raises ValueError for an effect that cannot act in the set, an unknown base, and whatever the
     set lacks.

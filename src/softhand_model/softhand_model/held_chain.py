@@ -8,7 +8,7 @@ every array. Everything is in the frame of the chain's base: z along it, x to th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,10 +34,13 @@ CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantil
 STRONG_FORCE = 40.0  # [B/L**2] at which the clamp has yielded by YIELD
 YIELD = 0.01  # [lengths of the chain], with the cube of the force
 TOLERANCE = 1e-11  # of the tip's pose, in lengths of the chain and radians
+LARGEST_FORCE = 60.0  # [B/L**2]: more comes from equilibria that tear the tip out of its clamp
+AMBIGUOUS = 0.6  # [rad]: a turn less far than this is not taken to go the other way round
 REACHED = 1e-9  # the same of a pose where rounding stops the iteration
 STEPS = 80
 LARGEST_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
 SHORTEST_SHARE = 1e-3  # of a Newton step
+AT_ONCE = 6000  # points, so that memory stays bounded
 SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
 
 
@@ -64,23 +67,40 @@ class Hold:
 
 @dataclass(frozen=True)
 class BaseLoad:
-    """Force and torque (3, n) [N], [N m] of the chain on its base, about the base's origin.
+    """What a chain exerts on its base at n points: wrench (6, n), force [N] and torque [N m] about
+    the base's origin.
 
+    beyond (6, n): the wrench less a moment that would merely turn the tip as it is held.
     settled (n,): whether the equilibrium was found; elsewhere the load is that of a softer clamp,
     as far as one led to an equilibrium.
     """
 
-    force: Array
-    torque: Array
+    wrench: Array
+    beyond: Array
     settled: Flags
+
+    @property
+    def force(self) -> Array:
+        """Force (3, n) [N]."""
+        return self.wrench[:3]
+
+    @property
+    def torque(self) -> Array:
+        """Torque (3, n) [N m]."""
+        return self.wrench[3:]
+
+    def repeated(self, times: int) -> BaseLoad:
+        """The loads several times, one after the other."""
+        wrench, beyond = (np.tile(part, (1, times)) for part in (self.wrench, self.beyond))
+        return BaseLoad(wrench, beyond, np.tile(self.settled, times))
 
 
 class HeldChain:
     """A straight chain as the simulator has it, held at both ends.
 
-    The clamp at the tip gives way a little, with the cube of the force: by a hundredth of the
-    length at 40*B/L**2, ten times what blocks a finger. The chain does not stretch, so a measured
-    pose just out of its reach would else take an infinite force.
+    The chain does not stretch, so a measured pose just out of its reach would take an infinite
+    force. Therefore the clamp at the tip gives way a little, with the cube of the force: by a
+    hundredth of the length at 40*B/L**2, ten times what blocks a finger.
 
     Raises ValueError for a chain that is not straight at rest.
     """
@@ -96,18 +116,59 @@ class HeldChain:
         self._clamp = CLAMP * length / self._force / 3.0
         self._unit = np.repeat([self._force, self._force * length], 3)[:, None]
 
-    def base_load(self, hold: Hold) -> BaseLoad:
-        """What the chain exerts on its base in equilibrium, at every point."""
-        start = np.zeros((6, hold.position.shape[1]))
+    def base_load(self, hold: Hold, like: BaseLoad | None = None) -> BaseLoad:
+        """What the chain exerts on its base in equilibrium, at every point.
+
+        like: loads of similar holds, from which the search begins.
+        """
+        points = hold.position.shape[1]
+        wrench, beyond = np.empty((6, points)), np.zeros((6, points))
+        settled = np.empty(points, bool)
+        for first in range(0, points, AT_ONCE):
+            part = np.arange(first, min(first + AT_ONCE, points))
+            held = hold.take(part)
+            turning = self._turning(held)
+            start = turning if like is None else turning + like.beyond[:, part] / self._unit
+            wrench[:, part], settled[part] = self._found(held, start)
+            beyond[:, part] = wrench[:, part] - turning
+        return BaseLoad(wrench * self._unit, beyond * self._unit, settled)
+
+    def _turning(self, hold: Hold) -> Array:
+        """Wrench (6, n) in its units to begin with: a moment that turns the tip as it is held.
+
+        Far from the free pose it may turn either way round: the one that brings the tip nearer.
+        """
+        weightless = replace(hold, gravity=None)
+        free = self._front(weightless, np.zeros((6, hold.position.shape[1])))
+        turn = rotation_vectors(product(hold.orientation, transposed(free.turn)))
+        wrench = self._moment(hold, turn)
+        far = np.flatnonzero(np.sum(turn * turn, axis=0) > AMBIGUOUS**2)
+        if len(far):
+            part, angle = weightless.take(far), np.sqrt(np.sum(turn[:, far] ** 2, axis=0))
+            other = self._moment(part, turn[:, far] * (1.0 - 2.0 * np.pi / angle))
+            misses = [
+                np.sum((self._front(part, way).place - part.position) ** 2, axis=0)
+                for way in (wrench[:, far], other)
+            ]
+            wrench[:, far] = np.where(misses[1] < misses[0], other, wrench[:, far])
+        return wrench
+
+    def _moment(self, hold: Hold, turn: Array) -> Array:
+        """Wrench (6, n) in its units that turns the tip by a rotation vector (3, n) [rad]."""
+        moment = turn / np.sum(1.0 / hold.springs.stiffness, axis=0) / self._unit[3:]
+        return np.concatenate([np.zeros_like(moment), moment])
+
+    def _found(self, hold: Hold, start: Array) -> tuple[Array, Flags]:
+        """Wrench (6, n) in its units, and where it is that of an equilibrium."""
         wrench, settled = self._newton(hold, start, 1.0)
         missed = np.flatnonzero(~settled)
         if len(missed):
             wrench[:, missed], settled[missed] = self._tightened(hold.take(missed))
-        return BaseLoad(wrench[:3] * self._unit[:3], wrench[3:] * self._unit[3:], settled)
+        return wrench, settled
 
     def _tightened(self, hold: Hold) -> tuple[Array, Flags]:
         """As `_newton`, with a soft clamp first that is tightened as long as that succeeds."""
-        wrench, settled = np.zeros((6, hold.position.shape[1])), np.ones(0, bool)
+        wrench = self._turning(hold)
         follows = np.arange(wrench.shape[1])
         for softness in SOFTER:
             tighter, settled = self._newton(hold.take(follows), wrench[:, follows], softness)
@@ -142,7 +203,8 @@ class HeldChain:
             if not still.all():
                 active = active[still]
                 part = hold.take(active)
-        return wrench, best <= REACHED
+        credible = np.max(np.abs(wrench[:3]), axis=0) <= LARGEST_FORCE
+        return wrench, credible & (best <= REACHED)
 
     def _gap(self, hold: Hold, wrench: Array, softness: float) -> tuple[Array, Array]:
         """Pose of the tip against its hold (6, n) [lengths, rad], and its slope (6, 6, n)."""

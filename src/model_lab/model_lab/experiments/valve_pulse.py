@@ -8,13 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.measurement import DEFLATE, INFLATE, INPUTS, MeasurementSet
+from model_lab.specimens import require_columns
 from softhand_model.effects import Effect
+from softhand_model.effects.staged import in_order
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import psi
 
 Array = NDArray[np.float64]
 
 DIRECTIONS = {"inflate": INFLATE, "deflate": DEFLATE}  # name of the calibration: column's value
+USUAL = {"inflate": 7e-11, "deflate": 6e-10}  # [kg/(s Pa)] of the chokes of section 4.3
 SECANTS = 30
 SETTLED = 1e-13  # of the largest mass
 
@@ -26,13 +29,12 @@ class ValvePulse:
     Where `friction_integral` or `injector_integral` were not recorded, the pressures count as
     constant over the pulse.
 
-    Raises ValueError naming run and column for a set of another experiment, a column that is
-    missing, a direction that is neither, and durations or pressures that are not above 0.
+    Raises ValueError naming run and column for a direction that is neither, and for durations or
+    pressures that are not above 0; DocumentError for a missing column.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
-        if data.experiment != "valve_pulse":
-            raise ValueError(f"experiment: expected valve_pulse, got {data.experiment}")
+        require_columns(data, INPUTS["valve_pulse"], "the model of valve_pulse")
         for run in data.runs:
             _check(run.name, run.columns)
         direction, duration, p_in, p_out = (_joined(data, name) for name in INPUTS["valve_pulse"])
@@ -51,15 +53,17 @@ class ValvePulse:
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Calibration that acts beside these effects, with its least-squares value [kg/(s Pa)].
 
-        `inflate` and `deflate`, as far as the set has such pulses; none where an effect replaces
+        `inflate` and `deflate`, as far as the set has such pulses (what is usual if no mass was
+        measured); none where an effect replaces
         the naive term.
         """
         if any(getattr(effect, "replaces_naive", False) for effect in effects):
             return {}
         product = self._columns[0] * self._columns[1]
         chosen = {"inflate": self._inflating, "deflate": ~self._inflating}
+        known = np.isfinite(self._measured)
         return {
-            name: float(product[rows] @ self._measured[rows] / (product[rows] @ product[rows]))
+            name: _slope(product[rows & known], self._measured[rows & known], USUAL[name])
             for name, rows in chosen.items()
             if rows.any()
         }
@@ -69,9 +73,7 @@ class ValvePulse:
 
         A calibration that is absent counts as 0. Effects of other stages change nothing here.
         """
-        flow = sorted(
-            (effect for effect in effects if isinstance(effect, FlowEffect)), key=lambda e: e.rank
-        )
+        flow = [effect for effect in in_order(effects) if isinstance(effect, FlowEffect)]
         pulse = self._naive(calibration)
         if not any(type(effect).act_on_pulse is not FlowEffect.act_on_pulse for effect in flow):
             return _moved(pulse, flow)
@@ -124,25 +126,26 @@ def _settled(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
     return mass
 
 
+def _slope(product: Array, mass: Array, otherwise: float) -> float:
+    """Factor of the product that fits the masses best, or another one if there are none."""
+    return float(product @ mass / (product @ product)) if product.size else otherwise
+
+
 def _joined(data: MeasurementSet, column: str, otherwise: Array | None = None) -> Array:
-    """A column of all runs, one after the other; runs without it take the part of `otherwise`."""
-    parts, start = [], 0
-    for run in data.runs:
-        stop = start + run.samples
-        if column in run.columns:
-            parts.append(np.asarray(run.columns[column], float))
-        elif otherwise is not None:
-            parts.append(otherwise[start:stop])
-        else:
-            raise ValueError(f"run {run.name}: expected a column {column}, got none")
-        start = stop
+    """A column of all runs, one after the other; runs without it take their part of `otherwise`, or
+    NaN.
+    """
+    starts = np.cumsum([0, *(run.samples for run in data.runs)])
+    spare = np.full(starts[-1], np.nan) if otherwise is None else otherwise
+    parts = [
+        np.asarray(run.columns.get(column, spare[first : first + run.samples]), float)
+        for run, first in zip(data.runs, starts, strict=False)
+    ]
     return np.concatenate(parts)
 
 
 def _check(run: str, columns: Mapping[str, Array]) -> None:
     for name in INPUTS["valve_pulse"]:
-        if name not in columns:
-            raise ValueError(f"run {run}: expected a column {name}, got none")
         if name == "direction":
             wrong = ~np.isin(columns[name], list(DIRECTIONS.values()))
             wanted = "inflate or deflate"

@@ -1,0 +1,188 @@
+"""Prediction of the torque on the base of an actuator whose tip is held (section 5.2.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
+from model_lab.experiments.chain_springs import chain_springs
+from model_lab.experiments.sample_rows import SampleRows, Step
+from model_lab.experiments.specimen_memory import SpecimenMemory
+from model_lab.experiments.specimen_segments import SpecimenSegments
+from model_lab.measurement import INPUTS, OUTPUTS, MeasurementSet
+from model_lab.specimens import require_columns, require_keys
+from softhand_model.effects import Effect
+from softhand_model.effects.staged import StagedEffects, at_modulus, remembers
+from softhand_model.effects.stages import SectionShape
+from softhand_model.free_bending import SteppedBalance, free_curvature
+from softhand_model.held_chain import HeldChain, Hold
+from softhand_model.vector_fields import matrices
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+SEGMENTS = 10
+STANDARD_GRAVITY = 9.80665  # [m/s2]
+DOWN = {
+    "bending_plane_level": (0.0, -1.0, 0.0),
+    "base_up": (0.0, 0.0, 1.0),
+    "base_down": (0.0, 0.0, -1.0),
+}  # in the frame of the base: z along the actuator, x to the bending side
+OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
+
+
+class BaseTorque:
+    """Torques (lanes, samples) [N m] of actuators on their bases, run after run, x, y and z within.
+
+    The actuator is the simulator's chain, straight and cut into equal segments, its springs of the
+    same stiffness about all three axes; base and tip are held where they were measured. The free
+    angles follow the pressure with the effects as in free bending. `gravity` pulls at the segments
+    beyond the first joint; a level bending plane has it along -y. The pose is taken as it is: the
+    stiffness along a nearly straight chain is high, so that errors of the pose show as torque.
+
+    Raises ValueError naming the run for a pose that is out of reach, DocumentError for a missing
+    column or key.
+    """
+
+    def __init__(self, data: MeasurementSet, segments: int = SEGMENTS) -> None:
+        require_columns(data, INPUTS["base_torque"], "the model of base_torque")
+        self._data = data
+        self._rows = SampleRows(data)
+        self._memory = SpecimenMemory(data, self._rows)
+        self._segments = SpecimenSegments(data, segments)
+        self._pressure = self._rows.column("pressure")
+        place = [self._rows.column(f"tip_{axis}")[0, :, 0] for axis in "xyz"]
+        turn = [self._rows.column(f"tip_q{axis}")[0, :, 0] for axis in "xyzw"]
+        self._position, quaternion = np.array(place), np.array(turn)
+        self._check(quaternion)
+        self._orientation = matrices(quaternion)
+
+    def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
+        """Names of the calibration with the values from which a search starts."""
+        return modulus_scales(self._data)
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Torques (lanes, samples) [N m]: calibration (lanes,) by name, effects in lanes."""
+        staged = StagedEffects(effects)
+        modulus = modulus_of_runs(self._data, calibration)
+        modulus = modulus * staged.modulus_factor(self._rows.temperature())
+        pressure = self._rows.through(
+            staged.chamber_pressure, remembers(staged.input), self._pressure
+        )
+        shape = at_modulus(self._segments.shape, modulus)
+        torque = self._torque(staged, modulus, self._free_angles(staged, shape, pressure))
+        shown = [
+            self._rows.through(
+                partial(staged.reading, name), remembers(staged.output), part[:, :, None]
+            )[:, :, 0]
+            for name, part in zip(OUTPUTS["base_torque"], torque, strict=True)
+        ]
+        return self._in_order(shown)
+
+    def _free_angles(self, staged: StagedEffects, shape: SectionShape, pressure: Array) -> Array:
+        """Free angles (lanes, rows, segments or 1) [rad] at chamber pressures (lanes, rows, 1)."""
+        weight = self._segments.weight
+
+        def bend(stepped: SteppedBalance, at: SectionShape, of: Array, *step: Array) -> Array:
+            curvature = free_curvature(stepped, step[0], at, step[1])
+            return np.sum(of * curvature.reshape(*curvature.shape[:2], *of.shape[2:]), axis=-1)
+
+        def begin() -> Step:
+            return partial(bend, SteppedBalance(staged), shape, weight)
+
+        if remembers(staged.elastic):
+            return self._memory.in_steps(begin, staged, pressure)
+        return self._rows.at_once(
+            lambda part, run: bend(
+                SteppedBalance(staged), shape.of_rows(run), weight[:, run], part, np.zeros(1)
+            ),
+            pressure,
+        )
+
+    def _torque(self, staged: StagedEffects, modulus: Array, angles: Array) -> Array:
+        """Torques (3, lanes, rows) [N m] of all specimens."""
+        acting = [*staged.load, *staged.structure]
+        values = [np.size(value) for effect in acting for value in effect.values.values()]
+        lanes = max(len(angles), len(modulus), *values, 1)
+        modulus = np.broadcast_to(modulus[:, :, 0], (lanes, modulus.shape[1]))[:, self._rows.run]
+        angles = np.broadcast_to(angles, (lanes, *angles.shape[1:]))
+        torque = np.empty((3, lanes, len(self._rows.run)))
+        for name, chain in self._segments.chains.items():
+            rows = self._rows_of(name)
+            springs = chain_springs(chain, modulus[:, rows], angles[:, rows], staged.structure)
+            hold = Hold(
+                springs, *self._poses(rows, lanes), self._gravity(name, staged, lanes, rows)
+            )
+            load = held_in_lanes(HeldChain(chain), hold, lanes)
+            torque[:, :, rows] = load.reshape(3, lanes, len(rows))
+        return torque
+
+    def _rows_of(self, specimen: str) -> Indices:
+        runs = [index for index, run in enumerate(self._data.runs) if run.specimen == specimen]
+        return np.flatnonzero(np.isin(self._rows.run, runs))
+
+    def _poses(self, rows: Indices, lanes: int) -> tuple[Array, Array]:
+        """Positions (3, points) [m] and orientations (3, 3, points) of the tip in all lanes."""
+        position, orientation = self._position[:, rows], self._orientation[:, :, rows]
+        return np.tile(position, (1, lanes)), np.tile(orientation, (1, 1, lanes))
+
+    def _gravity(
+        self, specimen: str, staged: StagedEffects, lanes: int, rows: Indices
+    ) -> Array | None:
+        """Gravity (3, points) [m/s2] times the scale of the mass; none without the effect."""
+        scales = [np.ravel(e.values["mass_scale"]) for e in staged.load if e.name == "gravity"]
+        if not scales:
+            return None
+        require_keys(self._data, self._data.specimens[specimen], ("mass",), "the effect gravity")
+        down = np.reshape(DOWN[self._data.specimens[specimen].mount], (3, 1))
+        pull = STANDARD_GRAVITY * np.broadcast_to(scales[0], lanes)
+        return np.asarray(down * np.repeat(pull, len(rows)))
+
+    def _in_order(self, torques: list[Array]) -> Array:
+        """Torques (lanes, samples): per run, and output after output within a run."""
+        stacked = np.stack(torques)
+        parts = []
+        for run in range(len(self._data.runs)):
+            of_run = stacked[:, :, self._rows.run == run]
+            parts.append(of_run.swapaxes(0, 1).reshape(of_run.shape[1], -1))
+        return np.concatenate(parts, axis=1)
+
+    def _check(self, quaternion: Array) -> None:
+        """Refuse poses that no actuator can have."""
+        reach = np.sqrt(np.sum(self._position**2, axis=0))
+        runs = [self._data.specimens[run.specimen] for run in self._data.runs]
+        length = np.array([float(np.asarray(run.values["length"])) for run in runs])[self._rows.run]
+        expected = "a tip that is not farther from the base than the actuator is long, {:g} m"
+        self._refuse(reach > OUT_OF_REACH * length, "tip_x, tip_y, tip_z", expected, reach, length)
+        size = np.sqrt(np.sum(quaternion**2, axis=0))
+        expected = "a quaternion of length {:g}"
+        self._refuse(~(size > 0.5), "tip_qx ... tip_qw", expected, size, np.ones_like(size))
+
+    def _refuse(
+        self, wrong: NDArray[np.bool_], columns: str, expected: str, got: Array, wanted: Array
+    ) -> None:
+        """Raise ValueError for the first wrong sample, if there is one."""
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            run = self._rows.run[row]
+            sample = row - int(np.argmax(self._rows.run == run))
+            raise ValueError(
+                f"run {self._data.runs[run].name}: {columns}: expected "
+                f"{expected.format(wanted[row])}, got {got[row]:.3g} in sample {sample}"
+            )
+
+
+def held_in_lanes(chain: HeldChain, hold: Hold, lanes: int) -> Array:
+    """Torques (3, points) [N m]: the first lane's equilibria are where those of others begin."""
+    points = hold.position.shape[1]
+    first = np.arange(points // lanes)
+    begun = chain.base_load(hold.take(first))
+    if lanes == 1:
+        return begun.torque
+    others = np.arange(len(first), points)
+    load = chain.base_load(hold.take(others), like=begun.repeated(lanes - 1))
+    return np.concatenate([begun.torque, load.torque], axis=1)
