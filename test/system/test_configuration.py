@@ -12,6 +12,7 @@ CONFIGURATIONS = [
     ("pneumaticbox_driver.node", "pneumaticbox_driver/config/pneumaticbox.yaml", "pneumaticbox"),
     ("pneumaticbox_driver.node", "pneumaticbox_driver/config/embedded.yaml", "pneumaticbox"),
     ("grasp_strategies.node", "grasp_strategies/config/sequencer.yaml", "grasp_sequencer"),
+    ("model_lab.monitor", "model_lab/config/monitor.yaml", "monitor"),
 ]
 
 

@@ -1,4 +1,4 @@
-"""The nodes of the suite as commands: simulator, driver and sequencer, and the recorder."""
+"""The nodes of the suite as commands: simulator, driver, sequencer, monitor, and the recorder."""
 
 from __future__ import annotations
 
@@ -64,6 +64,14 @@ def sequencer(options: SuiteOptions) -> NodeCommand:
     """The node `grasp_sequencer`."""
     parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
     return NodeCommand("sequencer", "grasp_strategies.node", parameters)
+
+
+def monitor(options: SuiteOptions) -> NodeCommand:
+    """The node `monitor`, with the model of the options, whatever the simulator has."""
+    parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    if options.model:
+        parameters["model_file"] = options.model
+    return NodeCommand("monitor", "model_lab.monitor", parameters)
 
 
 def recorder(folder: Path) -> NodeCommand:
