@@ -10,13 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.experiments.base_torque import BaseTorque
+from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
+from model_lab.experiments.linear_base import LinearBase
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
 from model_lab.measurement import INPUTS, MeasurementSet, Run
 from softhand_model.effects import Effect, Parameter
 from softhand_model.effects.effect import BASES
 from softhand_model.effects.staged import in_order
+from softhand_model.growth import grows
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -41,6 +44,7 @@ class Experiment(Protocol):
 
 EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
     "free_bending": FreeBending,
+    "blocked_tip": BlockedTip,
     "uniaxial": Uniaxial,
     "valve_pulse": ValvePulse,
     "base_torque": BaseTorque,
@@ -69,7 +73,7 @@ class Forward:
 
     effects: classes whose parameters are free; fixed: effects that stay as they are, as far as they
     act in the experiment. calibration: of a model file; where a search starts, or with
-    free_calibration false what stays.
+    free_calibration false what stays. springs: of a blocked tip, `exact` or `linear`.
 
     parameters: the free ones, calibration first, then those of effects in the order of stages.
     measured (samples,): the outputs in SI units, NaN in runs that lack them.
@@ -87,13 +91,14 @@ class Forward:
         fixed: Sequence[Effect] = (),
         calibration: Calibration | None = None,
         free_calibration: bool = True,
+        springs: str = "exact",
     ) -> None:
         self._data = data
         self._fixed = [effect for effect in fixed if data.experiment in effect.experiments]
         self._free = in_order(effects)
         for effect in [*map(type, self._fixed), *self._free]:
             check_applicable(effect, data, base)
-        self._experiment = experiment_of(data, base)
+        self._experiment = experiment_of(data, base, springs)
         known = self._experiment.calibration([*self._free, *self._fixed])
         self._calibration = {**known, **_named(calibration or {}, known)}
         calibrated = _calibrated(self._calibration, _unit(data)) if free_calibration else []
@@ -125,6 +130,16 @@ class Forward:
         found = self._experiment.predict(calibration, [*self._fixed, *self.effects_at(values)])
         return np.broadcast_to(found, (len(values), self.measured.size))
 
+    def grows(self, values: Array) -> NDArray[np.bool_]:
+        """Whether the elastic side grows up to a stretch of 4, (lanes,) for values (lanes, k).
+
+        Other values are out of bounds, though predictions stay finite there.
+        """
+        effects = [*self._fixed, *self.effects_at(values)]
+        strained = getattr(self._experiment, "strained", None)
+        found = grows(effects, *strained) if strained else np.ones(1, bool)
+        return np.broadcast_to(found, len(values))
+
     def effects_at(self, values: Array) -> list[Effect]:
         """The free effects at parameter values (lanes, k), with their values in lanes."""
         columns = dict(zip((p.name for p in self.parameters), np.transpose(values), strict=True))
@@ -134,14 +149,18 @@ class Forward:
         ]
 
 
-def experiment_of(data: MeasurementSet, base: str) -> Experiment:
+def experiment_of(data: MeasurementSet, base: str, springs: str = "exact") -> Experiment:
     """What predicts a set's experiment under a base model."""
     if base not in BASES:
         raise ValueError(f"base: expected one of {', '.join(BASES)}, got {base}")
+    if base == "linear":
+        return LinearBase(data)
     if data.experiment not in EXPERIMENTS:
         raise ValueError(
             f"experiment: expected one of {', '.join(EXPERIMENTS)}, got {data.experiment}"
         )
+    if data.experiment == "blocked_tip":
+        return BlockedTip(data, springs)
     return EXPERIMENTS[data.experiment](data)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,28 +12,48 @@ from numpy.typing import NDArray
 from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
 from model_lab.experiments.sample_rows import SampleRows, Step
 from model_lab.experiments.specimen_memory import SpecimenMemory
-from model_lab.experiments.specimen_sections import SpecimenSections
-from model_lab.measurement import MeasurementSet
+from model_lab.experiments.specimen_sections import SpecimenSections, numbers
+from model_lab.measurement import INPUTS, MeasurementSet, Specimen
+from model_lab.specimens import require_columns, require_keys
+from softhand_model.balance import balance
 from softhand_model.effects import Effect
 from softhand_model.effects.staged import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 from softhand_model.free_bending import SteppedBalance, free_curvature
+from softhand_model.hanging import STANDARD_GRAVITY, Weight
 
 Array = NDArray[np.float64]
+
+
+MOUNTS = {"bending_plane_level": 0.0, "base_up": 1.0, "base_down": -1.0}  # share of the weight
+ALIKE = 8  # samples in which a finger moves little
 
 
 class FreeBending:
     """Tip angles (lanes, samples) [rad], run after run.
 
-    Raises DocumentError for a specimen that lacks a key of the model.
+    Raises DocumentError for a specimen that lacks a key of the model (also in `predict`: the mass,
+    under gravity), ValueError for a mount that is none of MOUNTS.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
         self._data = data
+        require_columns(data, INPUTS["free_bending"], "the model")
         self._rows = SampleRows(data)
         self._memory = SpecimenMemory(data, self._rows)
-        self._sections = SpecimenSections(data, uniform=True)
         self._pressure = self._rows.column("pressure")
+        self._specimens = [data.specimens[run.specimen] for run in data.runs]
+        shares = [_share_of_weight(specimen) for specimen in self._specimens]
+        self._shares = np.array(shares)[None, :, None]
+        self._uniform = SpecimenSections(data, uniform=True)
+        self.strained = self._uniform.shape, "pure_shear"
+
+    @cached_property
+    def _fine(self) -> SpecimenSections:
+        """Sections for a curvature that varies along uniform specimens too."""
+        for specimen in self._specimens:
+            require_keys(self._data, specimen, ["mass"], "gravity")
+        return SpecimenSections(self._data, uniform=False)
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Names of the calibration with the values from which a search starts."""
@@ -43,30 +64,83 @@ class FreeBending:
         staged = StagedEffects(effects)
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * staged.modulus_factor(self._rows.temperature())
-        shape = at_modulus(self._sections.shape, modulus)
         pressure = self._rows.through(
             staged.chamber_pressure, remembers(staged.input), self._pressure
         )
-        angle = self._angle(staged, shape, pressure)
+        angle = self._angle(staged, modulus, pressure)
         shown = partial(staged.reading, "tip_angle")
         return self._rows.through(shown, remembers(staged.output), angle)[:, :, 0]
 
-    def _angle(self, staged: StagedEffects, shape: SectionShape, pressure: Array) -> Array:
+    def _angle(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:
         """Tip angle (lanes, rows, 1) [rad] at chamber pressures (lanes, rows, 1) [Pa]."""
-        weight = self._sections.weight
-
-        def tip(stepped: SteppedBalance, at: SectionShape, of: Array, *step: Array) -> Array:
-            curvature = free_curvature(stepped, step[0], at, step[1])
-            return np.sum(of * curvature, axis=-1, keepdims=True)
+        finger = self._finger(staged, modulus)
 
         def begin() -> Step:
-            return partial(tip, SteppedBalance(staged), shape, weight)
+            return finger.stepping(SteppedBalance(staged))
 
         if remembers(staged.elastic):
             return self._memory.in_steps(begin, staged, pressure)
         return self._rows.at_once(
-            lambda part, run: tip(
-                SteppedBalance(staged), shape.of_rows(run), weight[:, run], part, np.zeros(1)
+            lambda part, run: finger.of_rows(run).stepping(SteppedBalance(staged), ALIKE)(
+                part, _NO_TIME
             ),
             pressure,
+            finger.weights.shape[-1],
         )
+
+    def _finger(self, staged: StagedEffects, modulus: Array) -> _Fingers:
+        """The fingers of the runs; those that the weight bends have it with them."""
+        scales = [effect.values["mass_scale"] for effect in staged.load if effect.name == "gravity"]
+        if not scales or not self._shares.any():
+            shape = at_modulus(self._uniform.shape, modulus)
+            return _Fingers(shape, self._uniform.weight, None)
+        fine = self._fine
+        weight = Weight(
+            self._shares
+            * np.sum(scales, axis=0)
+            * STANDARD_GRAVITY
+            * numbers(self._specimens, "mass")
+            / fine.length,
+            fine.length - fine.x,
+            fine.weight,
+            fine.running,
+        )
+        return _Fingers(at_modulus(fine.shape, modulus), fine.weight, weight)
+
+
+_NO_TIME = np.zeros(1)
+
+
+@dataclass(frozen=True)
+class _Fingers:
+    """Sections (lanes, rows, sections) along fingers, their weights [m], and what pulls at them."""
+
+    shape: SectionShape
+    weights: Array
+    weight: Weight | None
+
+    def of_rows(self, rows: NDArray[np.intp]) -> _Fingers:
+        """Some of the rows, or rows that repeat."""
+        weight = None if self.weight is None else self.weight.of_rows(rows)
+        return _Fingers(self.shape.of_rows(rows), self.weights[:, rows], weight)
+
+    def stepping(self, stepped: SteppedBalance, alike: int = 1) -> Step:
+        """Tip angle (lanes, rows, 1) [rad] after a step to a pressure [Pa]; rows as many as alike
+        follow each other closely.
+        """
+        solver = balance if self.weight is None else self.weight.solver(self.shape, alike)
+
+        def step(pressure: Array, dt: Array) -> Array:
+            curvature = free_curvature(stepped, pressure, self.shape, dt, solver)
+            return np.sum(self.weights * curvature, axis=-1, keepdims=True)
+
+        return step
+
+
+def _share_of_weight(specimen: Specimen) -> float:
+    if specimen.mount not in MOUNTS:
+        raise ValueError(
+            f"specimen {specimen.name}: mount: expected one of {', '.join(MOUNTS)}, "
+            f"got {specimen.mount}"
+        )
+    return MOUNTS[specimen.mount]

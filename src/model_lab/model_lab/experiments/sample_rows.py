@@ -55,12 +55,14 @@ class SampleRows:
         """
         return self.in_steps(step, values) if remembers else step(values, np.zeros(1))
 
-    def at_once(self, function: Callable[[Array, Indices], Array], values: Array) -> Array:
+    def at_once(
+        self, function: Callable[[Array, Indices], Array], values: Array, sections: int = 1
+    ) -> Array:
         """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1) and of the run of each
-        row, a part of the rows at a time.
+        row, which works on so many sections, a part of the rows at a time.
         """
-        edges = range(0, len(self.run), ROWS_AT_ONCE)
-        parts = [slice(edge, edge + ROWS_AT_ONCE) for edge in edges]
+        size = max(ROWS_AT_ONCE // sections, 1)
+        parts = [slice(edge, edge + size) for edge in range(0, len(self.run), size)]
         return np.concatenate([function(values[:, part], self.run[part]) for part in parts], axis=1)
 
     def in_steps(self, step: Step, values: Array) -> Array:

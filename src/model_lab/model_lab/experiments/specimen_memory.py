@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,9 @@ from model_lab.measurement import MeasurementSet
 from softhand_model.effects.staged import StagedEffects
 
 Array = NDArray[np.float64]
-Largest = Mapping[tuple[str, str], Array]
-"""Largest values (lanes, runs, sections) so far, by name of the effect and of what it keeps."""
+Entry = tuple[str, str]  # name of an effect and of what it keeps
+Largest = Mapping[Entry, Array]
+"""Largest values (lanes, runs, sections) so far."""
 
 PASSES = 3  # over all runs, until these values agree at ends and starts
 UNCHANGED = 1e-9
@@ -36,14 +37,18 @@ class SpecimenMemory:
 
     def in_steps(self, begin: Callable[[], Step], staged: StagedEffects, values: Array) -> Array:
         """Outputs (lanes, rows, 1) for inputs (lanes, rows, 1); begin resets and gives the step."""
-        kept = [(effect.name, key) for effect in staged.elastic for key in effect.largest]
+        kept = {
+            (effect.name, key): virgin
+            for effect in staged.elastic
+            for key, virgin in effect.largest.items()
+        }
         if not kept:
             return self._rows.in_steps(begin(), values)
         begin()(self._rows.peaks(values), np.full((len(self._before), 1), LONG))
-        carried = self._carried(_largest(staged, kept))
+        carried = self._carried(_largest(staged, kept), kept)
         for _ in range(PASSES):
             outputs = self._pass(begin, staged, values, carried)
-            guessed, carried = carried, self._carried(_largest(staged, kept))
+            guessed, carried = carried, self._carried(_largest(staged, kept), kept)
             if all(np.all(np.abs(carried[k] - guessed[k]) <= UNCHANGED) for k in carried):
                 break
         return outputs
@@ -56,11 +61,11 @@ class SpecimenMemory:
             staged.memory[name][key] = value
         return self._rows.in_steps(step, values)
 
-    def _carried(self, ends: Largest) -> dict[tuple[str, str], Array]:
-        """What runs start with, given what they end with; a virgin specimen has kept nothing."""
+    def _carried(self, ends: Largest, virgin: Mapping[Entry, float]) -> Largest:
+        """What runs start with, given what they end with and what a virgin specimen has."""
         starts = {}
         for key, end in ends.items():
-            start = np.zeros_like(end)
+            start = np.full_like(end, virgin[key])
             for run, before in enumerate(self._before):
                 if before is not None:
                     start[:, run] = np.maximum(start[:, before], end[:, before])
@@ -68,5 +73,5 @@ class SpecimenMemory:
         return starts
 
 
-def _largest(staged: StagedEffects, kept: list[tuple[str, str]]) -> Largest:
+def _largest(staged: StagedEffects, kept: Iterable[Entry]) -> Largest:
     return {(name, key): np.asarray(staged.memory[name][key]) for name, key in kept}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,7 @@ from model_lab.measurement import MeasurementSet, Specimen
 from model_lab.specimens import require_keys
 from softhand_model import section
 from softhand_model.effects.stages import SectionShape
+from softhand_model.hanging import running_integral
 
 Array = NDArray[np.float64]
 
@@ -23,6 +26,8 @@ class SpecimenSections:
     x, weight [m]: Gauss points from the base and their weights (0 where a specimen has fewer than
     others); length (1, runs, 1) [m]; shape: with the nominal shear modulus.
 
+    running (runs, sections, sections) [m]: integrals from the base to each point.
+
     uniform: whether a specimen of constant height and width counts as one section.
     Raises DocumentError for a specimen without the keys of KEYS.
     """
@@ -31,13 +36,14 @@ class SpecimenSections:
         names = dict.fromkeys(run.specimen for run in data.runs)
         for name in names:
             require_keys(data, data.specimens[name], KEYS, f"the model of {data.experiment}")
-        points = {name: _points(data.specimens[name], uniform) for name in names}
-        longest = max(len(x) for x, _ in points.values())
+        rules = {name: _rule(data.specimens[name], uniform) for name in names}
+        longest = max(len(rule.x) for rule in rules.values())
         runs = [data.specimens[run.specimen] for run in data.runs]
-        padded = {name: _padded(*points[name], longest) for name in names}
-        self.x = np.array([padded[run.name][0] for run in runs])[None]
-        self.weight = np.array([padded[run.name][1] for run in runs])[None]
-        self.length = _numbers(runs, "length")
+        padded = [rules[run.name].padded(longest) for run in runs]
+        self.x = np.array([rule.x for rule in padded])[None]
+        self.weight = np.array([rule.weight for rule in padded])[None]
+        self.running = np.array([rule.running for rule in padded])
+        self.length = numbers(runs, "length")
         self.shape = self._shape(runs)
 
     def _shape(self, runs: list[Specimen]) -> SectionShape:
@@ -45,13 +51,24 @@ class SpecimenSections:
             np.array([_at(run, key, x) for run, x in zip(runs, self.x[0], strict=True)])[None]
             for key in ("height", "width")
         )
-        wall, side_wall = _numbers(runs, "wall"), _numbers(runs, "side_wall")
+        wall, side_wall = numbers(runs, "wall"), numbers(runs, "side_wall")
         ratio = section.side_wall_ratio(height, width, wall, side_wall)
-        return SectionShape(height, width, wall, side_wall, ratio, _numbers(runs, "shear_modulus"))
+        return SectionShape(height, width, wall, side_wall, ratio, numbers(runs, "shear_modulus"))
 
 
-def _numbers(specimens: list[Specimen], key: str) -> Array:
+def numbers(specimens: list[Specimen], key: str) -> Array:
+    """A number (1, specimens, 1) of each specimen."""
     return np.array([specimen.values[key] for specimen in specimens], float)[None, :, None]
+
+
+def circumference(data: MeasurementSet, sections: SpecimenSections) -> Array:
+    """Circumference (1, runs, sections) [m]: the specimen's, or that of the rectangle."""
+    around = 2.0 * (sections.shape.height + sections.shape.width)
+    for row, run in enumerate(data.runs):
+        specimen = data.specimens[run.specimen]
+        if "circumference" in specimen.values:
+            around[0, row] = _at(specimen, "circumference", sections.x[0, row])
+    return around
 
 
 def _at(specimen: Specimen, key: str, x: Array) -> Array:
@@ -62,21 +79,35 @@ def _at(specimen: Specimen, key: str, x: Array) -> Array:
     return np.interp(x, *np.asarray(size).T)
 
 
-def _points(specimen: Specimen, uniform: bool) -> tuple[Array, Array]:
-    """Gauss points and weights [m] on the pieces between the corners of height and width."""
-    length = specimen.values["length"]
+@dataclass(frozen=True)
+class _Rule:
+    """Gauss points and weights (n,) [m], and integrals (n, n) [m] from the base to each point."""
+
+    x: Array
+    weight: Array
+    running: Array
+
+    def padded(self, count: int) -> _Rule:
+        """The rule with more points that weigh nothing."""
+        more = count - len(self.x)
+        return _Rule(
+            np.append(self.x, np.repeat(self.x[-1:], more)),
+            np.append(self.weight, np.zeros(more)),
+            np.pad(self.running, (0, more)),
+        )
+
+
+def _rule(specimen: Specimen, uniform: bool) -> _Rule:
+    """The rule on the pieces between the corners of height and width."""
+    length = float(specimen.values["length"])
     sizes = [np.asarray(specimen.values[key]) for key in ("height", "width")]
     if uniform and all(size.ndim == 0 for size in sizes):
-        return np.array([0.5 * length]), np.array([length])
+        middle = np.array([0.5 * length])
+        return _Rule(middle, np.array([length]), middle[:, None])
     corners = np.concatenate([[0.0, length], *(size[:, 0] for size in sizes if size.ndim)])
     edges = np.unique(np.clip(corners, 0.0, length))
     count = max(POINTS_A_PIECE, -(-POINTS // (len(edges) - 1)))
     nodes, weights = np.polynomial.legendre.leggauss(count)
     half = np.diff(edges)[:, None] / 2.0
     x = edges[:-1, None] + half * (nodes + 1.0)
-    return x.ravel(), (half * weights).ravel()
-
-
-def _padded(x: Array, weight: Array, count: int) -> tuple[Array, Array]:
-    more = count - len(x)
-    return np.append(x, np.repeat(x[-1:], more)), np.append(weight, np.zeros(more))
+    return _Rule(x.ravel(), (half * weights).ravel(), running_integral(edges, count))

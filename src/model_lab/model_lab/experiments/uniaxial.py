@@ -14,13 +14,16 @@ from numpy.typing import NDArray
 from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
 from model_lab.experiments.sample_rows import SampleRows, Step
 from model_lab.experiments.specimen_memory import SpecimenMemory
-from model_lab.measurement import MeasurementSet
-from model_lab.specimens import require_keys
+from model_lab.measurement import INPUTS, MeasurementSet
+from model_lab.specimens import require_columns, require_keys
 from softhand_model.effects import Effect
 from softhand_model.effects.staged import StagedEffects, remembers
 from softhand_model.effects.stages import SectionShape, Strain
 
 Array = NDArray[np.float64]
+
+NO_TIME = np.zeros(1)
+SHAPELESS = SectionShape(NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME)
 
 
 class Uniaxial:
@@ -31,6 +34,7 @@ class Uniaxial:
 
     def __init__(self, data: MeasurementSet) -> None:
         self._data = data
+        require_columns(data, INPUTS["uniaxial"], "the model")
         self._rows = SampleRows(data)
         self._memory = SpecimenMemory(data, self._rows)
         for name in dict.fromkeys(run.specimen for run in data.runs):
@@ -38,6 +42,7 @@ class Uniaxial:
         specimens = [data.specimens[run.specimen] for run in data.runs]
         modulus = [specimen.values["shear_modulus"] for specimen in specimens]
         self._modulus = np.array(modulus, float)[None, :, None]
+        self.strained = SHAPELESS, "uniaxial"
         self._strain = self._rows.column("stretch") - 1.0
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
@@ -60,13 +65,11 @@ def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Ar
     """Elastic side (lanes, rows, 1) [-] of rubber whose strain lambda - 1 (1, rows, 1) is imposed;
     mode is that of `effects.stages.Strain`.
     """
-    none = np.zeros(1)
-    shape = SectionShape(none, none, none, none, none, none)
 
     def step(strain: Array, dt: Array) -> Array:
         state = Strain(1.0 + strain, mode)
-        stress = staged.stress(state, shape, dt)
-        staged.remember(state, shape, dt)
+        stress = staged.stress(state, SHAPELESS, dt)
+        staged.remember(state, SHAPELESS, dt)
         return stress
 
     def begin() -> Step:
@@ -75,4 +78,4 @@ def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Ar
 
     if remembers(staged.elastic):
         return memory.in_steps(begin, staged, strain)
-    return step(strain, none)
+    return step(strain, NO_TIME)

@@ -14,6 +14,10 @@ STAGES = ("input", "load", "elastic", "structure", "output", "flow")
 BASES = ("pneuflex", "linear")
 EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_torque")
 
+BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
+RUBBER = BENDING | {"uniaxial"}  # wherever the rubber is strained
+NO_PRESSURE: Mapping[str, str] = {"uniaxial": "the stretch is imposed: no pressure acts"}
+
 
 @dataclass(frozen=True)
 class Parameter:

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import Parameter
+from softhand_model.effects.effect import RUBBER, Parameter
 from softhand_model.effects.stages import Array, ElasticEffect, Memory, SectionShape, Strain
 
 ALMOST = 0.99  # of jm, from where the factor goes on in a straight line and so stays finite
@@ -21,7 +21,7 @@ class GentStiffening(ElasticEffect):
     """
 
     name = "gent_stiffening"
-    experiments = frozenset({"free_bending", "blocked_tip", "uniaxial", "base_torque"})
+    experiments = RUBBER
     parameters = (
         Parameter(
             "jm",

@@ -111,6 +111,24 @@ class StagedEffects:
                 factor = factor * effect.stiffness_factor(bend, rest)
         return factor
 
+    @property
+    def stiffens(self) -> bool:
+        """Whether an effect puts a factor on the stiffness."""
+        return any(_overrides(e, StructureEffect, "stiffness_factor") for e in self.structure)
+
+    def tip_compliance(self) -> Array | float:
+        """What the blocked tip yields under its force [m/N]."""
+        compliance: Array | float = 0.0
+        for effect in self.structure:
+            compliance = compliance + effect.tip_compliance()
+        return compliance
+
+    def tip_force(self, force: Array, dt: Array | float) -> Array:
+        """Force [N] of a blocked tip that reaches the gauge; advances memory by dt [s]."""
+        for effect in self.structure:
+            force = effect.tip_force(force, self.memory[effect.name], dt)
+        return force
+
     def reading(self, quantity: str, value: Array, dt: Array | float) -> Array:
         """What the sensor of a measured column shows of its true value; advances memory by dt
         [s].

@@ -12,6 +12,7 @@ run's first sample.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -121,13 +122,13 @@ class ElasticEffect(Effect):
     """What balances the load: the base is q(lambda); factors run before added terms.
 
     adds: whether it adds to the stress and so acts after all factors.
-    largest: entries of its memory that belong to the specimen, not to the run: the largest values
-    so far, such as the largest stretch.
+    largest: entries of its memory that belong to the specimen, not to the run, such as the largest
+    stretch so far, with their values in a virgin one.
     """
 
     stage: ClassVar[str] = "elastic"
     adds: ClassVar[bool] = False
-    largest: ClassVar[tuple[str, ...]] = ()
+    largest: ClassVar[Mapping[str, float]] = {}
 
     def allows(self, shape: SectionShape) -> NDArray[np.bool_] | bool:
         """Whether the parameters make sense for sections of this shape, beyond their bounds."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from softhand_model.effects.effect import Parameter
+from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
 from softhand_model.effects.first_order import lagged
 from softhand_model.effects.stages import Array, InputEffect, Memory
 
@@ -18,7 +18,7 @@ class TubeLag(InputEffect):
     """
 
     name = "tube_lag"
-    experiments = frozenset({"free_bending", "blocked_tip", "base_torque"})
+    experiments = BENDING
     parameters = (
         Parameter(
             "time_constant",
@@ -30,6 +30,7 @@ class TubeLag(InputEffect):
             logarithmic=True,
         ),
     )
+    unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
     confounded_with: ClassVar[Mapping[str, str]] = {
         "angle_sensor_lag": "a lag of the output instead: where the curve is straight they are one",
         "viscoelasticity": "alike on triangles of one rate",

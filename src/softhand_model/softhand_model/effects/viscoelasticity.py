@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from softhand_model.effects.effect import Parameter
+from softhand_model.effects.effect import RUBBER, Parameter
 from softhand_model.effects.first_order import decay
 from softhand_model.effects.stages import Array, ElasticEffect, Memory, SectionShape, Strain
 
@@ -19,7 +19,7 @@ class Viscoelasticity(ElasticEffect):
     """
 
     name = "viscoelasticity"
-    experiments = frozenset({"free_bending", "blocked_tip", "uniaxial", "base_torque"})
+    experiments = RUBBER
     parameters = (
         Parameter(
             "relative_modulus",
@@ -28,7 +28,6 @@ class Viscoelasticity(ElasticEffect):
             5.0,
             "modulus of the part that relaxes, over the relaxed one",
             typical=(0.03, 0.6),
-            logarithmic=False,
             neutral=0.0,
         ),
         Parameter(

@@ -1,0 +1,121 @@
+"""Prediction of the blocked tip: its force on a gauge under pressure (lab.md, section 5.2.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
+from model_lab.experiments.sample_rows import SampleRows, Step
+from model_lab.experiments.specimen_memory import SpecimenMemory
+from model_lab.experiments.specimen_sections import SpecimenSections, circumference
+from model_lab.measurement import INPUTS, MeasurementSet
+from model_lab.specimens import require_columns
+from softhand_model import section
+from softhand_model.blocked_tip import Blocked, BlockedSolver
+from softhand_model.effects import Effect
+from softhand_model.effects.staged import StagedEffects, at_modulus, remembers
+from softhand_model.effects.stages import SectionShape
+from softhand_model.free_bending import SteppedBalance, bending_load, free_curvature
+
+Array = NDArray[np.float64]
+
+SPRINGS = ("exact", "linear")
+NO_TIME = np.zeros(1)
+
+
+class BlockedTip:
+    """Tip forces (lanes, samples) [N], run after run.
+
+    springs: `exact` balances each section; `linear` has springs B = 2*G*d*(c/4)**3 about the free
+    curvature, as the thesis's simulation has (section 5.2.3). The shear modulus and what acts like
+    it barely show in the force: a straight section carries h**2*z*p/2 whatever G is.
+
+    Raises DocumentError for a specimen that lacks a key of the model, ValueError for other springs.
+    """
+
+    def __init__(self, data: MeasurementSet, springs: str = "exact") -> None:
+        if springs not in SPRINGS:
+            raise ValueError(f"springs: expected one of {', '.join(SPRINGS)}, got {springs}")
+        self._data, self._linear = data, springs == "linear"
+        require_columns(data, INPUTS["blocked_tip"], "the model")
+        self._rows = SampleRows(data)
+        self._memory = SpecimenMemory(data, self._rows)
+        self._sections = SpecimenSections(data, uniform=False)
+        self.strained = self._sections.shape, "pure_shear"
+        self._edge = circumference(data, self._sections) / 4.0
+        self._pressure = self._rows.column("pressure")
+
+    def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
+        """Names of the calibration with the values from which a search starts."""
+        return modulus_scales(self._data)
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Tip forces (lanes, samples) [N]: calibration (lanes,) by name, effects in lanes."""
+        staged, rows = StagedEffects(effects), self._rows
+        modulus = modulus_of_runs(self._data, calibration)
+        modulus = modulus * staged.modulus_factor(rows.temperature())
+        pressure = rows.through(staged.chamber_pressure, remembers(staged.input), self._pressure)
+        force = self._force(staged, modulus, pressure)
+        force = rows.through(staged.tip_force, remembers(staged.structure), force)
+        shown = partial(staged.reading, "tip_force")
+        return rows.through(shown, remembers(staged.output), force)[:, :, 0]
+
+    def _force(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:
+        """Force (lanes, rows, 1) [N] of the tip at chamber pressures (lanes, rows, 1) [Pa]."""
+        sections = self._sections
+        reach = sections.length - sections.x
+        blocked = Blocked(reach, sections.weight, staged.tip_compliance())
+        fingers = _Fingers(at_modulus(sections.shape, modulus), blocked, self._edge)
+
+        def stepping(fingers: _Fingers) -> Step:
+            stepped = SteppedBalance(staged)
+            return fingers.springs(stepped) if self._linear else fingers.exact(stepped)
+
+        if remembers(staged.elastic):
+            return self._memory.in_steps(lambda: stepping(fingers), staged, pressure)
+        return self._rows.at_once(
+            lambda part, run: stepping(fingers.of_rows(run))(part, NO_TIME),
+            pressure,
+            reach.shape[-1],
+        )
+
+
+@dataclass(frozen=True)
+class _Fingers:
+    """Sections (lanes, rows, sections) of fingers with a blocked tip; edge [m] is c/4."""
+
+    shape: SectionShape
+    blocked: Blocked
+    edge: Array
+
+    def of_rows(self, rows: NDArray[np.intp]) -> _Fingers:
+        """Some of the rows, or rows that repeat."""
+        return _Fingers(self.shape.of_rows(rows), self.blocked.of_rows(rows), self.edge[:, rows])
+
+    def exact(self, stepped: SteppedBalance) -> Step:
+        """Force (lanes, rows, 1) [N] after a step to a pressure [Pa], every section in balance."""
+        staged = stepped.staged
+        factor = staged.stiffness_factor if staged.stiffens else None
+        solver = BlockedSolver(self.blocked, self.shape, factor)
+
+        def step(pressure: Array, dt: Array) -> Array:
+            load = bending_load(staged, pressure, self.shape)
+            stepped.stretch(load, self.shape, dt, solver)
+            return solver.force
+
+        return step
+
+    def springs(self, stepped: SteppedBalance) -> Step:
+        """Force (lanes, rows, 1) [N] after a step to a pressure [Pa], with linear springs."""
+        stiffness = section.rule_stiffness(self.edge, self.shape.wall, self.shape.shear_modulus)
+
+        def step(pressure: Array, dt: Array) -> Array:
+            free = free_curvature(stepped, pressure, self.shape, dt)
+            return self.blocked.spring_force(free, stiffness, stepped.staged.stiffness_factor)
+
+        return step
