@@ -24,7 +24,7 @@ STEADY = Protocol("steady", 1.0, through([0.0, 1.0], [0.0, 1.0]))
 def scene_of(*protocols: Protocol, wall=0.002, modulus=73.7e3, peak=31e3, samples=41, **more):
     runs = tuple(PlannedRun("finger", protocol) for protocol in protocols)
     entry = specimen(wall, shear_modulus=modulus, **more)
-    return Scene({"finger": entry}, runs, samples, peak, 1, np.ones(len(runs)))
+    return Scene({"finger": entry}, runs, samples, peak, gains=np.ones(len(runs)))
 
 
 def final_angle(plant, **more):
@@ -37,7 +37,9 @@ def test_the_base_bends_as_the_checked_values_say():
 
 
 def test_the_printed_approximation_bends_as_the_checked_value_says():
-    plant = build([("actuation_nonlinearity", {"a": 4.0, "p0": 0.9})], 1.0)
+    plant = build(
+        [("actuation_nonlinearity", {"a": 4.0, "p0": 0.9 * 8 * 73.7e3 * 0.002 / 0.02})], 1.0
+    )
     assert final_angle(plant) == pytest.approx(124.45, abs=0.1)
 
 
@@ -142,7 +144,7 @@ def test_a_hanging_finger_is_straightened_by_the_moment_of_its_weight():
         5,
         2e3,
         200,
-        np.ones(1),
+        gains=np.ones(1),
     )
     hanging = measure("free_bending", scene, build([("gravity", {"mass_scale": 3.0})], 1.0))
     level = measure("free_bending", scene, Plant())
@@ -165,7 +167,7 @@ def test_a_hanging_finger_is_straightened_by_the_moment_of_its_weight():
 def test_a_blocked_straight_finger_pushes_with_its_moment_at_small_load():
     """q is linear there: the moment h^2*z*p/2 against F*(L - x), both weighted by the arm."""
     scene = scene_of(STEADY, peak=50.0)
-    scene = Scene(scene.specimens, scene.runs, 5, 50.0, 400, np.ones(1))
+    scene = Scene(scene.specimens, scene.runs, 5, 50.0, 10, True, np.ones(1))
     force = measure("blocked_tip", scene, Plant()).output[0, -1]
     moment = 0.02**2 * 0.02 * 50.0 / 2
     assert force == pytest.approx(moment * (0.09**2 / 2) / (0.09**3 / 3), rel=1e-3)

@@ -20,10 +20,32 @@ BENDING: dict[str, str] = {  # effect: design in which it shows
     "temperature_modulus": "temperatures",
     "gravity": "mounts",
     "thick_wall": "walls",
-    "actuation_nonlinearity": "walls",
+    "actuation_nonlinearity": "standard",
     "angle_offset": "standard",
     "angle_sensor_lag": "standard",
 }
+
+
+BLOCKED = {
+    "pressure_offset": "standard",
+    "pressure_gain": "standard",
+    "tube_lag": "standard",
+    "dead_zone": "standard",
+    "section_rounding": "standard",
+    "gauge_compliance": "standard",
+    "tip_friction": "standard",
+    "force_offset": "standard",
+}
+UNIAXIAL = {
+    "gent_stiffening": "standard",
+    "yeoh_stiffening": "standard",
+    "mooney_rivlin": "standard",
+    "viscoelasticity": "standard",
+    "hysteresis": "standard",
+    "mullins_softening": "recovered",
+    "temperature_modulus": "temperatures",
+}
+VISIBLE = {"free_bending": BENDING, "blocked_tip": BLOCKED, "uniaxial": UNIAXIAL}
 
 
 def named(*names: str) -> Expected:
@@ -31,11 +53,11 @@ def named(*names: str) -> Expected:
     return Expected("effects_missing", (frozenset(names),))
 
 
-def single(experiment: str, effect: str, design: str, prefix: str = "") -> list[Case]:
+def single(experiment: str, effect: str, design: str) -> list[Case]:
     """One effect at the three strengths."""
     return [
         Case(
-            f"{prefix or experiment}/{effect}/{word}",
+            f"{experiment}/{effect}/{word}",
             "catalogue",
             experiment,
             ((effect, {}),),
@@ -51,11 +73,11 @@ def catalogue() -> list[Case]:
     """Every effect of the catalogue in the experiments where it is visible."""
     made = [
         case
-        for effect, design in BENDING.items()
-        for case in single("free_bending", effect, design)
+        for experiment, effects in VISIBLE.items()
+        for effect, design in effects.items()
+        for case in single(experiment, effect, design)
     ]
-    made.append(_side_walls())
-    return made
+    return [*made, _side_walls()]
 
 
 def _side_walls() -> Case:
@@ -88,15 +110,15 @@ def nothing() -> list[Case]:
         "tapered": {"design": "tapered"},
         "jitter": {"jitter": 0.01},
     }
-    return [
-        Case(
-            f"nothing/free_bending/{word}",
-            "nothing",
-            "free_bending",
-            (),
-            Expected("adequate"),
-            None,
-            way,
-        )
-        for word, way in ways.items()
+    bending = [_nothing("free_bending", word, way) for word, way in ways.items()]
+    others = [
+        _nothing(experiment, word, ways[word])
+        for experiment in ("blocked_tip", "uniaxial")
+        for word in ("repeats", "no_repeats", "temperatures")
     ]
+    return [*bending, *others]
+
+
+def _nothing(experiment: str, word: str, way: dict[str, Any]) -> Case:
+    name = f"nothing/{experiment}/{word}"
+    return Case(name, "nothing", experiment, (), Expected("adequate"), None, way)

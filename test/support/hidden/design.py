@@ -31,7 +31,8 @@ class PlannedRun:
 class Scene:
     """Specimens (entries of experiment.yaml) and runs, all of `samples` samples.
 
-    peak: of the drive, [Pa] or stretch minus one. sections: per specimen in the solution.
+    peak: of the drive, [Pa] or stretch minus one. sections: per specimen in the solution, of equal
+    length or at Gauss's nodes.
     """
 
     specimens: dict[str, dict[str, Any]]
@@ -39,6 +40,7 @@ class Scene:
     samples: int
     peak: float
     sections: int = 1
+    gauss: bool = False
     gains: Array = field(default_factory=lambda: np.ones(1))  # run to run, on the modulus
 
     def time(self, parts: int) -> Array:
@@ -59,16 +61,21 @@ class Scene:
 
     def body(self) -> Body:
         """Sections of each run's specimen."""
-        rows = [_sections(self.specimens[run.specimen], self.sections) for run in self.runs]
+        rows = [
+            _sections(self.specimens[run.specimen], self.sections, self.gauss) for run in self.runs
+        ]
         columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
         columns["modulus"] = columns["modulus"] * self.gains.reshape(-1, 1)
         return Body(**columns)
 
 
-def _sections(entry: dict[str, Any], count: int) -> dict[str, Array]:
-    """Sections of equal length; profiles are straight between their points."""
+def _sections(entry: dict[str, Any], count: int, gauss: bool) -> dict[str, Array]:
+    """Sections of one specimen; profiles are straight between their points."""
     length = entry["length"]
-    x = (np.arange(count) + 0.5) * length / count
+    x, weights = (np.arange(count) + 0.5) * length / count, np.full(count, length / count)
+    if gauss:
+        nodes, shares = np.polynomial.legendre.leggauss(count)
+        x, weights = (nodes + 1) * length / 2, shares * length / 2
 
     def along(value: float | list[list[float]]) -> Array:
         if isinstance(value, list):
@@ -78,7 +85,7 @@ def _sections(entry: dict[str, Any], count: int) -> dict[str, Array]:
 
     return {
         "x": x,
-        "weights": np.full(count, length / count),
+        "weights": weights,
         "length": np.array([length]),
         "height": along(entry["height"]),
         "width": along(entry["width"]),

@@ -122,9 +122,9 @@ def side_wall_integral(plant: Plant) -> None:
     plant.side_walls = True
 
 
-@law("actuation_nonlinearity", ("a", 4.0, 14.0), lambda rng: {"p0": rng.uniform(0.8, 1.1)})
+@law("actuation_nonlinearity", ("a", 4.0, 14.0), lambda rng: {"p0": rng.uniform(45e3, 75e3)})
 def actuation_nonlinearity(plant: Plant, a: float, p0: float) -> None:
-    """Curvature by 5.2 and 5.3; p0 in units of 8*G*d/h."""
+    """Curvature by 5.2 and 5.3; 5.6 gives p0 = 60 kPa for a wall of 2.5 mm."""
     plant.printed = (a, p0)
 
 
@@ -138,16 +138,14 @@ def gauge_compliance(plant: Plant, stiffness: float) -> None:
 def tip_friction(plant: Plant, coefficient: float) -> None:
     """The tip sticks on the gauge."""
     plant.moving = True
-    plant.sensors.append(lambda t, y, p: y * (1 - coefficient * _direction(y)))
+    plant.sensors.append(lambda t, y, p: y * (1 - coefficient * _direction(y, plant.parts)))
 
 
-def _direction(value: np.ndarray) -> np.ndarray:
-    """Sign of the last change of each sample, the earlier one where nothing changes."""
-    change = np.diff(value, axis=1, prepend=value[:, :1])
-    change = np.sign(np.where(np.abs(change) > 1e-7 * np.abs(value).max(), change, 0.0))
-    for k in range(1, value.shape[1]):
-        change[:, k] = np.where(change[:, k] == 0, change[:, k - 1], change[:, k])
-    return change
+def _direction(value: np.ndarray, parts: int) -> np.ndarray:
+    """Sign of the change over the last sample's time, zero where nothing changes."""
+    back = np.maximum(np.arange(value.shape[1]) - parts, 0)
+    change = value - value[:, back]
+    return np.sign(np.where(np.abs(change) > 1e-7 * np.abs(value).max(), change, 0.0))
 
 
 @law("angle_sensor_lag", ("time_constant", 0.01, 3.0))

@@ -157,15 +157,11 @@ def hardening_gauge(plant: Plant, stiffness: float, half: float) -> None:
 
 @law("smooth_tip_friction", ("coefficient", 0.003, 0.6))
 def smooth_tip_friction(plant: Plant, coefficient: float) -> None:
-    """A tip whose friction turns within a short way instead of at once."""
+    """A tip whose friction grows smoothly with the rate of the force."""
     plant.moving = True
 
     def shown(t: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
-        way = 0.01 * np.abs(y).max()
-        state, out = np.zeros(len(y)), y.copy()
-        for k in range(1, y.shape[1]):
-            state = np.clip(state + (y[:, k] - y[:, k - 1]) / way, -1, 1)
-            out[:, k] = y[:, k] * (1 - coefficient * state)
-        return out
+        rate = np.gradient(y, axis=1) / (t[:, 1:2] - t[:, :1])
+        return y * (1 - coefficient * np.tanh(rate / (0.03 * np.abs(y).max())))
 
     plant.sensors.append(shown)

@@ -1,4 +1,7 @@
-"""What no effect of the catalogue explains: instabilities, and faults of sensors and clamps."""
+"""What no effect of the catalogue explains: instabilities, and faults of sensors and clamps.
+
+Sizes are shares of the largest output, switching points shares of the largest drive.
+"""
 
 from __future__ import annotations
 
@@ -17,19 +20,20 @@ def _seed(rng: np.random.Generator) -> float:
 
 @law(
     "snap_through",
-    ("jump", 0.005, 1.5),
-    lambda rng: {"up": rng.uniform(24e3, 32e3), "gap": rng.uniform(5e3, 9e3)},
+    ("jump", 0.001, 0.6),
+    lambda rng: {"up": rng.uniform(0.5, 0.68), "gap": rng.uniform(0.1, 0.2)},
 )
 def snap_through(plant: Plant, jump: float, up: float, gap: float) -> None:
-    """The output jumps at a pressure and back at a lower one."""
+    """The output jumps at a drive and back at a lower one."""
     plant.moving = True
 
     def shown(t: Array, y: Array, p: Array) -> Array:
         snapped = np.zeros(len(y))
         out = y.copy()
         for k in range(y.shape[1]):
-            snapped = np.where(p[:, k] > up, 1.0, np.where(p[:, k] < up - gap, 0.0, snapped))
-            out[:, k] += jump * snapped
+            part = p[:, k] / p.max()
+            snapped = np.where(part > up, 1.0, np.where(part < up - gap, 0.0, snapped))
+            out[:, k] += jump * y.max() * snapped
         return out
 
     plant.sensors.append(shown)
@@ -65,7 +69,7 @@ def clock_drift(plant: Plant, drift: float) -> None:
     plant.sensors.append(shown)
 
 
-@law("clamp_slip", ("slip", 0.002, 2.0), lambda rng: {"seed": _seed(rng)}, signed=True)
+@law("clamp_slip", ("slip", 0.001, 1.0), lambda rng: {"seed": _seed(rng)}, signed=True)
 def clamp_slip(plant: Plant, slip: float, seed: float) -> None:
     """In a quarter of the runs the zero steps at some time."""
 
@@ -75,16 +79,16 @@ def clamp_slip(plant: Plant, slip: float, seed: float) -> None:
         out = y.copy()
         for row in some:
             when = t[row, 0] + rng.uniform(0.2, 0.6) * (t[row, -1] - t[row, 0])
-            out[row] += slip * rng.uniform(0.7, 1.3) * (t[row] > when)
+            out[row] += slip * y.max() * rng.uniform(0.7, 1.3) * (t[row] > when)
         return out
 
     plant.sensors.append(shown)
 
 
-@law("gain_step", ("step", 0.002, 0.6), lambda rng: {"at": rng.uniform(20e3, 32e3)}, True)
+@law("gain_step", ("step", 0.002, 0.6), lambda rng: {"at": rng.uniform(0.45, 0.68)}, True)
 def gain_step(plant: Plant, step: float, at: float) -> None:
-    """The gain of the reading steps with pressure, as when a range is switched."""
-    plant.sensors.append(lambda t, y, p: y * (1 + step * (p > at)))
+    """The gain of the reading steps with the drive, as when a range is switched."""
+    plant.sensors.append(lambda t, y, p: y * (1 + step * (p > at * p.max())))
 
 
 @law(
@@ -103,7 +107,7 @@ def two_leaks(plant: Plant, share: float, fast: float, slow: float) -> None:
     plant.chamber.append(chamber)
 
 
-@law("session_drift", ("size", 0.002, 2.0), lambda rng: {"seed": _seed(rng)})
+@law("session_drift", ("size", 0.001, 0.8), lambda rng: {"seed": _seed(rng)})
 def session_drift(plant: Plant, size: float, seed: float) -> None:
     """The zero wanders on, run after run: a random walk of unit variance over the session."""
 
@@ -113,18 +117,20 @@ def session_drift(plant: Plant, size: float, seed: float) -> None:
         knots /= np.abs(knots).max()
         spent = np.concatenate([[0.0], np.cumsum(t[:, -1] - t[:, 0])])
         session = (spent[:-1, None] + t - t[:, :1]) / spent[-1]
-        return y + size * np.interp(session, np.linspace(0, 1, len(knots)), knots)
+        return y + size * y.max() * np.interp(session, np.linspace(0, 1, len(knots)), knots)
 
     plant.sensors.append(shown)
 
 
-@law("warming_sensor", ("size", 0.002, 2.0), lambda rng: {"time": rng.uniform(6.0, 15.0)}, True)
+@law("warming_sensor", ("size", 0.001, 0.8), lambda rng: {"time": rng.uniform(6.0, 15.0)}, True)
 def warming_sensor(plant: Plant, size: float, time: float) -> None:
     """The zero creeps from the start of every run, whatever the load."""
-    plant.sensors.append(lambda t, y, p: y - size * np.expm1(-(t - t[:, :1]) / time))
+    plant.sensors.append(lambda t, y, p: y - size * y.max() * np.expm1(-(t - t[:, :1]) / time))
 
 
-@law("interference", ("size", 0.002, 2.0), lambda rng: {"frequency": rng.uniform(0.5, 1.4)})
+@law("interference", ("size", 0.001, 0.8), lambda rng: {"frequency": rng.uniform(0.5, 1.4)})
 def interference(plant: Plant, size: float, frequency: float) -> None:
     """A periodic disturbance that starts with every run."""
-    plant.sensors.append(lambda t, y, p: y + size * np.sin(2 * np.pi * frequency * (t - t[:, :1])))
+    plant.sensors.append(
+        lambda t, y, p: y + size * y.max() * np.sin(2 * np.pi * frequency * (t - t[:, :1]))
+    )

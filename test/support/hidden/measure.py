@@ -26,7 +26,7 @@ class Shown:
 def measure(experiment: str, scene: Scene, plant: Plant, fine: bool = True) -> Shown:
     """Columns of all runs; `fine=False` computes at the samples only."""
     parts = FINE if fine and plant.moving else 1
-    time = scene.time(parts)
+    plant.parts, time = parts, scene.time(parts)
     supply = scene.drive(time)
     simulate = _pull if experiment == "uniaxial" else _inflate
     output = simulate(experiment, scene, plant, time, supply)
@@ -95,8 +95,7 @@ def _printed_angle(plant: Plant, body: Body, pressure: Array) -> Array:
     a, p0 = plant.printed
     p, wall = pressure[:, :, None], (body.wall * body.modulus * plant.scale)[:, None]
     rule = p / (8 * wall)
-    u = rule * body.height[:, None]
-    secant = 1 / np.sqrt(a) + u / np.sqrt(u**2 / (a - 1) + (a - 1) * p0**2)
+    secant = 1 / np.sqrt(a) + p / np.sqrt(p**2 / (a - 1) + (a - 1) * p0**2)
     kappa = rule * body.ratio[:, None] * secant
     return (kappa * body.weights[:, None]).sum(axis=2)
 

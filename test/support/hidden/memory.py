@@ -77,19 +77,19 @@ class BoucWen(Loop):
 
     exponent: float = 1.6
     beta: float = 0.7
-    parts: int = 3
 
     def _next(self, stretch: Array) -> Array:
-        change = (stretch - self.last) / self.scale / self.parts
-        w = self.w
-        for _ in range(self.parts):
+        change = (stretch - self.last) / self.scale
+        parts = int(np.clip(np.ceil(np.max(np.abs(change)) / 0.25), 1, 40))
+        change, w = change / parts, self.w
+        for _ in range(parts):
             middle = w + change / 2 * self._slope(change, w)
             w = w + change * self._slope(change, middle)
         return w
 
     def _slope(self, change: Array, w: Array) -> Array:
         turn = self.beta * np.sign(change * w) + 1 - self.beta
-        return 1 - np.abs(w) ** self.exponent * turn
+        return 1 - np.minimum(np.abs(w), 2.0) ** self.exponent * turn
 
 
 @dataclass

@@ -71,6 +71,7 @@ class Plant:
     tip_friction: float = 0.0
     sensors: list[Callable[[Array, Array, Array], Array]] = field(default_factory=list)
     moving: bool = False
+    parts: int = 1  # steps of the grid a sample
 
     @property
     def remembers(self) -> bool:

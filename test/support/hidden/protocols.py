@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 Array = np.ndarray
-EDGE = 0.35  # [s] that a valve takes for a step
+EDGE = 0.6  # [s] that a regulator takes for a step, without corners
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,14 @@ def ramp(rise: float, hold: float, rest: float = 1.0) -> tuple[float, Callable[[
 
 def steps(levels: list[float], hold: list[float]) -> tuple[float, Callable[[Array], Array]]:
     """Levels, each reached within EDGE and held."""
-    times, values, now = [0.0], [0.0], 0.0
-    for level, length in zip(levels, hold, strict=True):
-        times += [now + EDGE, now + EDGE + length]
-        values += [level, level]
-        now += EDGE + length
-    return now, through(times, values)
+    starts = np.concatenate([[0.0], np.cumsum(np.asarray(hold) + EDGE)])
+    changes = np.diff(levels, prepend=0.0)
+
+    def drive(time: Array) -> Array:
+        done = np.clip((time[..., None] - starts[:-1]) / EDGE, 0.0, 1.0)
+        return (changes * (0.5 - 0.5 * np.cos(np.pi * done))).sum(axis=-1)
+
+    return float(starts[-1]), drive
 
 
 def triangles(peaks: list[float], rate: float) -> tuple[float, Callable[[Array], Array]]:

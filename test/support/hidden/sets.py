@@ -86,12 +86,13 @@ def plan(experiment: str, chosen: Options, rng: np.random.Generator) -> Scene:
     specimens, runs = DESIGNS[chosen.design](rng, drives, chosen.repeats)
     if chosen.adjacent:
         runs = sorted(runs, key=lambda run: (run.specimen, run.temperature, run.protocol.name))
-    sections = SECTIONS.get(chosen.design, 16 if experiment == "blocked_tip" else 1)
+    blocked = experiment == "blocked_tip"
+    sections = 10 if blocked else SECTIONS.get(chosen.design, 1)
     samples = min(chosen.samples, max(60, chosen.runs * chosen.samples // len(runs)))
     peak = float(rng.uniform(*PEAKS[experiment]))
     if experiment == "uniaxial":
         specimens = {name: _strip(entry) for name, entry in specimens.items()}
-    return Scene(specimens, tuple(runs), samples, peak, sections, np.ones(len(runs)))
+    return Scene(specimens, tuple(runs), samples, peak, sections, blocked, np.ones(len(runs)))
 
 
 def _strip(entry: dict[str, Any]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from hidden.measure import Shown, base_output, measure
 Array = np.ndarray
 NODES = 6
 THINNED = 40  # samples a run
+THINNED_MOVING = 100
 SLACK = 0.15  # of the modulus, as calibration
 
 
@@ -58,7 +59,8 @@ def strength_for(
     """
     name, parameters = entry
     if scene.sections > 1:
-        scene = replace(scene, samples=min(scene.samples, THINNED))
+        most = THINNED_MOVING if build([entry], scale).moving else THINNED
+        scene = replace(scene, samples=min(scene.samples, most))
     reached = _Reached(experiment, scene, name, parameters, scale, noise, scatter)
     if LAWS[name].knob is None:
         return parameters, reached.ratio(None)
