@@ -76,15 +76,17 @@ def first_slope(elastic: Elastic, stretch: Array) -> Balanced:
     return Balanced(stretch, np.maximum(rise / DIFFERENCE, SMALLEST_SLOPE))
 
 
-def iterate(elastic: Elastic, correction: Correction, start: Balanced) -> Balanced:
-    """Where a secant iteration from a start comes to."""
+def iterate(
+    elastic: Elastic, correction: Correction, start: Balanced, settled: float = SETTLED
+) -> Balanced:
+    """Where a secant iteration from a start comes to; it ends with a step within `settled`."""
     stretch, slope = start.stretch, start.slope
     stress = elastic(stretch)
     for _ in range(SECANTS):
         change = correction(stretch, stress, slope)
         # half the way to 0 at most, so that lambda**-3 stays tame
         moved = np.minimum(np.maximum(stretch + change, 0.5 * stretch), HIGHEST)
-        if np.abs(change).max() <= SETTLED:
+        if np.abs(change).max() <= settled:
             return Balanced(moved, slope)
         stress_before, stress, change = stress, elastic(moved), moved - stretch
         slope = _secant(stress - stress_before, change, slope)

@@ -21,6 +21,9 @@ from softhand_model.effects.stages import SectionShape
 Array = NDArray[np.float64]
 
 STANDARD_GRAVITY = 9.81  # [m/s2]
+SETTLED = (
+    1e-9  # last step of the stretch: with a matrix that stays it is not much larger than the error
+)
 REFRESHED = 7  # steps of an iteration after which the matrix of its steps is made anew
 
 
@@ -110,7 +113,7 @@ class WeightSolver:
 
         if start is None:
             start = first_slope(elastic, rough_stretch(load + 0.0 * self._scale))
-        return iterate(elastic, correction, start)
+        return iterate(elastic, correction, start, SETTLED)
 
     def _inverted(self, angle: Array, slope: Array, alike: int = 1) -> Array:
         """Inverse (lanes, rows, sections, sections) of the slope of elastic side and moment."""
