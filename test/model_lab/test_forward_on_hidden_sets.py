@@ -4,14 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden.cases_catalogue import catalogue
+from hidden.cases import all_cases
 
 from model_lab.forward import Forward
 from model_lab.loading import load_measurements
 from softhand_model.effects import effect_classes
 
 NOISE = 0.004
-CASES = [case for case in catalogue() if not case.name.endswith(("weak", "strong"))]
+CASES = [
+    case
+    for case in all_cases()
+    if case.row == "catalogue" and not case.name.endswith(("weak", "strong"))
+]
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -23,7 +27,7 @@ def test_true_parameters_leave_the_noise(case, tmp_path):
     forward = Forward(data, "pneuflex", (), fixed)
     values = forward.start()
     for place, parameter in enumerate(forward.parameters):
-        if parameter.name.startswith("modulus_scale"):
-            values[place] = truth["modulus_scale"]
+        known = truth.get("calibration", {}).get(parameter.name, truth.get("modulus_scale"))
+        values[place] = known
     residual = forward.measured - forward.predict(values[None])[0]
     assert np.sqrt((residual**2).mean()) == pytest.approx(truth["noise"], rel=0.12)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from hidden import cases_catalogue, cases_other
+from hidden import cases_catalogue, cases_flow, cases_other
 from hidden.case import Case
 
 
@@ -18,4 +18,5 @@ def all_cases() -> tuple[Case, ...]:
         *cases_catalogue.nothing(),
         *cases_other.outside(),
         *cases_other.one_rate(),
+        *cases_flow.pulses(),
     )

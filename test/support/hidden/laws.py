@@ -29,6 +29,7 @@ class Law:
     knob: tuple[str, float, float] | None
     draw: Callable[[np.random.Generator], dict[str, float]] = lambda rng: {}
     signed: bool = False
+    told: Callable[[dict[str, float]], dict[str, float]] = dict
 
     def complete(self, given: Parameters, rng: np.random.Generator) -> dict[str, float]:
         """Given parameters and drawn ones; the knob, unless given, at its strongest end."""
@@ -47,11 +48,12 @@ def law(
     knob: tuple[str, float, float] | None,
     draw: Callable[[np.random.Generator], dict[str, float]] = lambda rng: {},
     signed: bool = False,
+    told: Callable[[dict[str, float]], dict[str, float]] = dict,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Register a function `act(plant, **parameters)` under a name."""
 
     def register(act: Callable[..., None]) -> Callable[..., None]:
-        LAWS[name] = Law(act, knob, draw, signed)
+        LAWS[name] = Law(act, knob, draw, signed, told)
         return act
 
     return register

@@ -12,6 +12,7 @@ from hidden import laws_catalogue, laws_other_forms, laws_outside  # noqa: F401 
 from hidden.design import DESIGNS, DRIVES, SECTIONS, Scene
 from hidden.laws import LAWS, build
 from hidden.measure import Shown, measure
+from hidden.pulse_sets import make_pulse_set
 from hidden.strength import BaseFit, floor_of, mode_of, strength_for
 from hidden.writing import write_set
 
@@ -71,6 +72,20 @@ def make_set(
     over floor, together), ratios (each alone), reached (whether each ratio was).
     """
     chosen = Options(**options)
+    if experiment == "valve_pulse":
+        return make_pulse_set(
+            Path(folder),
+            hidden,
+            seed=seed,
+            noise=chosen.noise,
+            scatter=chosen.scatter,
+            ratio=chosen.ratio,
+            runs=chosen.runs,
+            samples=chosen.samples,
+            repeats=chosen.repeats,
+            with_noise=chosen.with_noise,
+            adjacent=chosen.adjacent,
+        )
     rng = np.random.default_rng(seed)
     scene = plan(experiment, chosen, rng)
     scale = float(rng.uniform(0.92, 1.08))
