@@ -213,8 +213,8 @@ def test_modulus_of_the_model_scales_stiffness_and_rest():
 
 def test_gravity_leaves_the_rest_shape_alone():
     weightless, heavy = (discretise(FINGER, 5, model) for model in (Model(), load_model("gravity")))
-    bend = np.zeros(5)
-    assert heavy.step(1e-3, [30e3], bend) == pytest.approx(weightless.rest_rotation([30e3]))
+    straight = np.zeros((5, 3))
+    assert heavy.step(1e-3, [30e3], straight) == pytest.approx(weightless.rest_rotation([30e3]))
 
 
 def test_wrong_input_is_named():

@@ -82,7 +82,11 @@ def chain_with(tmp_path, source, name, **parameters):
 
 
 def tip(chain, pressure=30e3, dt=1e-3, temperature=293.15):
-    return float(chain.step(dt, [pressure], np.zeros(5), temperature)[:, 1].sum())
+    return float(chain.step(dt, [pressure], np.zeros((5, 3)), temperature)[:, 1].sum())
+
+
+def about_y(bend):
+    return np.stack([0 * bend, bend, 0 * bend], axis=1)
 
 
 def base_tip(pressure=30e3):
@@ -105,8 +109,10 @@ def test_input_effect_with_memory_lags_and_forgets_at_reset(tmp_path):
 def test_load_effect_softens_rubber_and_joints_with_the_temperature(tmp_path):
     chain = chain_with(tmp_path, WARM, "warm")
     rest = base_tip(30e3 / 0.9)
-    bend = np.full(5, 0.1)
-    pulled = chain.step(1e-3, [30e3], bend, 303.15)[:, 1]
+    actual = np.tile([0.02, 0.1, 0.03], (5, 1))
+    moved = chain.step(1e-3, [30e3], actual, 303.15)
+    pulled = moved[:, 1]
+    assert moved[:, [0, 2]] == pytest.approx(np.tile([0.002, 0.003], (5, 1)))
     assert pulled.sum() == pytest.approx(0.5 + 0.9 * (rest - 0.5), rel=1e-6)
     assert tip(chain) == pytest.approx(base_tip(), rel=1e-6)
 
@@ -142,9 +148,9 @@ def test_structure_effect_pulls_as_a_softer_spring_would(tmp_path):
     chain = chain_with(tmp_path, SLACK, "slack")
     free = chain.rest_rotation([30e3])[:, 1]
     bend = free - 0.2
-    pulled = chain.step(1e-3, [30e3], bend)[:, 1]
+    pulled = chain.step(1e-3, [30e3], about_y(bend))[:, 1]
     assert pulled - bend == pytest.approx(np.full(5, 0.4 * 0.2), rel=1e-6)
-    beyond = chain.step(1e-3, [30e3], free + 0.2)[:, 1]
+    beyond = chain.step(1e-3, [30e3], about_y(free + 0.2))[:, 1]
     assert beyond == pytest.approx(free, rel=1e-6)
 
 
@@ -152,7 +158,7 @@ def test_effects_that_do_nothing_leave_the_base_model(tmp_path):
     source = "\nclass Idle(ElasticEffect):\n    name = 'idle'\n"
     chain = chain_with(tmp_path, source, "idle")
     for pressure in (0.0, 200.0, 30e3, 79e3):
-        found = chain.step(1e-3, [pressure], np.zeros(5))
+        found = chain.step(1e-3, [pressure], np.zeros((5, 3)))
         assert found == pytest.approx(chain.rest_rotation([pressure]), rel=1e-7, abs=1e-12)
 
 

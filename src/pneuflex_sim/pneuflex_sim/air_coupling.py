@@ -71,7 +71,7 @@ class AirCoupling:
             return bend
         for name, joints, of_channel in self._members:
             bend[joints] = self.layout.models[name].step(
-                step, pressures[of_channel], rotations[joints, BEND], temperature
+                step, pressures[of_channel], rotations[joints], temperature
             )
         return bend
 

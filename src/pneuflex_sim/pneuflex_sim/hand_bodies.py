@@ -20,8 +20,9 @@ from pneuflex_sim import base_kernel, spring_kernel
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import Body, HandLayout
 from pneuflex_sim.spatial import cross
-from pneuflex_sim.world import GRAVITY, World
+from pneuflex_sim.world import World
 from pneuflex_sim.wrist import Wrist
+from softhand_model.effects.gravity import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
@@ -293,7 +294,7 @@ class HandBodies:
         )
         wrist.advance(step)
         self._bases = self._base_poses(wrist)
-        push, lift = np.empty_like(velocity), self.weight_scale * GRAVITY
+        push, lift = np.empty_like(velocity), self.weight_scale * STANDARD_GRAVITY
         base_kernel.push_bases(
             step, BASE_RESISTANCE, lift, poses, self._bases, velocity, self._pushed, push
         )
@@ -317,7 +318,7 @@ class HandBodies:
         tool that it knows.
         """
         weight, arm = np.zeros((2, 3)), np.empty(3)
-        weight[0, 2] = -self.weight_scale * GRAVITY * self._mass
+        weight[0, 2] = -self.weight_scale * STANDARD_GRAVITY * self._mass
         base_kernel.rotate(wrist.orientation, self._center_of_mass, arm)
         cross(arm, weight[0], weight[1])
         return weight

@@ -241,7 +241,7 @@ class HandSim(Node):
             "d", joint_positions(simulation.bodies.q).tolist()
         )
         self.joints.publish(self._joint_message)
-        angles = simulation.tip_angles()
+        angles = simulation.read_tip_angles()
         tips = JointState(name=list(angles), position=array.array("d", angles.values()))
         tips.header.stamp = stamp
         self.tip_angles.publish(tips)

@@ -20,8 +20,10 @@ from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
 from pneuflex_sim.objects import ObjectDescription, collision_shape, load_object
 from pneuflex_sim.scenes import build_scene, load_scene
-from pneuflex_sim.world import GRAVITY, SolverSettings, World
+from pneuflex_sim.tip_sensors import TipSensors
+from pneuflex_sim.world import SolverSettings, World
 from pneuflex_sim.wrist import Wrist, WristParameters
+from softhand_model.effects.gravity import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hands import load_hand
 from softhand_model.model_file import load_model
@@ -29,7 +31,16 @@ from softhand_model.model_file import load_model
 Array = NDArray[np.float64]
 
 GAS_PERIOD = 0.05  # [s] between updates of the gas stiffness, which only steadies the step
-STATE = ("steps", "wrist", "pressures_abs", "_rotations", "_volumes", "_imposed", "_gas")
+STATE = (
+    "steps",
+    "wrist",
+    "pressures_abs",
+    "_rotations",
+    "_volumes",
+    "_imposed",
+    "_gas",
+    "tip_sensors",
+)
 
 
 @dataclass(frozen=True)
@@ -85,12 +96,13 @@ class Simulation:
         self.step_size, self.temperature = config.step, ROOM_TEMPERATURE
         self.world = World(config.step, config.gui, config.solver)
         client, weight_scale = self.world.client, model.gravity_scale
-        pybullet.setGravity(0, 0, -GRAVITY * weight_scale, physicsClientId=client)
+        pybullet.setGravity(0, 0, -STANDARD_GRAVITY * weight_scale, physicsClientId=client)
         self.wrist = self._new_wrist()
         self.bodies = HandBodies(
             layout, self.world, self.wrist, self.scene.rigid_wrist, weight_scale
         )
         self.shape = HandShape(layout)
+        self.tip_sensors = TipSensors(model)
         self.air = AirCoupling(layout)
         self.plant = PLANT(self.channels, self.air.rest_volumes, seed=config.seed)
         self.ambient = self.plant.parameters.ambient_pressure
@@ -99,7 +111,7 @@ class Simulation:
         )
         self._gas_every = max(1, round(GAS_PERIOD / config.step))
         self._fixed_names = build_scene(self.scene, client)
-        self._object_weight = (1 - weight_scale) * GRAVITY
+        self._object_weight = (1 - weight_scale) * STANDARD_GRAVITY
         self._create_object()
         self._names = self._contact_names()
         self.reset()
@@ -152,6 +164,7 @@ class Simulation:
         self.wrist = self._new_wrist()
         for model in self.bodies.layout.models.values():
             model.reset()
+        self.tip_sensors.reset()
         self.bodies.reset(self.wrist)
         self._rotations = self.bodies.rotations()
         self.plant.reset(self.air.rest_volumes)
@@ -214,6 +227,8 @@ class Simulation:
         self.steps += 1
         self.bodies.read()
         self._rotations = self.bodies.rotations()
+        if self.tip_sensors.active:
+            self.tip_sensors.step(self.step_size, self.tip_angles())
 
     def _update_air(self, valves: Array | None) -> None:
         volumes = self._volumes = self.air.volumes(self._rotations)
@@ -276,6 +291,10 @@ class Simulation:
         strut.
         """
         return self.shape.tip_angles(self._rotations[:, BEND])
+
+    def read_tip_angles(self) -> dict[str, float]:
+        """Tip angles [rad] as their sensors show them."""
+        return self.tip_sensors.readings(self.tip_angles())
 
     def fingertips(self) -> dict[str, tuple[Array, Array]]:
         """Position [m] and quaternion of each fingertip in the wrist frame."""

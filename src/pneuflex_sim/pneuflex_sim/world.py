@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import pybullet
 
-GRAVITY = 9.80665  # [m/s2]
-
 
 @dataclass(frozen=True)
 class SolverSettings:

@@ -13,6 +13,7 @@ from softhand_model.hands import ChainDescription
 from softhand_model.model_file import Model
 from softhand_model.response import SegmentResponse, bends
 from softhand_model.rest_table import RestTable
+from softhand_model.scaled_springs import moved_rest
 from softhand_model.segments import SegmentChain, cut_chain
 from softhand_model.spread import spread_angles, volume_gains
 
@@ -56,6 +57,7 @@ class ChainModel:
         self.description, self.model = replace(description, actuators=parts), model
         self.segments = cut_chain(self.description, segments)
         self._shape = self.segments.offset.shape
+        self._struts = self._shape[0] - segments  # joints that no actuator bends
         self._spread = spread_angles(self.description, self.segments, segments)
         self._tables, self._responses, volumes = [], [], []
         for part, spread in zip(parts.values(), self._spread, strict=True):
@@ -99,16 +101,28 @@ class ChainModel:
         self,
         dt: float,
         pressures: Sequence[float] | Array,
-        bend: Array,
+        actual: Array,
         temperature: float = ROOM_TEMPERATURE,
     ) -> Array:
         """Advance the effects' memory by dt [s]; rest rotation (n, 3) [rad] of the joints then.
 
-        pressures (actuators,) [Pa], bend (n,) [rad] the actual rotation of the joints about y,
-        temperature in [K].
+        pressures (actuators,) [Pa], actual (n, 3) [rad] the rotation of the joints as it is,
+        temperature in [K]. What effects do to the springs shows as another rest
+        (`scaled_springs`).
         """
-        rotation = self.free_rotation(dt, pressures, temperature)
-        return self._scaled(rotation, bend, temperature) if self._responses else rotation
+        rest = self.free_rotation(dt, pressures, temperature)
+        if not self._responses:
+            return rest
+        factor = np.ones(self._shape)
+        coupling = np.zeros(self._shape[0])
+        joints = slice(self._struts, None)
+        of_actuators = [
+            response.springs(actual[joints, BEND], rest[joints, BEND], temperature)
+            for response in self._responses
+        ]
+        factor[joints] = np.mean([factors for factors, _ in of_actuators], axis=0)
+        coupling[joints] = np.mean([coupled for _, coupled in of_actuators])
+        return moved_rest(rest, actual, factor, coupling)
 
     def free_rotation(
         self,
@@ -130,15 +144,6 @@ class ChainModel:
         ):
             rotation += spread @ response.angles(dt, float(pressure), temperature)
         return rotation.reshape(self._shape)
-
-    def _scaled(self, rotation: Array, bend: Array, temperature: float) -> Array:
-        """Rest moved so that the unscaled springs pull as the ones scaled by the effects would."""
-        rest = rotation[:, BEND].copy()
-        factors = [
-            response.stiffness_factor(bend, rest, temperature) for response in self._responses
-        ]
-        rotation[:, BEND] = bend + np.mean(factors, axis=0) * (rest - bend)
-        return rotation
 
     def reset(self) -> None:
         """Forget the effects' memory: at rest at zero pressure."""

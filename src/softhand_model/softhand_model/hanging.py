@@ -20,7 +20,6 @@ from softhand_model.effects.stages import SectionShape
 
 Array = NDArray[np.float64]
 
-STANDARD_GRAVITY = 9.81  # [m/s2]
 SETTLED = (
     1e-9  # last step of the stretch: with a matrix that stays it is not much larger than the error
 )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from softhand_model.actuator import Actuator
 from softhand_model.effects.effect import Effect
-from softhand_model.effects.staged import StagedEffects, at_modulus
+from softhand_model.effects.staged import StagedEffects, at_modulus, overrides
 from softhand_model.effects.stages import (
     ElasticEffect,
     InputEffect,
@@ -21,6 +21,14 @@ from softhand_model.free_bending import SteppedBalance, free_curvature
 from softhand_model.model_file import Model
 
 Array = NDArray[np.float64]
+
+BEND = 1  # index of the bending axis (y)
+ACTING_ON_CHAINS = (
+    "wall_stress",
+    "act_on_curvature",
+    "stiffness_factor",
+    "bend_twist_coupling",
+)
 
 
 class SegmentResponse:
@@ -64,21 +72,30 @@ class SegmentResponse:
             )
         return np.sum(self._weight * curvature, axis=-1)
 
-    def stiffness_factor(self, bend: Array, rest: Array, temperature: Array | float) -> Array:
-        """Factor (n,) [-] on the joints' stiffness at actual and free bend (n,) [rad]."""
+    def springs(
+        self, bend: Array, rest: Array, temperature: Array | float
+    ) -> tuple[Array, Array | float]:
+        """What effects do to the joints' springs: factors (n, 3) [-] on the stiffness about x, y
+        and z, and the coupling [-] of lateral bending and twist.
+
+        bend, rest (n,) [rad]: actual and free bend of the joints; temperature in [K].
+        """
         staged = self._stepped.staged
-        factor = staged.modulus_factor(np.asarray(temperature, float)) * staged.stiffness_factor(
-            bend, rest
-        )
-        return np.broadcast_to(factor, np.shape(bend))
+        factor = np.full((*np.shape(bend), 3), staged.modulus_factor(np.asarray(temperature)))
+        factor[..., BEND] *= staged.stiffness_factor(bend, rest)
+        return factor, staged.bend_twist_coupling()
 
 
 def bends(model: Model) -> bool:
-    """Whether any effect of the model changes how chains bend; weight and sensors do not."""
+    """Whether any effect of the model changes how chains bend; weight, gauges and sensors do
+    not.
+    """
     return any(_acts(effect) for effect in model.effects)
 
 
 def _acts(effect: Effect) -> bool:
-    return effect.name != "gravity" and isinstance(
-        effect, InputEffect | LoadEffect | ElasticEffect | StructureEffect
-    )
+    if isinstance(effect, LoadEffect):
+        return overrides(effect, LoadEffect, "act_on_load", "modulus_factor")
+    if isinstance(effect, StructureEffect):
+        return overrides(effect, StructureEffect, *ACTING_ON_CHAINS)
+    return isinstance(effect, InputEffect | ElasticEffect)

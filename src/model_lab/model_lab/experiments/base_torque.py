@@ -16,6 +16,7 @@ from model_lab.experiments.specimen_segments import SpecimenSegments
 from model_lab.measurement import INPUTS, OUTPUTS, MeasurementSet
 from model_lab.specimens import require_columns, require_keys
 from softhand_model.effects import Effect
+from softhand_model.effects.gravity import STANDARD_GRAVITY
 from softhand_model.effects.staged import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 from softhand_model.free_bending import SteppedBalance, free_curvature
@@ -26,7 +27,6 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 SEGMENTS = 10
-STANDARD_GRAVITY = 9.80665  # [m/s2]
 DOWN = {
     "bending_plane_level": (0.0, -1.0, 0.0),
     "base_up": (0.0, 0.0, 1.0),

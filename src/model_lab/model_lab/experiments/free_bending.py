@@ -17,10 +17,11 @@ from model_lab.measurement import INPUTS, MeasurementSet, Specimen
 from model_lab.specimens import require_columns, require_keys
 from softhand_model.balance import balance
 from softhand_model.effects import Effect
+from softhand_model.effects.gravity import STANDARD_GRAVITY
 from softhand_model.effects.staged import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 from softhand_model.free_bending import SteppedBalance, free_curvature
-from softhand_model.hanging import STANDARD_GRAVITY, Weight
+from softhand_model.hanging import Weight
 
 Array = NDArray[np.float64]
 

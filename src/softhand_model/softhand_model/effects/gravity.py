@@ -8,6 +8,8 @@ from typing import ClassVar
 from softhand_model.effects.effect import Parameter
 from softhand_model.effects.stages import LoadEffect
 
+STANDARD_GRAVITY = 9.80665  # [m/s2]
+
 
 class Gravity(LoadEffect):
     """The actuator's own weight, mass_scale times its mass.

@@ -51,7 +51,7 @@ class StagedEffects:
         self.elastic = _of(self.all, ElasticEffect)
         self.structure = _of(self.all, StructureEffect)
         self.output = _of(self.all, OutputEffect)
-        self._walls = [e for e in self.structure if _overrides(e, StructureEffect, "wall_stress")]
+        self._walls = [e for e in self.structure if overrides(e, StructureEffect, "wall_stress")]
         self.reset()
 
     def reset(self) -> None:
@@ -107,14 +107,21 @@ class StagedEffects:
         """Factor [-] of the structure on the stiffness, at actual and free bend [rad]."""
         factor: Array | float = 1.0
         for effect in self.structure:
-            if _overrides(effect, StructureEffect, "stiffness_factor"):
+            if overrides(effect, StructureEffect, "stiffness_factor"):
                 factor = factor * effect.stiffness_factor(bend, rest)
         return factor
 
     @property
     def stiffens(self) -> bool:
         """Whether an effect puts a factor on the stiffness."""
-        return any(_overrides(e, StructureEffect, "stiffness_factor") for e in self.structure)
+        return any(overrides(e, StructureEffect, "stiffness_factor") for e in self.structure)
+
+    def bend_twist_coupling(self) -> Array | float:
+        """Off-diagonal of lateral bending and twist over B [-]."""
+        coupling: Array | float = 0.0
+        for effect in self.structure:
+            coupling = coupling + effect.bend_twist_coupling()
+        return coupling
 
     def tip_compliance(self) -> Array | float:
         """What the blocked tip yields under its force [m/N]."""
@@ -153,5 +160,6 @@ def _of(effects: Iterable[Effect], kind: type[Kind]) -> tuple[Kind, ...]:
     return tuple(effect for effect in effects if isinstance(effect, kind))
 
 
-def _overrides(effect: Effect, base: type[Effect], method: str) -> bool:
-    return getattr(type(effect), method) is not getattr(base, method)
+def overrides(effect: Effect, base: type[Effect], *methods: str) -> bool:
+    """Whether an effect has its own version of one of the methods of its stage's class."""
+    return any(getattr(type(effect), name) is not getattr(base, name) for name in methods)

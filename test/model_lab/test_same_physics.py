@@ -1,0 +1,103 @@
+"""One effect, one physics: the simulator's chain and the lab's prediction are the same curve."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from lab_sets import SIZE, measured, run, specimen
+
+from model_lab.forward import Forward
+from softhand_model.actuator import load_actuator
+from softhand_model.chain import discretise
+from softhand_model.effects import effect_classes
+from softhand_model.hands import load_hand
+from softhand_model.model_file import Model
+from softhand_model.profile import ConstantProfile
+
+EFFECTS = effect_classes()
+TIME = np.concatenate([[0.0], np.cumsum(np.tile([0.01, 0.02, 0.05], 40))])
+PRESSURE = 45e3 * np.abs(np.sin(2.5 * TIME)) * np.linspace(0.6, 1.0, len(TIME))
+TEMPERATURE = 303.15
+STRONG = {
+    "pressure_offset": {"offset": 3e3},
+    "pressure_gain": {"gain": 1.2},
+    "tube_lag": {"time_constant": 0.1},
+    "dead_zone": {"threshold": 4e3},
+    "temperature_modulus": {"coefficient": 0.01},
+    "section_rounding": {"gain": 0.4, "pressure_scale": 15e3},
+    "gent_stiffening": {"jm": 4.0},
+    "yeoh_stiffening": {"c2": 0.1},
+    "mooney_rivlin": {"c01_ratio": 0.5},
+    "thick_wall": {"gain": 6.0},
+    "mullins_softening": {"softening": 0.3, "stretch_scale": 0.2},
+    "viscoelasticity": {"relative_modulus": 0.4, "relaxation_time": 0.5},
+    "hysteresis": {"relative_pressure": 0.2, "stretch_scale": 0.1},
+    "side_wall_integral": {},
+    "actuation_nonlinearity": {"a": 6.0, "p0": 60e3},
+    "angle_offset": {"offset": 0.1},
+    "angle_sensor_lag": {"time_constant": 0.1},
+}
+SHAPED = [
+    name
+    for name, one in EFFECTS.items()
+    if "free_bending" in one.experiments and one.stage != "output" and name != "gravity"
+]
+
+
+def level_finger(effects):
+    """Chain of a finger of constant section, as of the lab's specimen."""
+    part = dataclasses.replace(
+        load_actuator("P10.finger"),
+        length=SIZE["length"],
+        height=ConstantProfile(SIZE["height"]),
+        width=ConstantProfile(SIZE["width"]),
+        wall=SIZE["wall"],
+        side_wall=SIZE["side_wall"],
+        shear_modulus=SIZE["shear_modulus"],
+    )
+    description = load_hand("single_finger").chain("finger")
+    name = next(iter(description.actuators))
+    changed = dataclasses.replace(description, actuators={name: part})
+    return discretise(changed, 5, Model(effects=tuple(effects)))
+
+
+def simulated(effects):
+    """Tip angles [rad] of the chain, stepped from sample to sample."""
+    chain = level_finger(effects)
+    steps = zip(np.diff(TIME, prepend=0.0), PRESSURE, strict=True)
+    rotations = [chain.free_rotation(dt, [pressure], TEMPERATURE) for dt, pressure in steps]
+    return np.array(rotations)[:, :, 1].sum(axis=1)
+
+
+def predicted(effects):
+    """Tip angles [rad] of the lab."""
+    one = run("r", TIME, pressure=PRESSURE, temperature=TEMPERATURE)
+    data = measured("free_bending", [one], specimen())
+    forward = Forward(data, fixed=effects, free_calibration=False)
+    return forward.predict(np.zeros((1, 0)))[0]
+
+
+@pytest.mark.parametrize("name", SHAPED)
+def test_chain_and_lab_bend_alike(name):
+    effect = EFFECTS[name](**STRONG[name])
+    together = predicted([effect])
+    assert simulated([effect]) == pytest.approx(together, rel=1e-7, abs=1e-9)
+    assert np.abs(together - predicted([])).max() > 0.05
+
+
+def test_several_effects_act_together_alike():
+    chosen = ["tube_lag", "section_rounding", "gent_stiffening", "viscoelasticity", "hysteresis"]
+    effects = [EFFECTS[name](**STRONG[name]) for name in reversed(chosen)]
+    assert simulated(effects) == pytest.approx(predicted(effects), rel=1e-6, abs=1e-8)
+
+
+def test_sensor_of_the_simulated_hand_and_of_the_lab_read_alike():
+    from pneuflex_sim.tip_sensors import TipSensors
+
+    effects = [EFFECTS[name](**STRONG[name]) for name in ("angle_offset", "angle_sensor_lag")]
+    sensors = TipSensors(Model(effects=tuple(effects)))
+    shown = []
+    for dt, angle in zip(np.diff(TIME, prepend=0.0), simulated([]), strict=True):
+        sensors.step(dt, {"finger": angle})
+        shown.append(sensors.readings({})["finger"])
+    assert np.array(shown) == pytest.approx(predicted(effects), rel=1e-6, abs=1e-8)
