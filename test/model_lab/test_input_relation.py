@@ -59,3 +59,9 @@ def test_without_time_lags_are_in_samples():
     relation = input_relation(_set(np.sin(TIME), timed=False), np.cos(TIME))
     assert relation.lag_unit == "samples"
     assert relation.lag[-1] == 100.0
+
+
+def test_a_run_that_does_not_come_back_has_no_loop():
+    relation = input_relation(_set(TIME), TIME**2)
+    assert np.isnan(relation.loop_area["r0"]).all()
+    assert np.isnan(relation.loop_width["r0"]).all()

@@ -15,7 +15,8 @@ def written(tmp_path, text):
 
 
 def test_shipped_models():
-    assert model_names() == ["base", "gravity"]
+    assert model_names() == ["base", "gravity", "linear"]
+    assert load_model("linear").base == "linear"
     assert load_model("base").effects == ()
     assert load_model().gravity_scale == 1.0
 
@@ -108,7 +109,7 @@ def test_unknown_base_and_name_are_answered_with_lists(tmp_path):
     path.write_text("format: softhand-model/1\nbase: cubic\n", encoding="utf-8")
     with pytest.raises(ValueError, match="base: expected one of pneuflex, linear, got 'cubic'"):
         load_model(path)
-    with pytest.raises(ValueError, match="model: expected one of base, gravity or the path"):
+    with pytest.raises(ValueError, match="expected one of base, gravity, linear or the path"):
         load_model("everything")
 
 

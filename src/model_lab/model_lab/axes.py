@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 SMOOTHED = 100  # a rate is taken over two of so many parts of a run ...
 LONGEST_SMOOTHED = 20  # ... but over twice so many samples at most
+EVEN_RATE = 0.02  # a rate that varies by less than this part is the same throughout
 RESTING = 0.1  # of span over duration: below this rate the input rests
 
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
@@ -50,7 +51,12 @@ class Axis:
 def axes_of(data: MeasurementSet) -> tuple[Axis, ...]:
     """The axes along which a set varies, laid out as its samples (run by run, output by output)."""
     axes = [*_course_axes(data), *_run_axes(data)]
-    return tuple(axis for axis in axes if _varies(axis.values))
+    varied = [axis for axis in axes if _varies(axis)]
+    return tuple(
+        axis
+        for index, axis in enumerate(varied)
+        if axis.of_run or not any(_same(axis, other) for other in varied[:index])
+    )
 
 
 def input_rate(run: Run, values: Array) -> Array:
@@ -172,6 +178,16 @@ def _order(data: MeasurementSet) -> list[float]:
     return order
 
 
-def _varies(values: Array) -> bool:
-    known = values[np.isfinite(values)]
-    return len(known) > 0 and bool(known.min() < known.max())
+def _varies(axis: Axis) -> bool:
+    known = axis.values[np.isfinite(axis.values)]
+    if not len(known):
+        return False
+    if axis.name == "pressure_rate":
+        low, high = np.quantile(known, (0.1, 0.9))
+        return float(high - low) > EVEN_RATE * float(np.abs(known).max())
+    return bool(known.min() < known.max())
+
+
+def _same(axis: Axis, other: Axis) -> bool:
+    """Whether two axes are one, as pressure and the largest so far are where it only rises."""
+    return np.array_equal(axis.values, other.values, equal_nan=True)

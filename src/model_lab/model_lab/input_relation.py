@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 STEPS = 500  # of the longest run
 FARTHEST = 50  # lag in steps
+OPEN = 0.2  # of its span between start and end: such a course is no loop
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class InputRelation:
     loop_area: by run (outputs,) the integral of the residual over the closed course of the input,
     in the product of their SI units, positive when the residual is larger on the way down.
     loop_width: by run (outputs,) how much larger it is on the way down, on the average, in the
-    unit of the residual.
+    unit of the residual. Both are NaN for runs that do not come back.
     """
 
     lag: Array
@@ -72,6 +73,8 @@ def _time(run: Run, has_time: bool) -> Array:
 
 def _loop(residual: Array, course: Array) -> tuple[Array, Array]:
     """Area (outputs,) and mean width of the loops of a residual (outputs, samples)."""
+    if abs(course[-1] - course[0]) > OPEN * np.ptp(course):
+        return np.full(len(residual), np.nan), np.full(len(residual), np.nan)
     closed = np.append(residual, residual[:, :1], axis=1)
     steps = np.diff(np.append(course, course[0]))
     area = -np.sum((closed[:, 1:] + closed[:, :-1]) / 2.0 * steps, axis=1)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,8 @@ Array = NDArray[np.float64]
 REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
 UPPER_LEVEL = 0.95
 SMALLEST_SPLINE = 5  # samples that a smoothing spline needs
+SPLINE_PIECE = 250  # samples of one, as its cross-validation takes a millisecond for each
+SPLINE_PIECES = 12  # of each output
 SMALLEST_SHARE = 1e-9  # of the measured scale: a floor is never exactly zero
 
 
@@ -152,14 +155,31 @@ def _repeated(series: tuple[Series, ...]) -> list[list[Series]]:
 
 
 def _spline_levels(spectrum: Spectrum, residual: Array) -> Array:
-    """One sigma (outputs,) of what a smoothing spline through each series leaves."""
-    squares: dict[int, list[float]] = defaultdict(list)
-    for part in spectrum.layout.series:
-        values = residual[part.start : part.stop]
-        if len(values) >= SMALLEST_SPLINE:
-            order = np.arange(len(values), dtype=float)
-            left = values - make_smoothing_spline(order, values)(order)
-            squares[part.output].append(float(np.mean(left**2)))
+    """One sigma (outputs,) of what smoothing splines through pieces of the series leave."""
     outputs = int(spectrum.band_output.max()) + 1
     spread = float(np.mean(residual**2))
-    return np.sqrt([float(np.median(squares.get(output, [spread]))) for output in range(outputs)])
+    levels = []
+    for output in range(outputs):
+        pieces = [
+            residual[start:stop]
+            for part in spectrum.layout.series
+            if part.output == output
+            for start, stop in _pieces(part)
+        ]
+        chosen = pieces[:: -(-len(pieces) // SPLINE_PIECES)] if pieces else []
+        squares = [_spline_square(piece) for piece in chosen]
+        levels.append(float(np.median(squares or [spread])))
+    return np.sqrt(np.array(levels))
+
+
+def _pieces(part: Series) -> list[tuple[int, int]]:
+    """Starts and ends of neighbouring pieces of a series that are long enough for a spline."""
+    count = max((part.stop - part.start) // SPLINE_PIECE, 1)
+    edges = np.linspace(part.start, part.stop, count + 1).astype(int).tolist()
+    return [(low, high) for low, high in pairwise(edges) if high - low >= SMALLEST_SPLINE]
+
+
+def _spline_square(values: Array) -> float:
+    """Mean square of what a smoothing spline by cross-validation leaves of values (n,)."""
+    order = np.arange(len(values), dtype=float)
+    return float(np.mean((values - make_smoothing_spline(order, values)(order)) ** 2))
