@@ -2,7 +2,7 @@
 PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src test examples bench scripts
 
-.PHONY: setup demo test lint bench bench-lab docs figures clean
+.PHONY: setup demo lab-demo test lint bench bench-lab docs figures lab-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -10,6 +10,10 @@ setup:
 # GUI=1 opens PyBullet's window; SEED=3 moves the object and changes its mass.
 demo: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.demo $(if $(filter-out 0,$(GUI)),--gui) $(if $(SEED),--seed $(SEED))
+
+# SEED=3 hides another effect in another set.
+lab-demo: setup
+	@$(PYTHON_IN_VENV) -m model_lab.demo $(if $(SEED),--seed $(SEED))
 
 test: setup
 	@$(PYTHON_IN_VENV) -m pytest -q $(ARGS)
@@ -28,10 +32,15 @@ bench-lab: setup
 # Pages that are made from docstrings.
 docs: setup
 	@$(PYTHON_IN_VENV) scripts/list_errata.py
+	@$(PYTHON_IN_VENV) scripts/list_effects.py
 
 # The pictures of the README, from the latest run of the demo.
 figures: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.figures out/demo/bag docs/figures
+
+# The picture of the lab, from the latest run of its demo.
+lab-figure: setup
+	@$(PYTHON_IN_VENV) -m model_lab.report.picture out/lab-demo/set base docs/figures/lab.png
 
 clean:
 	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache

@@ -36,6 +36,7 @@ def test_every_page_is_reached_from_the_readme():
     assert set(links) <= reached
 
 
-def test_the_page_of_errata_is_what_the_docstrings_say():
-    made = runpy.run_path(str(ROOT / "scripts/list_errata.py"))["page"]()
-    assert (ROOT / "docs/errata.md").read_text() == made, "run `make docs`"
+@pytest.mark.parametrize("name", ["errata", "effects"])
+def test_a_page_that_is_made_from_docstrings_is_what_they_say(name):
+    made = runpy.run_path(str(ROOT / f"scripts/list_{name}.py"))["page"]()
+    assert (ROOT / f"docs/{name}.md").read_text() == made, "run `make docs`"

@@ -15,7 +15,7 @@ class Hysteresis(ElasticEffect):
     """Rate-independent: s_c*w added, dw = (sign(dlambda) - w)*abs(dlambda)/stretch_scale.
 
     The model of Duhem and Dahl, exact for any step in one direction: w goes to the sign of the
-    motion over a stretch of stretch_scale. Section 5.2.4 sees 1 to 2 mm of it.
+    motion over a stretch of stretch_scale. Section 5.2.4 sees 1 to 2 mm of it at the tip.
     """
 
     name = "hysteresis"

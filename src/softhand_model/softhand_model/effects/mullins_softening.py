@@ -15,8 +15,8 @@ class MullinsSoftening(ElasticEffect):
     """Below the largest stretch so far: factor 1 - softening*(1 - exp(-(lam_max -
     lambda)/stretch_scale)).
 
-    Named after L. Mullins; the thesis stretches its actuators beforehand and leaves it out. The
-    largest stretch belongs to the specimen, not to the run.
+    Named after L. Mullins; the thesis has elastic rubber only. The largest stretch belongs to the
+    specimen, not to the run.
     """
 
     name = "mullins_softening"

@@ -14,8 +14,9 @@ from softhand_model.effects.stages import Array, LoadEffect, SectionShape
 class SectionRounding(LoadEffect):
     """Empirical: load s*(1 - gain*exp(-max(p, 0)/pressure_scale)).
 
-    At low pressure the section rounds instead of bending the finger. The thesis names a cause of
-    this kind for its stiff 5.5 mm actuator without an equation (section 5.2.2).
+    At low pressure the section rounds instead of bending the finger. One guess at why the thesis's
+    actuator with a wall of 5.5 mm is stiffer at low pressure; it leaves the cause open (section
+    5.2.2).
     """
 
     name = "section_rounding"

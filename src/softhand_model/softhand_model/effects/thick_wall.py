@@ -18,8 +18,8 @@ LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
 class ThickWall(ElasticEffect):
     """Empirical: factor 1 + gain*min(2*d/h, 1)**2*exp(-(lambda - 1)/0.25).
 
-    A thick wall is stiffer at small bending than the membrane of eq. 3.21 (the limit of the model
-    is d < h/2). gain*(2*d/h)**2 must not exceed 3.
+    A thick wall is stiffer at small bending than the membrane of eq. 3.21: another guess at the
+    riddle of section 5.2.2 (`section_rounding`). gain*(2*d/h)**2 must not exceed 3.
     """
 
     name = "thick_wall"

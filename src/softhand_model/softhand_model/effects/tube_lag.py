@@ -13,8 +13,8 @@ from softhand_model.effects.stages import Array, InputEffect, Memory
 class TubeLag(InputEffect):
     """The chamber follows the sensor through the tube: time_constant*p' = p_read - p.
 
-    First order, for a tube that is narrow and a chamber that is small (section 4.2 has the flow);
-    exact for readings that change in a straight line between samples.
+    First order, in place of the flow itself (`pneumatics.plant` has that); exact for readings that
+    change in a straight line between samples.
     """
 
     name = "tube_lag"

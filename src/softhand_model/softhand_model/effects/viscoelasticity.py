@@ -15,7 +15,7 @@ class Viscoelasticity(ElasticEffect):
 
     The shear modulus is the relaxed one; at once the rubber is 1 + g times as stiff. Q is the
     stress after the stiffening factors. Exact for a stress that changes in a straight line over a
-    step. (Zener's model; the thesis leaves the rate out, section 3.4.6.)
+    step. (Zener's model; the thesis has elastic rubber only.)
     """
 
     name = "viscoelasticity"

@@ -12,7 +12,7 @@ from softhand_model.effects.stages import Array, ElasticEffect, Memory, SectionS
 class YeohStiffening(ElasticEffect):
     """Second term of Yeoh's energy: factor 1 + 2*c2*J1, c2 = C20/C10 (section 3.4.6).
 
-    The thesis takes C20 = C10/500 for its rubbers.
+    Silicones have about C20 = C10/500 there.
     """
 
     name = "yeoh_stiffening"

@@ -1,0 +1,87 @@
+"""An effect of one's own: a passive layer that stretches under pressure, so that the finger bends
+less.
+
+The class is all that is needed. A model file names it together with this file, and simulator,
+monitor and lab have it; `model-lab diagnose DATA --model M --effects examples/own_effect.py` lets
+it compete with the built-in ones. `python examples/own_effect.py` prints what it does.
+"""
+
+import numpy as np
+
+from model_lab.forward import Forward
+from model_lab.measurement import MeasurementSet, Run, Specimen
+from softhand_model.chain import discretise
+from softhand_model.effects import Parameter, StructureEffect
+from softhand_model.hands import load_hand
+from softhand_model.model_file import Model, load_model
+
+
+class StretchingLayer(StructureEffect):
+    """Curvature over 1 + compliance*p: the passive layer gives way to the pressure."""
+
+    name = "stretching_layer"
+    experiments = frozenset({"free_bending", "base_torque"})
+    parameters = (
+        Parameter(
+            "compliance",
+            "1/Pa",
+            0.0,
+            1e-4,
+            "relative stretch of the layer per pressure",
+            typical=(5e-7, 1e-5),
+            neutral=0.0,
+        ),
+    )
+
+    def act_on_curvature(self, curvature, pressure, shape):
+        """Free curvature [1/m]."""
+        return curvature / (1.0 + self.values["compliance"] * pressure)
+
+
+MODEL = """
+format: softhand-model/1
+base: pneuflex
+effects:
+  - {{name: stretching_layer, file: {file}, parameters: {{compliance: 5.0e-6}}}}
+"""
+FINGER = load_hand("single_finger").chain("finger")
+
+
+def simulated_angle(model, pressure):
+    """Tip angle [rad] of the simulator's finger when nothing touches it."""
+    chain = discretise(FINGER, 5, model)
+    return float(chain.step(1e-3, [pressure], np.zeros((5, 3)))[:, 1].sum())
+
+
+def measured_bending(pressure, tip_angle):
+    """A measurement set of one run."""
+    size = {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.0025, "side_wall": 0.0025}
+    specimen = Specimen("d2.5", {**size, "shear_modulus": 67e3})
+    run = Run("r1", "d2.5", "ramp", 293.15, {"pressure": pressure, "tip_angle": tip_angle})
+    return MeasurementSet("free_bending", "one ramp", {"d2.5": specimen}, (run,))
+
+
+def test_a_model_file_brings_the_effect_into_the_simulator(tmp_path):
+    path = tmp_path / "model.yaml"
+    path.write_text(MODEL.format(file=__file__), encoding="utf-8")
+    stretched = simulated_angle(load_model(path), 40e3)
+    np.testing.assert_allclose(stretched, simulated_angle(Model(), 40e3) / 1.2, rtol=1e-6)
+
+
+def test_the_lab_predicts_with_many_trial_values_at_once():
+    pressure = np.linspace(0.0, 40e3, 50)
+    forward = Forward(measured_bending(pressure, 0.0 * pressure), effects=[StretchingLayer])
+    assert [p.name for p in forward.parameters] == [
+        "modulus_scale[all]",
+        "stretching_layer.compliance",
+    ]
+    base, half, whole = forward.predict(np.array([[1.0, 0.0], [1.0, 2.5e-6], [1.0, 5e-6]]))
+    np.testing.assert_allclose(half, base / (1 + 2.5e-6 * pressure))
+    np.testing.assert_allclose(whole, base / (1 + 5e-6 * pressure))
+
+
+if __name__ == "__main__":
+    for compliance in (0.0, 2.5e-6, 5e-6):
+        model = Model(effects=(StretchingLayer(compliance=compliance),))
+        angle = np.degrees(simulated_angle(model, 40e3))
+        print(f"compliance {compliance:.1e} 1/Pa: the finger bends by {angle:.1f} deg at 40 kPa")

@@ -1,0 +1,118 @@
+"""Writes docs/effects.md: the catalogue of effects, from their classes (`make docs`)."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+from softhand_model.effects import STAGES, Effect, effect_classes
+
+PAGE = Path(__file__).parents[1] / "docs" / "effects.md"
+HEAD = """# Effects: what acts beyond the base model
+
+One class in one file each, under `src/softhand_model/softhand_model/effects`; simulator, live
+monitor and lab run the same code. A model file names those that take part ([change the hand or the
+object](hands-and-objects.md)). This page is made from the classes by `make docs`.
+
+## An effect of your own
+
+One small Python file: [`own_effect.py`](../examples/own_effect.py) is a whole one, with tests. It
+holds a class that derives from the class of its stage (`softhand_model.effects`) and has
+
+* `name`, and `experiments`: those in which it can be seen, of `free_bending`, `blocked_tip`,
+  `uniaxial`, `valve_pulse`, `base_torque`;
+* `parameters`: for each a name, a unit, bounds that make physical sense, a description, the usual
+  range (`typical`), whether it spans decades (`logarithmic`), and the value that does nothing
+  (`neutral`), if there is one;
+* the one method of its stage, below. Arguments and values are arrays (trial values, rows,
+  sections): calculate with numpy;
+* if it depends on what was before: `has_memory = True`. What it keeps goes into the dictionary
+  `memory`, which is empty at rest. An elastic effect is asked for its stress several times a step
+  and keeps things in `remember` alone.
+
+In a model file: `{name: my_effect, file: my_effect.py, parameters: {...}}`; in the lab also
+`--effects my_effect.py`. It is run as Python: take files only from people you trust.
+
+| stage | derive from | methods | what they give |
+|---|---|---|---|
+"""
+METHODS = {
+    "input": (
+        ("InputEffect", "chamber_pressure(pressure, memory, dt)"),
+        "pressure in the chamber, given the reading",
+    ),
+    "load": (
+        ("LoadEffect", "act_on_load(load, pressure, shape)", "modulus_factor(temperature)"),
+        "the load s; a factor on G",
+    ),
+    "elastic": (
+        ("ElasticEffect", "stress(stress, strain, shape, memory, dt)", "remember(...)"),
+        "the elastic side of Q + nu + s_c*w = s - m",
+    ),
+    "structure": (
+        (
+            "StructureEffect",
+            "wall_stress",
+            "act_on_curvature",
+            "stiffness_factor",
+            "bend_twist_coupling",
+            "tip_compliance",
+            "tip_force",
+        ),
+        "what walls, joints and tip do",
+    ),
+    "output": (
+        ("OutputEffect", "reading(value, memory, dt)", "quantity"),
+        "what the sensor of a measured column, `quantity`, shows",
+    ),
+    "flow": (
+        ("FlowEffect", "act_on_mass(mass, pulse)", "act_on_pulse(pulse, mass)"),
+        "the mass that a valve pulse moves",
+    ),
+}
+
+
+def page() -> str:
+    """The whole page."""
+    parts = [HEAD, *(_methods(stage) for stage in STAGES)]
+    for stage in STAGES:
+        chosen = [effect for effect in effect_classes().values() if effect.stage == stage]
+        parts.append(f"\n## Stage {stage}\n")
+        parts += [_section(effect) for effect in sorted(chosen, key=_place)]
+    return "".join(parts)
+
+
+def _methods(stage: str) -> str:
+    (base, *methods), given = METHODS[stage]
+    named = ", ".join(f"`{method}`" for method in methods)
+    return f"| {stage} | `{base}` | {named} | {given} |\n"
+
+
+def _place(effect: type[Effect]) -> tuple[bool, int, str]:
+    return getattr(effect, "adds", False), effect.rank, effect.name
+
+
+def _section(effect: type[Effect]) -> str:
+    text = " ".join(inspect.cleandoc(effect.__doc__ or "").split("ERRATUM")[0].split())
+    lines = [f"\n### {effect.name}\n\n{text}\n"]
+    if effect.parameters:
+        lines.append("\n| parameter | meaning | unit | bounds | usual |\n|---|---|---|---|---|\n")
+    for p in effect.parameters:
+        low, high = p.typical or (p.low, p.high)
+        lines.append(
+            f"| `{p.name}` | {p.description} | {p.unit or '-'} | {p.low:g} to {p.high:g} "
+            f"| {low:g} to {high:g} |\n"
+        )
+    memory = "; depends on what was before" if effect.has_memory else ""
+    lines.append(f"\n* Seen in: {', '.join(sorted(effect.experiments))}{memory}.\n")
+    if effect.unseen_in:
+        reasons = [f"{place} ({why})" for place, why in sorted(effect.unseen_in.items())]
+        lines.append(f"* Not in: {'; '.join(reasons)}.\n")
+    if effect.confounded_with:
+        alike = [f"`{other}`: {why}" for other, why in sorted(effect.confounded_with.items())]
+        lines.append(f"* Easily taken for: {'; '.join(alike)}.\n")
+    return "".join(lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())
