@@ -1,0 +1,69 @@
+"""One picture of a diagnosis: some curves before and after, the ladder and the ranking."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from model_lab.diagnose import diagnose
+from model_lab.loading import load_measurements
+from model_lab.report.curves import draw_panels
+from model_lab.report.drawing import WIDTH, styled
+from model_lab.report.errors import draw_ladder, draw_ranking
+from model_lab.report.view import Panel, View
+from softhand_model.model_file import load_model
+
+SHOWN = 4  # panels
+HEIGHT = 6.0  # [in]
+DPI = 130
+
+
+def draw_picture(view: View, path: Path) -> None:
+    """Write the picture of a diagnosis as PNG."""
+    with styled():
+        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.25))[:, 0]
+        draw_panels(above, view, _most_improved(view), SHOWN)
+        left, right = below.subplots(1, 2)
+        draw_ladder(left, view)
+        draw_ranking(right, view)
+        left.set_title("held-out error; the noise floor in green", loc="left")
+        right.set_title("each effect alone; dashed: without any", loc="left")
+        figure.savefig(path, dpi=DPI)
+
+
+def _most_improved(view: View) -> list[Panel]:
+    """The panels in which most of the error lay before, in the order of the set."""
+    error = view.before.held_out.residual
+
+    def size(panel: Panel) -> float:
+        return float(np.mean([np.mean(error[trace.samples] ** 2) for trace in panel.traces]))
+
+    panels = view.panels()
+    largest = sorted(panels, key=size)[-SHOWN:]
+    return [panel for panel in panels if panel in largest]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Diagnose a set and draw: `python -m model_lab.report.picture SET MODEL OUT.png`."""
+    parser = argparse.ArgumentParser(prog="picture", description="One picture of a diagnosis.")
+    parser.add_argument("data", type=Path, help="measurement set")
+    parser.add_argument("model", help="model file, or the name of a shipped one")
+    parser.add_argument("out", type=Path, help="PNG file")
+    options = parser.parse_args(arguments)
+    try:
+        data = load_measurements(options.data)
+        draw_picture(View(diagnose(data, load_model(options.model)), data), options.out)
+    except ValueError as error:
+        print(f"picture: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,133 @@
+"""Tables of a report as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+import numpy as np
+
+from model_lab.display import display_of
+from model_lab.report.fitted import parameter_estimates
+from model_lab.report.view import View
+
+SOURCES = {
+    "repeats": "from the scatter of repeats",
+    "stated": "as stated in experiment.yaml",
+    "spline": "from what a smoothing spline leaves (there are no repeats)",
+}
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table; cells are plain text, those after the first that are numbers stand to the right."""
+    body = "".join(f"<tr>{''.join(_cell(text) for text in row)}</tr>" for row in rows)
+    top = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _cell(text: str) -> str:
+    number = text[:1].isdigit() or (text[:1] in "-+" and text[1:2].isdigit())
+    return f"<td{' class=n' if number else ''}>{escape(text)}</td>"
+
+
+def before_and_after(view: View) -> str:
+    """Errors of both models beside the floor."""
+    floor = view.outcome.question.floor
+    shown = view.display.shown
+    found = [view.accuracy(scored) for _, scored in view.models]
+    rows = [
+        ["held-out error (rms)", *(shown(entry.rmse) for entry in found)],
+        ["held-out error over noise floor", *(f"{e.rmse / floor.total:.3g}" for e in found)],
+        ["fit of held-out data", *(f"{entry.fit:.1f} %" for entry in found)],
+        ["error of the fitted data (rms)", *(shown(scored.fit.rmse) for _, scored in view.models)],
+        ["largest held-out error", *(shown(entry.largest) for entry in found)],
+        ["free parameters", *(str(len(scored.fit.values)) for _, scored in view.models)],
+    ]
+    head = ["", "before", "after"] if view.after else ["", "model"]
+    note = (
+        f"Noise floor {shown(floor.total)} (95 % bound {shown(floor.upper)}), "
+        f"{SOURCES.get(floor.source, floor.source)}; {shown(floor.within)} within a run, "
+        f"{shown(floor.between)} between runs."
+    )
+    return f"{table(head, rows)}<p>{escape(note)}</p>"
+
+
+def runs(view: View) -> str:
+    """Held-out error of every run."""
+    head = ["run", "specimen", "protocol", "temperature", "samples"]
+    head += ["error before", "error after"] if view.after else ["error"]
+    rows = []
+    traces = view.traces()
+    for index, run in enumerate(view.data.runs):
+        mine = [trace.samples for trace in traces if trace.run == index]
+        errors = [
+            np.sqrt(np.mean(np.concatenate([scored.held_out.residual[s] for s in mine]) ** 2))
+            for _, scored in view.models
+        ]
+        warm = display_of("K").shown(run.temperature)
+        rows.append(
+            [run.name, run.specimen, run.protocol, warm, str(run.samples)]
+            + [view.display.shown(float(error)) for error in errors]
+        )
+    return table(head, rows)
+
+
+def failures(view: View) -> str:
+    """Where the model as it was fails."""
+    rows = [
+        [entry.against, entry.where, f"{100 * entry.share_of_error:.0f} %", f"{entry.p_value:.1g}"]
+        for entry in view.diagnosis.failures
+    ]
+    head = ["against", "where", "share of the error", "p-value"]
+    return table(head, rows) if rows else ""
+
+
+def ranking(view: View) -> str:
+    """Every effect that was tried alone."""
+    rows = [
+        [
+            entry.name,
+            view.display.shown(entry.rmse_heldout),
+            f"{entry.delta_bic:.0f}",
+            f"{entry.p_value:.2g}",
+            "yes" if entry.plausible else "no: on a limit",
+        ]
+        for entry in view.diagnosis.ranking
+    ]
+    head = ["effect", "held-out error", "BIC against without", "p-value", "plausible"]
+    return table(head, rows)
+
+
+def parameters(view: View) -> str:
+    """Every fitted parameter of the best model."""
+    rows = [
+        [
+            name,
+            f"{entry.value:.4g}",
+            f"{entry.std:.2g}",
+            f"{entry.interval[0]:.4g} to {entry.interval[1]:.4g}",
+            entry.unit,
+        ]
+        for name, entry in parameter_estimates(view).items()
+    ]
+    return table(["parameter", "value", "standard error", "95 % interval", "unit"], rows)
+
+
+def not_visible(view: View) -> str:
+    """Effects on which these data are silent, together by reason."""
+    by_reason: dict[str, list[str]] = {}
+    for entry in view.diagnosis.not_visible:
+        by_reason.setdefault(entry.reason, []).append(entry.name)
+    rows = [[reason, ", ".join(names)] for reason, names in by_reason.items()]
+    return table(["reason", "effects"], rows) if rows else ""
+
+
+def detectable(view: View) -> str:
+    """The weakest value of each effect that would have shown."""
+    classes = view.outcome.question.classes
+    rows = []
+    for entry in view.diagnosis.detectable:
+        units = {parameter.name: parameter.unit for parameter in classes[entry.name].parameters}
+        value = display_of(units[entry.parameter]).shown(entry.smallest, 2)
+        rows.append([entry.name, entry.parameter, value])
+    return table(["effect", "parameter", "weakest that would have shown"], rows) if rows else ""

@@ -1,0 +1,64 @@
+import pytest
+
+from model_lab.diagnosis import Diagnosis, Estimate, NamedEffect, Unexplained
+from model_lab.report.sentence import tie_sentences, verdict_sentence
+
+GENT = NamedEffect("gent_stiffening", {"jm": Estimate(8.104, 0.31, (7.5, 8.7), "")})
+LAG = NamedEffect("tube_lag", {"time_constant": Estimate(0.25, 0.0123, (0.22, 0.28), "s")})
+
+
+def diagnosis(verdict, effects=(), tied=(), unit="rad", against=()):
+    return Diagnosis(
+        experiment="free_bending",
+        verdict=verdict,
+        holdout="protocols",
+        effects=effects,
+        tied=tied,
+        ranking=(),
+        not_visible=(),
+        detectable=(),
+        calibration={},
+        noise_floor=0.01,
+        noise_floor_parts={"within": 0.01, "between": 0.0},
+        noise_floor_source="repeats",
+        rmse_before=0.1,
+        rmse_after=0.0102,
+        unit=unit,
+        failures=(),
+        unexplained=Unexplained(0.09, against),
+    )
+
+
+def test_missing_effects_are_named_with_their_parameters_and_what_they_bring():
+    assert verdict_sentence(diagnosis("effects_missing", (GENT, LAG))) == (
+        "The model lacks gent_stiffening (jm = 8.1 ± 0.31) and tube_lag (time_constant = 0.25 ± "
+        "0.012 s): with them the held-out error falls from 5.73 deg to 0.584 deg, at a noise floor "
+        "of 0.573 deg."
+    )
+
+
+def test_an_effect_without_parameters_is_named_alone():
+    plain = NamedEffect("side_wall_integral", {})
+    assert "lacks side_wall_integral: with it" in verdict_sentence(
+        diagnosis("effects_missing", (plain,))
+    )
+
+
+@pytest.mark.parametrize(
+    ("unit", "shown"), [("Pa", "0.0001 kPa"), ("kg", "100000 mg"), ("N m", "100 N mm")]
+)
+def test_errors_are_said_in_the_unit_that_people_read(unit, shown):
+    assert f"its error is {shown} at" in verdict_sentence(diagnosis("unexplained", unit=unit))
+
+
+def test_what_is_unexplained_says_what_it_varies_with():
+    said = verdict_sentence(diagnosis("unexplained", against=("time_since_step", "pressure")))
+    assert said.endswith("what is left varies with the time since the last step and the pressure.")
+    assert verdict_sentence(diagnosis("unexplained")).endswith("what is left follows no input.")
+
+
+def test_ties_are_said_for_each_effect_that_has_one():
+    tied = diagnosis("effects_missing", (GENT, LAG), ((), ("hysteresis", "viscoelasticity")))
+    assert tie_sentences(tied) == [
+        "These data cannot tell tube_lag from hysteresis or viscoelasticity."
+    ]
