@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from model_lab.new_file import plain, write_new
+from model_lab.new_file import check_new, plain, write_new
 from softhand_model.effects import Effect
 from softhand_model.model_file import FORMAT, Model
 
@@ -30,11 +30,17 @@ def write_model(path: Path, model: Model, comment: str = "", force: bool = False
         ValueError: the file exists and `force` is false, its name is no YAML file's, it cannot be
             written.
     """
+    check_model_file(path, force)
+    write_new(path, model_text(model, path.parent, comment), force)
+
+
+def check_model_file(path: Path, force: bool = False) -> None:
+    """Raise ValueError if a model file of that name could not be written or not be loaded."""
     if path.suffix not in (".yaml", ".yml"):
         raise ValueError(
             f"{path}: expected the name of a YAML file, got {path.suffix or 'no'} suffix"
         )
-    write_new(path, model_text(model, path.parent, comment), force)
+    check_new(path, force)
 
 
 def model_text(model: Model, folder: Path, comment: str = "") -> str:

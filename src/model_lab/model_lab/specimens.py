@@ -53,11 +53,16 @@ def require_keys(data: MeasurementSet, specimen: Specimen, keys: Iterable[str], 
     for key in keys:
         if key not in specimen.values:
             unit = f" [{UNITS[key]}]" if key in UNITS else ""
-            example = f" such as {key}: {EXAMPLES[key]}" if key in EXAMPLES else ""
             raise DocumentError(
                 f"{data.folder / DOCUMENT}: specimens.{specimen.name}: expected the key {key}{unit}"
-                f", which {why} needs, got {', '.join(specimen.values) or 'none'}; add it,{example}"
+                f", which {why} needs, got {', '.join(specimen.values) or 'none'}; {_mend(key)}"
             )
+
+
+def _mend(key: str) -> str:
+    add = f"add it, such as {key}: {EXAMPLES[key]}" if key in EXAMPLES else "add it"
+    other = "take --model linear for an actuator of another kind"
+    return add if key == "mass" else f"{add}, or {other}"
 
 
 def require_columns(data: MeasurementSet, columns: Iterable[str], why: str) -> None:

@@ -1,0 +1,8 @@
+"""`python -m model_lab` is `model-lab`."""
+
+import sys
+
+from model_lab.main import main
+
+if __name__ == "__main__":
+    sys.exit(main())

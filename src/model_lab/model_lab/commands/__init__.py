@@ -1,0 +1,1 @@
+"""The subcommands of `model-lab`, one file each: `add_to` declares one, `run` carries it out."""

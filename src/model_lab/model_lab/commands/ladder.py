@@ -1,0 +1,37 @@
+"""`model-lab ladder`: the errors of several models side by side."""
+
+from __future__ import annotations
+
+import argparse
+
+from model_lab.commands import options
+
+HELP = "the errors of several models, side by side"
+DESCRIPTION = (
+    "Compare several models with the same measurements: one rung for each, with the noise "
+    "floor below which no model can go."
+)
+
+
+def add_to(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    options.add_data(parser)
+    parser.add_argument(
+        "models", nargs="+", metavar="MODEL", help="model file, or the name of a shipped one"
+    )
+    options.add_results(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Compare the models, print the rungs, and write the JSON."""
+    from model_lab.ladder import climb, ladder_json, ladder_text
+    from model_lab.progress import Progress
+    from softhand_model.model_file import load_model
+
+    options.check_json(arguments)
+    models = {name: load_model(name) for name in arguments.models}
+    data = options.measurements(arguments)
+    with Progress("comparing") as progress:
+        ladder = climb(data, models, progress)
+    print(ladder_text(ladder), end="")
+    options.save_json(arguments, ladder_json(ladder))

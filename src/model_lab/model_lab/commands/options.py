@@ -1,0 +1,121 @@
+"""Options that several commands share, and what they lead to."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import Any
+
+from model_lab.loading import load_measurements
+from model_lab.measurement import MeasurementSet
+from model_lab.new_file import check_new, write_json
+from model_lab.progress import Progress
+from softhand_model.effects import Effect, effect_classes, effects_in_file
+from softhand_model.model_file import Model, load_model
+
+DEFAULT_MODEL = "base"
+
+
+# ---------------------------------------------------------------------- declared
+def add_data(parser: argparse.ArgumentParser) -> None:
+    """The measurement set, by place."""
+    parser.add_argument(
+        "data", type=Path, metavar="DATA", help="folder of the measurements, with experiment.yaml"
+    )
+
+
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """The model, `base` if it is not named."""
+    parser.add_argument(
+        "--model",
+        default=DEFAULT_MODEL,
+        metavar="M",
+        help="model file, or the name of a shipped one (default: %(default)s)",
+    )
+
+
+def add_effects(parser: argparse.ArgumentParser) -> None:
+    """A user's own effects."""
+    parser.add_argument(
+        "--effects",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="Python file with effects of your own, which then take part; may be given again",
+    )
+
+
+def add_results(parser: argparse.ArgumentParser) -> None:
+    """Where results go."""
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write the result as JSON, too")
+    add_force(parser)
+
+
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """Whether results may overwrite what is there."""
+    parser.add_argument("--force", action="store_true", help="overwrite files that exist")
+
+
+def add_seed(parser: argparse.ArgumentParser) -> None:
+    """What is drawn at random; same seed, same answer."""
+    parser.add_argument("--seed", type=int, default=0, help="of all that is drawn at random")
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Number of processes."""
+    parser.add_argument(
+        "--jobs", type=_positive, default=_processors(), help="processes (default: %(default)s)"
+    )
+
+
+# ---------------------------------------------------------------------- used
+def measurements(arguments: argparse.Namespace) -> MeasurementSet:
+    """The measurement set that the arguments name."""
+    with Progress("reading the measurements") as progress:
+        return load_measurements(arguments.data, progress)
+
+
+def model(arguments: argparse.Namespace) -> Model:
+    """The model that the arguments name."""
+    return load_model(arguments.model)
+
+
+def classes(arguments: argparse.Namespace, known: Model) -> dict[str, type[Effect]]:
+    """Effects that take part: built-in ones, those of the model, and the user's own."""
+    found = {**effect_classes(), **{effect.name: type(effect) for effect in known.effects}}
+    for path in arguments.effects:
+        found.update(effects_in_file(path))
+    return found
+
+
+def files(arguments: argparse.Namespace) -> dict[str, Path]:
+    """The file of each of the user's own effects."""
+    return {name: path for path in arguments.effects for name in effects_in_file(path)}
+
+
+def check_json(arguments: argparse.Namespace) -> None:
+    """Refuse a result that could not be written, before any work."""
+    if arguments.json is not None:
+        check_new(arguments.json, arguments.force)
+
+
+def save_json(arguments: argparse.Namespace, content: dict[str, Any]) -> None:
+    """Write the result as JSON if asked for."""
+    if arguments.json is not None:
+        write_json(arguments.json, content, arguments.force)
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"expected a number from 1, got {text}")
+    return value
+
+
+def _processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,36 @@
+"""`model-lab synthesize`: measurements made by the model, with an effect to be found."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from model_lab.commands import options
+
+HELP = "make measurements with a hidden effect, to try the lab on"
+DESCRIPTION = (
+    "Make a measurement set with the model itself. With --hide one effect acts in it that "
+    "is sealed in the folder, and only `reveal` opens the seal."
+)
+
+
+def add_to(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("experiment", metavar="EXPERIMENT", help="such as free_bending")
+    parser.add_argument("--hide", action="store_true", help="hide an effect in it")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write")
+    options.add_seed(parser)
+    options.add_results(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Make the set and write it."""
+    from model_lab.synthesize import synthesize, write_synthesised
+
+    options.check_json(arguments)
+    made = synthesize(arguments.experiment, arguments.seed, arguments.hide)
+    write_synthesised(made, arguments.out, arguments.force)
+    runs = len(made.data.runs)
+    print(f"{arguments.out}: {made.data.title}, {runs} runs; the truth is sealed")
+    content = {"format": "softhand-synthesis/1", "experiment": arguments.experiment}
+    options.save_json(arguments, {**content, "folder": str(arguments.out), "runs": runs})
