@@ -41,7 +41,7 @@ def test_a_bound_holds_and_is_reported():
     tight = (ToyParameter("a", high=1.5), ToyParameter("b"))
     problem, _ = problem_of(data, ToyForward(plain.x, plain.measured, tight))
     found = fit(problem, np.array([[0.5, 0.1]]))
-    assert found.values[0] == pytest.approx(1.5)
+    assert found.values[0] == pytest.approx(1.5, abs=1e-3)  # AT_LIMIT
     assert found.at_limit.tolist() == [True, False]
 
 

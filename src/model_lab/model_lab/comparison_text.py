@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.accuracy import Accuracy
+from model_lab.axes import DRIVING
 from model_lab.compare import Comparison, Part
 from model_lab.display import Display, display_of
 from model_lab.localise import SIGNIFICANCE, Dependence
@@ -153,7 +154,9 @@ def _failures(found: Comparison) -> str:
         lines.append([share, "", "a constant error", _signed(found)])
     for axis in localisation.failures:
         share = f"{100.0 * axis.share_of_error:.0f} %"
-        lines.append([share, f"{axis.p_value:.2g}", _axis_name(axis), axis.where])
+        lines.append(
+            [share, f"{axis.p_value:.2g}", _axis_name(axis, found.data.experiment), axis.where]
+        )
     clean = [a.against for a in localisation.axes if a not in localisation.failures]
     quiet = f"nothing beyond chance against {_listed(clean)}" if clean else ""
     if not lines:
@@ -170,10 +173,11 @@ def _signed(found: Comparison) -> str:
     return f"{shown} {word} is measured than predicted, on the average"
 
 
-def _axis_name(axis: Dependence) -> str:
-    noun, name = axis.bins.axis.noun, axis.against
-    plain = name == "direction" or noun == name.replace("_", " ")
-    return name if plain else f"{name} ({noun})"
+def _axis_name(axis: Dependence, experiment: str) -> str:
+    """The name, and what stands for it where no pressure drives the runs."""
+    name = axis.against.replace("_", " ")
+    stands = experiment in DRIVING and not axis.bins.axis.of_run and name != "direction"
+    return f"{name} ({axis.bins.axis.noun})" if stands else name
 
 
 def _loops(found: Comparison) -> str:

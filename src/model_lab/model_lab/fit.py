@@ -13,7 +13,7 @@ instead of distorting the parameters.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -25,12 +25,13 @@ from model_lab.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-4  # step of the Jacobian in units of a parameter's scale
-ITERATIONS = 25
-IMPROVEMENT = 2e-3  # of the deviance at which the search ends
+ITERATIONS = 15
+IMPROVEMENT = 0.1  # of the deviance at which the search ends
 PSEUDO_OBSERVATIONS = 4.0
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
 AT_LIMIT = 1e-3  # of the range: a parameter this near to a bound lies on it
-FIRST_DAMPING, LARGEST_DAMPING = 1e-3, 1e8
+FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
+DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the same time
 
 
 class Parameterised(Protocol):
@@ -158,69 +159,95 @@ class _Point:
     coefficients: Array
     power: Array
     deviance: float
+    damping: float = FIRST_DAMPING
+    finished: bool = False
 
 
 def fit(problem: Problem, starts: Array) -> Fit:
-    """The best fit from parameters starts (n, k), each improved in turn."""
-    if starts.shape[1] == 0:
-        return _finished(problem, _point(problem, np.zeros(0)))
-    found = [_search(problem, problem.scales.inward(start)) for start in starts]
-    return _finished(problem, min(found, key=lambda point: point.deviance))
+    """The best fit from parameters starts (n, k), all improved at the same time."""
+    coordinates = np.clip(problem.scales.inward(starts), problem.scales.low, problem.scales.high)
+    points = _points(problem, coordinates)
+    for _ in range(ITERATIONS if starts.shape[1] else 0):
+        active = [index for index, point in enumerate(points) if not point.finished]
+        if not active:
+            break
+        moved = _improved(problem, [points[index] for index in active])
+        for index, point in zip(active, moved, strict=True):
+            points[index] = point
+    return _finished(problem, min(points, key=lambda point: point.deviance))
 
 
-def _point(problem: Problem, coordinates: Array) -> _Point:
-    """The model at a point with its Jacobian, by differences that stay inside the bounds."""
+def _points(problem: Problem, coordinates: Array) -> list[_Point]:
+    """The model at points (n, k) with its Jacobian, by differences that stay inside the bounds."""
     scales = problem.scales
     step = DIFFERENCE * scales.width
     step = np.where(coordinates + step > scales.high, -step, step)
-    lanes = (
-        np.vstack([coordinates, coordinates + np.diag(step)]) if len(step) else coordinates[None]
-    )
-    residual = problem.residuals(scales.outward(lanes))
-    jacobian = ((residual[:1] - residual[1:]) / step[:, None]).T
-    coefficients = problem.spectrum.coefficients(residual[:1])
+    shifts = np.concatenate([np.zeros((len(step), 1, step.shape[1])), _diagonals(step)], axis=1)
+    lanes = coordinates[:, None] + shifts
+    residual = problem.residuals(scales.outward(lanes.reshape(-1, step.shape[1])))
+    residual = residual.reshape(len(step), step.shape[1] + 1, -1)
+    coefficients = problem.spectrum.coefficients(residual[:, 0])
     power = problem.spectrum.power(coefficients)
     values = scales.outward(coordinates)
-    deviance = float(problem.deviance(power, values[None])[0])
-    return _Point(coordinates, values, residual[0], jacobian, coefficients[0], power[0], deviance)
+    deviance = problem.deviance(power, values)
+    return [
+        _Point(
+            coordinates[n],
+            values[n],
+            residual[n, 0],
+            ((residual[n, :1] - residual[n, 1:]) / step[n, :, None]).T,
+            coefficients[n],
+            power[n],
+            float(deviance[n]),
+        )
+        for n in range(len(step))
+    ]
 
 
-def _search(problem: Problem, start: Array) -> _Point:
+def _diagonals(rows: Array) -> Array:
+    """Diagonal matrices (n, k, k) of rows (n, k)."""
+    return rows[:, None, :] * np.eye(rows.shape[1])
+
+
+def _improved(problem: Problem, points: list[_Point]) -> list[_Point]:
+    """Each point moved to the best of its trial steps; finished where that gains nothing more."""
     scales = problem.scales
-    point = _point(problem, np.clip(start, scales.low, scales.high))
-    damping = FIRST_DAMPING
-    for _ in range(ITERATIONS):
-        trial, damping = _step(problem, point, damping)
-        if trial is None:
-            return point
-        gained = point.deviance - trial.deviance
-        point = trial
-        if gained < IMPROVEMENT:
-            return point
-    return point
+    trials = np.stack([_trial_coordinates(problem, point) for point in points])
+    values = scales.outward(trials.reshape(-1, trials.shape[-1]))
+    power = problem.spectrum.power(problem.spectrum.coefficients(problem.residuals(values)))
+    deviance = problem.deviance(power, values).reshape(len(points), -1)
+    deviance = np.where(np.isfinite(deviance), deviance, np.inf)
+    best = np.argmin(deviance, axis=1)
+    better = [n for n, point in enumerate(points) if deviance[n, best[n]] < point.deviance]
+    moved = dict(
+        zip(better, _points(problem, trials[better, best[better]]), strict=True) if better else ()
+    )
+    return [_next(point, moved.get(n), DAMPINGS[best[n]]) for n, point in enumerate(points)]
 
 
-def _step(problem: Problem, point: _Point, damping: float) -> tuple[_Point | None, float]:
-    """A better point and the damping that led to it; None when there is none."""
+def _next(point: _Point, moved: _Point | None, chosen: float) -> _Point:
+    """The point to go on from: the moved one, or the old one with more damping, or the end."""
+    if moved is None:
+        damping = point.damping * DAMPINGS[-1] ** 2
+        return replace(point, damping=damping, finished=damping > LARGEST_DAMPING)
+    finished = point.deviance - moved.deviance < IMPROVEMENT
+    return replace(moved, damping=max(point.damping * chosen, 1e-9), finished=finished)
+
+
+def _trial_coordinates(problem: Problem, point: _Point) -> Array:
+    """Coordinates (trials, k) reached by steps of different damping."""
     normal, gradient = _normal_equations(problem, point)
     scales = problem.scales
-    while damping < LARGEST_DAMPING:
-        free = ~held(scales, point.coordinates, gradient)
-        if not free.any():
-            return None, damping
+    free = ~held(scales, point.coordinates, gradient)
+    moves = np.zeros((len(DAMPINGS), len(gradient)))
+    if free.any():
         system = normal[np.ix_(free, free)]
-        system = system + damping * np.diag(np.diag(system) + 1e-12 * np.trace(system))
-        move = np.zeros(len(gradient))
-        move[free] = np.linalg.lstsq(system, gradient[free], rcond=None)[0]
-        move = np.clip(move, -2.0 * scales.width, 2.0 * scales.width)
-        coordinates = np.clip(point.coordinates + move, scales.low, scales.high)
-        if np.all(np.abs(coordinates - point.coordinates) <= 1e-9 * scales.width):
-            return None, damping
-        trial = _point(problem, coordinates)
-        if trial.deviance < point.deviance:
-            return trial, max(damping / 10.0, 1e-9)
-        damping = max(damping, 1e-6) * 10.0
-    return None, damping
+        ridge = np.diag(np.diag(system) + 1e-12 * np.trace(system))
+        for move, factor in zip(moves, DAMPINGS, strict=True):
+            damped = system + factor * point.damping * ridge
+            move[free] = np.linalg.lstsq(damped, gradient[free], rcond=None)[0]
+    moves = np.clip(moves, -2.0 * scales.width, 2.0 * scales.width)
+    return np.clip(point.coordinates + moves, scales.low, scales.high)
 
 
 def _normal_equations(problem: Problem, point: _Point) -> tuple[Array, Array]:

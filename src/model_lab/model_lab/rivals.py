@@ -98,7 +98,7 @@ def _collect(
     stacked = np.concatenate(parts)
     size: Array = np.sqrt(np.mean(stacked**2, axis=0))
     used = size > 1e-9
-    return np.asarray(stacked[:, used] / size[used]) if used.any() else None
+    return np.asarray(stacked[:, used] / size[used], float) if used.any() else None
 
 
 def _in_block(columns: Array, output: int, outputs: int) -> Array:
@@ -156,13 +156,13 @@ def _pulse(inputs: _Inputs) -> Array | None:
 def _rate(inputs: _Inputs) -> Array | None:
     if inputs.time is None:
         return None
-    rate = np.gradient(inputs.driving, np.maximum.accumulate(inputs.time + _strictly(inputs.time)))
-    rate = rate / (np.abs(rate).max() or 1.0)
+    slope = np.asarray(np.gradient(inputs.driving, inputs.time + _strictly(inputs.time)))
+    rate = slope / (np.abs(slope).max() or 1.0)
     return np.stack([rate, np.abs(rate), rate * inputs.driving, np.sign(rate)], axis=1)
 
 
 def _strictly(time: Array) -> Array:
-    return 1e-9 * np.arange(len(time))
+    return np.linspace(0.0, 1e-9, len(time))
 
 
 def _memory_of_time(inputs: _Inputs) -> Array | None:

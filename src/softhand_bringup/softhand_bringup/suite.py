@@ -74,9 +74,12 @@ def monitor(options: SuiteOptions) -> NodeCommand:
     return NodeCommand("monitor", "model_lab.monitor", parameters)
 
 
-def recorder(folder: Path) -> NodeCommand:
-    """The recorder, writing to a bag folder that does not exist yet."""
-    return NodeCommand("recorder", "softhand_bringup.recorder.node", arguments=(str(folder),))
+def recorder(folder: Path, topics: Sequence[str] = ()) -> NodeCommand:
+    """The recorder, writing to a bag folder that does not exist yet; all topics, or these alone."""
+    chosen = ("--topics", *topics) if topics else ()
+    return NodeCommand(
+        "recorder", "softhand_bringup.recorder.node", arguments=(str(folder), *chosen)
+    )
 
 
 def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:

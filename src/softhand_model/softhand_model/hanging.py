@@ -101,14 +101,14 @@ class WeightSolver:
 
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
             nonlocal steps
-            angle = _times(self._turn, stretch - 1.0)
-            moment = self._scale * _times(self._lever, np.sin(angle))
+            angle = _same_in_lanes(self._turn, stretch - 1.0)
+            moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
             if self._inverse is None:
                 self._inverse = self._inverted(angle, slope, self._alike)
             elif steps % REFRESHED == REFRESHED - 1:
                 self._inverse = self._inverted(angle, slope)
             steps += 1
-            return _times(self._inverse, load - moment - stress)
+            return np.matmul(self._inverse, (load - moment - stress)[..., None])[..., 0]
 
         if start is None:
             start = first_slope(elastic, rough_stretch(load + 0.0 * self._scale))
@@ -124,5 +124,7 @@ class WeightSolver:
         return inverse if alike == 1 else inverse[..., np.arange(angle.shape[-2]) // alike, :, :]
 
 
-def _times(matrices: Array, vectors: Array) -> Array:
-    return np.matmul(matrices, vectors[..., None])[..., 0]
+def _same_in_lanes(matrices: Array, vectors: Array) -> Array:
+    """Products of a matrix (rows, n, n) a row with the vectors (lanes, rows, n) of all lanes."""
+    product = np.matmul(vectors.swapaxes(0, 1), matrices.swapaxes(1, 2))
+    return np.ascontiguousarray(product.swapaxes(0, 1))

@@ -13,10 +13,10 @@ from softhand_model.vector_fields import (
     cross_matrix,
     exponentials,
     inverse,
+    jacobian_coefficients,
     product,
     transposed,
     turned,
-    turned_back,
 )
 
 Array = NDArray[np.float64]
@@ -26,8 +26,8 @@ Factor = Callable[[Array, Array, Indices], Array]
 points they belong to.
 """
 
-STEPS = 12
-TOLERANCE = 1e-14  # of the rotation [rad]
+STEPS = 30
+TOLERANCE = 1e-13  # of the rotation [rad]
 DIFFERENCE = 1e-7  # [rad] for the slope of the factor
 
 
@@ -57,54 +57,77 @@ class JointSprings:
             coupling=None if self.coupling is None else self.coupling[chosen],
         )
 
-    def rotate(self, joint: int, moment: Array) -> tuple[Array, Array]:
-        """Rotation vector (3, n) [rad] of a joint under a moment (3, n) [N m], and its derivative.
+    def rotation(self, joint: int, moment: Array) -> Array:
+        """Rotation vector (3, n) [rad] of a joint under a moment (3, n) [N m], in the rest frame.
 
-        Both in the rest frame. An isotropic spring turns about the moment; any other balances
-        K*e = J(e)^T moment, J the left Jacobian.
+        An isotropic spring turns about the moment; any other balances K*e = J(e)^T moment, J the
+        left Jacobian.
         """
-        stiffness = self.stiffness[joint]
-        rotation = moment / stiffness
-        if self.coupling is None and self.factor is None:
-            compliance = np.zeros((3, 3, len(stiffness)))
-            compliance[[0, 1, 2], [0, 1, 2]] = 1.0 / stiffness
-            return rotation, compliance
+        rotation = moment / self.stiffness[joint]
+        if self.isotropic:
+            return rotation
+        before = np.inf
         for _ in range(STEPS):
-            residual, slope, jacobian = self._balance(joint, rotation, moment)
-            step = turned(inverse(slope), residual)
+            residual = self._elastic(joint, rotation) - _transposed_jacobian(rotation, moment)
+            if before == np.inf:
+                slope = inverse(self._slope(joint, rotation, moment))
+            step = turned(slope, residual)
             rotation = rotation - step
-            if np.max(np.abs(step)) < TOLERANCE:
+            size = np.max(np.abs(step))
+            if size < TOLERANCE:
                 break
-        _, slope, jacobian = self._balance(joint, rotation, moment)
-        return rotation, product(inverse(slope), transposed(jacobian))
+            before = size if size < 0.1 * before else np.inf
+        return rotation
 
-    def _balance(self, joint: int, rotation: Array, moment: Array) -> tuple[Array, Array, Array]:
-        """K*e - J^T moment (3, n), its derivative by e (3, 3, n), and J (3, 3, n)."""
-        elastic, slope = self._elastic(joint, rotation)
+    def compliance(self, joint: int, rotation: Array, moment: Array) -> Array:
+        """Derivative (3, 3, n) [rad/(N m)] of the rotation by the moment."""
+        if self.isotropic:
+            compliance = np.zeros((3, 3, len(self.points)))
+            compliance[[0, 1, 2], [0, 1, 2]] = 1.0 / self.stiffness[joint]
+            return compliance
         _, jacobian = exponentials(rotation)
-        return (
-            elastic - turned_back(jacobian, moment),
-            slope - _slope_of_transposed_jacobian(rotation, moment),
-            jacobian,
-        )
+        return product(inverse(self._slope(joint, rotation, moment)), transposed(jacobian))
 
-    def _elastic(self, joint: int, rotation: Array) -> tuple[Array, Array]:
-        """K*e (3, n) [N m] and its derivative (3, 3, n) [N m/rad]."""
-        stiffness, rest = self.stiffness[joint], self.rest[joint]
-        matrix = np.zeros((3, 3, len(stiffness)))
-        matrix[[0, 1, 2], [0, 1, 2]] = stiffness
+    @property
+    def isotropic(self) -> bool:
+        """Whether all springs are the same about all axes."""
+        return self.coupling is None and self.factor is None
+
+    def _elastic(self, joint: int, rotation: Array) -> Array:
+        """K*e (3, n) [N m]."""
+        x, y, z = rotation
+        elastic = np.array(rotation)
         if self.coupling is not None:
-            matrix[0, 2] = matrix[2, 0] = self.coupling * stiffness
-        elastic = turned(matrix, rotation)
+            elastic[0] += self.coupling * z
+            elastic[2] += self.coupling * x
+        if self.factor is not None:
+            rest = self.rest[joint]
+            elastic[1] *= self.factor(rest + y, rest, self.points)
+        return elastic * self.stiffness[joint]
+
+    def _slope(self, joint: int, rotation: Array, moment: Array) -> Array:
+        """Derivative (3, 3, n) of K*e - J^T moment by e."""
+        stiffness, rest = self.stiffness[joint], self.rest[joint]
+        slope = -_slope_of_transposed_jacobian(rotation, moment)
+        slope[[0, 1, 2], [0, 1, 2]] += stiffness
+        if self.coupling is not None:
+            slope[[0, 2], [2, 0]] += self.coupling * stiffness
         if self.factor is not None:
             bend = rest + rotation[1]
-            factor = self.factor(bend, rest, self.points)
-            more = self.factor(bend + DIFFERENCE, rest, self.points)
-            less = self.factor(bend - DIFFERENCE, rest, self.points)
-            elastic[1] = factor * elastic[1]
+            factor, more, less = (
+                self.factor(bend + shift, rest, self.points)
+                for shift in (0.0, DIFFERENCE, -DIFFERENCE)
+            )
             rise = rotation[1] * (more - less) / (2.0 * DIFFERENCE)
-            matrix[1, 1] = stiffness * (factor + rise)
-        return elastic, matrix
+            slope[1, 1] += stiffness * (factor + rise - 1.0)
+        return slope
+
+
+def _transposed_jacobian(rotation: Array, moment: Array) -> Array:
+    """J(e)^T m (3, n), J the left Jacobian of rotation vectors: m - b*(e x m) + c*e x (e x m)."""
+    b, c = jacobian_coefficients(np.sum(rotation * rotation, axis=0))
+    across = cross(rotation, moment)
+    return moment - b * across + c * cross(rotation, across)
 
 
 def _slope_of_transposed_jacobian(rotation: Array, moment: Array) -> Array:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SMALL_ANGLE = 1e-2  # below it [rad] the coefficients come from their series, exact to 1e-16
+SMALL_SQUARE = 0.5  # [rad2] below which the coefficients come from their series
+TERMS = 7  # of the series: exact to rounding
 
 
 def cross(first: Array, second: Array) -> Array:
@@ -74,19 +75,43 @@ def inverse(matrix: Array) -> Array:
 def exponentials(vector: Array) -> tuple[Array, Array]:
     """Rotations (3, 3, n) of rotation vectors (3, n) [rad], and their left Jacobians.
 
-    With J the Jacobian, exp(v + dv) = exp(J dv) exp(v) to first order: J = 1 + b*[v] + c*[v]**2
-    with b = (1 - cos t)/t**2, c = (t - sin t)/t**3, t = |v|.
+    With J the Jacobian, exp(v + dv) = exp(J dv) exp(v) to first order: J = 1 + b*[v] + c*[v]**2.
     """
     square = np.sum(vector * vector, axis=0)
-    small = square < SMALL_ANGLE**2
-    angle = np.sqrt(np.where(small, 1.0, square))
+    b, c = jacobian_coefficients(square)
+    return _quadratic(vector, square, 1.0 - square * c, b), _quadratic(vector, square, b, c)
+
+
+def rotations(vector: Array) -> Array:
+    """Rotations (3, 3, n) of rotation vectors (3, n) [rad]."""
+    square = np.sum(vector * vector, axis=0)
+    b, c = jacobian_coefficients(square)
+    return _quadratic(vector, square, 1.0 - square * c, b)
+
+
+def jacobian_coefficients(square: Array) -> tuple[Array, Array]:
+    """b = (1 - cos t)/t**2 and c = (t - sin t)/t**3 of squared angles t**2 (n,) [rad2]."""
+    if np.all(square < SMALL_SQUARE):
+        return _series(square, 2.0), _series(square, 6.0)
+    angle = np.sqrt(np.maximum(square, SMALL_SQUARE))
     sine, cosine = np.sin(angle), np.cos(angle)
-    a = np.where(small, 1.0 - square / 6.0 * (1.0 - square / 20.0), sine / angle)
-    b = np.where(small, 0.5 - square / 24.0 * (1.0 - square / 30.0), (1.0 - cosine) / angle**2)
-    c = np.where(
-        small, 1.0 / 6.0 - square / 120.0 * (1.0 - square / 42.0), (angle - sine) / angle**3
-    )
-    return _quadratic(vector, square, a, b), _quadratic(vector, square, b, c)
+    small = square < SMALL_SQUARE
+    b = np.where(small, _series(square, 2.0), (1.0 - cosine) / angle**2)
+    c = np.where(small, _series(square, 6.0), (angle - sine) / angle**3)
+    return b, c
+
+
+def _series(square: Array, first: float) -> Array:
+    """Series of b (first 2) or c (first 6): 1/first - t**2/(first*k) + ..., exact to rounding."""
+    following = (2.0 if first == 2.0 else 3.0) + 1.0
+    total, term = np.full_like(square, 1.0 / first), 1.0 / first
+    powers = np.ones_like(square)
+    for order in range(TERMS):
+        at = following + 2.0 * order
+        term = -term / (at * (at + 1.0))
+        powers = powers * square
+        total = total + term * powers
+    return total
 
 
 def _quadratic(vector: Array, square: Array, first: Array, second: Array) -> Array:

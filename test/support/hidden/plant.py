@@ -70,6 +70,9 @@ class Plant:
     tip_compliance: Callable[[Array], Array] | None = None  # force [N] -> deflection [m]
     tip_friction: float = 0.0
     sensors: list[Callable[[Array, Array, Array], Array]] = field(default_factory=list)
+    bend_twist: float = 0.0  # these three of the chain whose torque is measured
+    slack: float = 1.0
+    mixing: list[Array] = field(default_factory=list)
     moving: bool = False
     parts: int = 1  # steps of the grid a sample
 

@@ -14,6 +14,7 @@ from hidden.laws import LAWS, build
 from hidden.measure import Shown, measure
 from hidden.pulse_sets import make_pulse_set
 from hidden.strength import BaseFit, floor_of, mode_of, strength_for
+from hidden.torque_sets import make_torque_set
 from hidden.writing import write_set
 
 Array = np.ndarray
@@ -72,8 +73,9 @@ def make_set(
     over floor, together), ratios (each alone), reached (whether each ratio was).
     """
     chosen = Options(**options)
-    if experiment == "valve_pulse":
-        return make_pulse_set(
+    apart = {"valve_pulse": make_pulse_set, "base_torque": make_torque_set}
+    if experiment in apart:
+        return apart[experiment](
             Path(folder),
             hidden,
             seed=seed,

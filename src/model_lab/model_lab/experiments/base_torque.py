@@ -20,7 +20,8 @@ from softhand_model.effects.gravity import STANDARD_GRAVITY
 from softhand_model.effects.staged import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 from softhand_model.free_bending import SteppedBalance, free_curvature
-from softhand_model.held_chain import HeldChain, Hold
+from softhand_model.held_chain import BaseLoad, HeldChain, Hold
+from softhand_model.segments import SegmentChain
 from softhand_model.vector_fields import matrices
 
 Array = NDArray[np.float64]
@@ -60,6 +61,7 @@ class BaseTorque:
         self._position, quaternion = np.array(place), np.array(turn)
         self._check(quaternion)
         self._orientation = matrices(quaternion)
+        self._plain: dict[str, BaseLoad] = {}
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Names of the calibration with the values from which a search starts."""
@@ -117,9 +119,18 @@ class BaseTorque:
             hold = Hold(
                 springs, *self._poses(rows, lanes), self._gravity(name, staged, lanes, rows)
             )
-            load = held_in_lanes(HeldChain(chain), hold, lanes)
+            like = self._plain_load(name, chain, rows)
+            load = held_in_lanes(HeldChain(chain), hold, lanes, like)
             torque[:, :, rows] = load.reshape(3, lanes, len(rows))
         return torque
+
+    def _plain_load(self, name: str, chain: SegmentChain, rows: Indices) -> BaseLoad:
+        """Load of the base model, from which every search begins; kept."""
+        if name not in self._plain:
+            angles = self._free_angles(StagedEffects(), self._segments.shape, self._pressure)
+            springs = chain_springs(chain, np.ones((1, len(rows))), angles[:, rows], ())
+            self._plain[name] = HeldChain(chain).base_load(Hold(springs, *self._poses(rows, 1)))
+        return self._plain[name]
 
     def _rows_of(self, specimen: str) -> Indices:
         runs = [index for index, run in enumerate(self._data.runs) if run.specimen == specimen]
@@ -176,13 +187,14 @@ class BaseTorque:
             )
 
 
-def held_in_lanes(chain: HeldChain, hold: Hold, lanes: int) -> Array:
-    """Torques (3, points) [N m]: the first lane's equilibria are where those of others begin."""
-    points = hold.position.shape[1]
-    first = np.arange(points // lanes)
-    begun = chain.base_load(hold.take(first))
-    if lanes == 1:
-        return begun.torque
-    others = np.arange(len(first), points)
-    load = chain.base_load(hold.take(others), like=begun.repeated(lanes - 1))
-    return np.concatenate([begun.torque, load.torque], axis=1)
+def held_in_lanes(chain: HeldChain, hold: Hold, lanes: int, like: BaseLoad) -> Array:
+    """Torques (3, points) [N m]: the first lane's search begins at a like load, that of the others
+    at the first lane's.
+    """
+    samples = np.arange(hold.position.shape[1] // lanes)
+    first = chain.base_load(hold.take(samples), like)
+    others = [
+        chain.base_load(hold.take(samples + lane * len(samples)), first).torque
+        for lane in range(1, lanes)
+    ]
+    return np.concatenate([first.torque, *others], axis=1)

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 MOUNTS = {"bending_plane_level": 0.0, "base_up": 1.0, "base_down": -1.0}  # share of the weight
-ALIKE = 8  # samples in which a finger moves little
+ALIKE = 16  # samples in which a finger moves little
 
 
 class FreeBending:

@@ -1,4 +1,4 @@
-"""The recorder's process: `python -m softhand_bringup.recorder.node <bag folder>`.
+"""The recorder's process: `python -m softhand_bringup.recorder.node <bag folder> [--topics ...]`.
 
 It finds topics as they appear and takes their messages in serialised form straight from the
 middleware's queues, fifty times a second. No executor and no wait set: at 2000 messages a second
@@ -14,6 +14,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -36,11 +37,14 @@ LAST_MESSAGES = 0.2  # [s] to wait for what is still under way when asked to sto
 
 
 class Recorder:
-    """Subscribes to every topic of the domain and writes what arrives to a bag."""
+    """Subscribes to the topics of the domain, or to chosen ones, and writes what arrives to a
+    bag.
+    """
 
-    def __init__(self, node: Node, bag: BagWriter) -> None:
+    def __init__(self, node: Node, bag: BagWriter, chosen: Collection[str] = ()) -> None:
         self._node = node
         self._bag = bag
+        self._chosen = {f"/{topic.lstrip('/')}" for topic in chosen}
         self._sources: dict[str, tuple[Any, Connection]] = {}
         self._refused: set[str] = set()
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -64,6 +68,8 @@ class Recorder:
     def _discover(self) -> None:
         for topic, types in self._node.get_topic_names_and_types():
             if topic in self._sources or topic in self._refused:
+                continue
+            if self._chosen and topic not in self._chosen:
                 continue
             publishers = self._node.get_publishers_info_by_topic(topic)
             if publishers:
@@ -137,26 +143,28 @@ def _open_bag(folder: Path) -> BagWriter:
         sys.exit(f"recorder: cannot write the bag {folder}: it exists already")
 
 
-def _record(bag: BagWriter, stopped: threading.Event) -> None:
+def _record(bag: BagWriter, chosen: Collection[str], stopped: threading.Event) -> None:
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = Node("recorder", enable_rosout=False, start_parameter_services=False)
     try:
-        Recorder(node, bag).run(stopped)
+        Recorder(node, bag, chosen).run(stopped)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Record all topics until SIGINT or SIGTERM; 0 when the bag was closed in order."""
-    parser = argparse.ArgumentParser(prog="recorder", description="Record all topics to a bag.")
+    """Record until SIGINT or SIGTERM; 0 when the bag was closed in order."""
+    parser = argparse.ArgumentParser(prog="recorder", description="Record topics to a bag.")
     parser.add_argument("folder", type=Path, help="the bag's folder, which must not exist yet")
-    bag = _open_bag(parser.parse_args(arguments).folder)
+    parser.add_argument("--topics", nargs="+", default=(), help="these alone; else all there are")
+    parsed = parser.parse_args(arguments)
+    bag = _open_bag(parsed.folder)
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())
     try:
-        _record(bag, stopped)
+        _record(bag, parsed.topics, stopped)
     finally:
         bag.close()
     print(f"recorder: {bag.message_count} messages", flush=True)

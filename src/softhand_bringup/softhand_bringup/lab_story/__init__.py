@@ -1,0 +1,1 @@
+"""A finger whose simulator hides an effect: measured over ROS, diagnosed, mended, watched live."""

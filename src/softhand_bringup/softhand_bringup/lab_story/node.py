@@ -1,0 +1,85 @@
+"""The story's own ROS side: wait for the nodes, command air masses, follow simulated time."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Collection, Sequence
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+RECORDER = "recorder"
+COMMAND = "/pneumaticbox/command"
+
+
+class Commander:
+    """Commands the pneumatic box. A context manager; use it from one thread.
+
+    Args:
+        channel: that is commanded.
+        recorded: topics that the recorder must have found before anything is commanded.
+    """
+
+    def __init__(self, channel: str, recorded: Collection[str]) -> None:
+        self._channel, self._recorded = channel, recorded
+        self._context = Context()
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self._node = Node(
+            "lab_story", context=self._context, enable_rosout=False, start_parameter_services=False
+        )
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._commands = self._node.create_publisher(JointTrajectory, COMMAND, 10)
+        self.simulated_time = 0.0
+        self.told: dict[str, str] = {}  # latest message of every diagnostic status
+        self._node.create_subscription(Clock, "/clock", self._clock_ticked, 10)
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._diagnosed, 10)
+
+    def __enter__(self) -> Commander:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.try_shutdown(context=self._context)
+
+    def missing(self) -> list[str]:
+        """What is not there yet before the first command, in words."""
+        self.spin(0.1)
+        missing = [] if self.simulated_time > 0.0 else ["a tick of /clock"]
+        if not self._commands.get_subscription_count():
+            missing.append(f"a subscriber of {COMMAND}")
+        return missing + [f"recording of {t}" for t in self._recorded if not self._is_recorded(t)]
+
+    def command(self, course: Sequence[tuple[float, float]]) -> None:
+        """Command air masses [kg above rest] at times [s] from now, straight lines between."""
+        points = []
+        for after, mass in course:
+            point = JointTrajectoryPoint(positions=[mass])
+            point.time_from_start.sec = math.floor(after)
+            point.time_from_start.nanosec = round(after % 1.0 * 1e9)
+            points.append(point)
+        self._commands.publish(JointTrajectory(joint_names=[self._channel], points=points))
+
+    def spin(self, duration: float) -> None:
+        """Listen for so much wall time [s]."""
+        end = time.monotonic() + duration
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+
+    def _is_recorded(self, topic: str) -> bool:
+        subscribers = self._node.get_subscriptions_info_by_topic(topic)
+        return any(info.node_name == RECORDER for info in subscribers)
+
+    def _clock_ticked(self, message: Clock) -> None:
+        self.simulated_time = message.clock.sec + 1e-9 * message.clock.nanosec
+
+    def _diagnosed(self, message: DiagnosticArray) -> None:
+        self.told.update({status.name: status.message for status in message.status})

@@ -1,0 +1,121 @@
+"""From a session's bag to a measurement set, and to the monitor's residual."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from model_lab.live_prediction import SECOND, Settling
+from model_lab.pressure_track import PressureTrack
+from softhand_bringup.bags.cutting import Part, cut_bag
+from softhand_bringup.bags.reading import Bag
+from softhand_bringup.lab_story.session import ANGLES, FINGER, RESIDUAL, STATE, Played
+from softhand_model.actuator import Actuator
+
+PROFILE_PIECES = 8  # straight lines for the taper: the tip angle is exact within 0.1 %
+BATCH = "bench"
+SETTLING = Settling()  # of the monitor, so that both judge by the same samples
+
+
+def settled_stamps(bag: Path) -> set[int]:
+    """Stamps [ns] of the tip angles at which the pressure has stood still for a while."""
+    track, settled = PressureTrack(), set()
+    with Bag(bag) as recording:
+        states = [(_stamp(m), np.array(m.effort)) for _, m in recording.messages(STATE)]
+        angles = [_stamp(message) for _, message in recording.messages(ANGLES)]
+    coming = iter(sorted(states, key=lambda state: state[0]))
+    for angle in sorted(angles):
+        while (track.newest is None or track.newest < angle) and (state := next(coming, None)):
+            track.add(*state)
+        duration = round(SETTLING.time * SECOND)
+        if track.covers(angle) and track.stood(angle, duration, SETTLING.band).all():
+            settled.add(angle)
+    return settled
+
+
+def live_residual(bag: Path, runs: Sequence[Played], settled: set[int]) -> float:
+    """Rms [rad] of the monitor's residual over the settled samples of the runs; nan without."""
+    with Bag(bag) as recording:
+        residuals = {_stamp(m): float(m.position[0]) for _, m in recording.messages(RESIDUAL)}
+    counted = [
+        value
+        for stamp, value in residuals.items()
+        if stamp in settled and any(run.start <= stamp / SECOND <= run.end for run in runs)
+    ]
+    return float(np.sqrt(np.mean(np.square(counted)))) if counted else float("nan")
+
+
+def write_set(
+    folder: Path, bag: Path, runs: Sequence[Played], settled: set[int], actuator: Actuator
+) -> None:
+    """Write a measurement set with a bag a run, cut out of the session's.
+
+    Tip angles are kept where the finger has settled: the lab's model has no inertia, and what
+    swings for some milliseconds after a pulse of the valves would pass for an effect.
+    """
+    folder.mkdir(parents=True)
+    parts = [Part(folder / run.name, partial(_belongs, run, settled)) for run in runs]
+    cut_bag(bag, parts, (STATE, ANGLES))
+    topics = {
+        "pressure": {"topic": STATE, "field": "effort[a]"},
+        "tip_angle": {"topic": ANGLES, "field": f"position[{FINGER}]"},
+    }
+    document = {
+        "format": "softhand-measurement/1",
+        "experiment": "free_bending",
+        "title": "a finger on the simulated bench, recorded over ROS",
+        "specimens": {FINGER: _specimen(actuator)},
+        "runs": {
+            run.name: {
+                "specimen": FINGER,
+                "temperature": 293.15,
+                "protocol": run.protocol,
+                "bag": run.name,
+                "topics": topics,
+            }
+            for run in runs
+        },
+    }
+    text = yaml.dump(document, Dumper=_Plain, sort_keys=False, width=120)
+    (folder / "experiment.yaml").write_text(text, encoding="utf-8")
+
+
+def _belongs(run: Played, settled: set[int], topic: str, stamp: int) -> bool:
+    inside = run.start <= stamp / SECOND <= run.end
+    return inside and (topic != ANGLES or stamp in settled)
+
+
+def _specimen(actuator: Actuator) -> dict[str, object]:
+    """The actuator as a specimen; taper as straight lines."""
+    x = np.linspace(0.0, actuator.length, PROFILE_PIECES + 1)
+    profiles = {
+        key: np.stack([x, profile(x)], axis=1).round(6).tolist()
+        for key, profile in (("height", actuator.height), ("width", actuator.width))
+    }
+    return {
+        "length": actuator.length,
+        **profiles,
+        "wall": actuator.wall,
+        "side_wall": actuator.side_wall,
+        "shear_modulus": actuator.shear_modulus,
+        "mass": round(actuator.mass, 6),
+        "mount": "bending_plane_level",
+        "batch": BATCH,
+    }
+
+
+class _Plain(yaml.SafeDumper):
+    """Writes what is repeated out in full, lists of numbers in one line."""
+
+    def ignore_aliases(self, data: object) -> bool:
+        """Never a reference."""
+        return True
+
+
+def _stamp(message: Any) -> int:
+    return int(message.header.stamp.sec) * 10**9 + int(message.header.stamp.nanosec)

@@ -1,0 +1,155 @@
+"""The whole story in order. The lab's part are commands that a user would type."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+from model_lab.model_writing import write_model
+from softhand_bringup.lab_story.measuring import CHECK, WHOLE, Plan
+from softhand_bringup.lab_story.recorded import live_residual, settled_stamps, write_set
+from softhand_bringup.lab_story.session import Interrupted, Session, StoryFailed, finger
+from softhand_model.effects import effect_classes
+from softhand_model.model_file import Model
+
+BASE = "base"  # the shipped model without effects
+PROGRAM = "model-lab"
+NOTHING = "nothing"
+HIDDEN: Mapping[str, Mapping[str, float]] = {
+    "viscoelasticity": {"relative_modulus": 0.3, "relaxation_time": 1.2},
+    "gent_stiffening": {"jm": 6.0},
+    NOTHING: {},
+}
+
+
+@dataclass
+class Story:
+    """Measure, diagnose, add, watch.
+
+    Args:
+        folder: gets hidden.yaml, measured/, set/, diagnosis.json, report.html, model.yaml, mended/
+            and result.json.
+        hidden: name of the effect that the simulator hides, of HIDDEN.
+        seed: of noise and jitter.
+        say: prints one line.
+        stopped: set when the user wants to end.
+        plan, check: what is played before the diagnosis, and with the mended model.
+        report: whether the lab writes its page too.
+    """
+
+    folder: Path
+    hidden: str
+    seed: int
+    say: Callable[[str], None]
+    stopped: Event = field(default_factory=Event)
+    plan: Plan = WHOLE
+    check: Plan = CHECK
+    report: bool = True
+
+    def run(self) -> dict[str, Any]:
+        """Tell the story; what result.json holds, angles in [rad].
+
+        Raises:
+            StoryFailed: a session or a command of the lab failed.
+            NodeDied: a process ended by itself.
+            Interrupted: `stopped` was set.
+        """
+        truth = self._hide()
+        self.say("1. A finger is measured over ROS; the monitor watches it with the base model.")
+        before = self._measure(truth)
+        self.say("2. What does the model lack? The lab sees the bags alone.")
+        found = self._diagnose()
+        result = {
+            "hidden": [{"name": self.hidden, "parameters": dict(HIDDEN[self.hidden])}]
+            if self.hidden != NOTHING
+            else [],
+            "diagnosis": found,
+            "live_before": before,
+        }
+        if found["effects"]:
+            self.say("3. The model gets what it lacks.")
+            mended = self._add([effect["name"] for effect in found["effects"]])
+            self.say("4. The same finger again; the monitor has the mended model.")
+            after = result["live_after"] = self._watch(truth, mended)
+            self.say(
+                f"Live residual of the settled finger: {_degrees(before)} before, "
+                f"{_degrees(after)} after, {before / after:.1f} times smaller."
+            )
+        else:
+            self.say(
+                f"The verdict is {found['verdict']}: there is nothing to add. "
+                f"Live residual {_degrees(before)}."
+            )
+        self.say(f"What was hidden: {self._revealed()}.")
+        (self.folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
+        return result
+
+    def _revealed(self) -> str:
+        values = ", ".join(f"{key} = {value:g}" for key, value in HIDDEN[self.hidden].items())
+        return f"{self.hidden}, {values}" if values else self.hidden
+
+    def _hide(self) -> Path:
+        """Write the model file of the simulator: weightless, as if bending in a level plane."""
+        chosen = [] if self.hidden == NOTHING else [effect_classes()[self.hidden]]
+        effects = tuple(effect(**HIDDEN[self.hidden]) for effect in chosen)
+        path = self.folder / "hidden.yaml"
+        write_model(path, Model(effects=effects), "What the simulator does and the lab must find")
+        return path
+
+    def _measure(self, truth: Path) -> float:
+        """Record, and cut the measurement set; the monitor's residual [rad] meanwhile."""
+        session = self._session("measured", self.plan, truth, BASE, self.seed)
+        runs = session.run()
+        settled = settled_stamps(session.bag)
+        write_set(self.folder / "set", session.bag, runs, settled, finger())
+        self.say(f"{len(runs)} runs, a bag each, in {self.folder}/set")
+        return live_residual(session.bag, runs, settled)
+
+    def _diagnose(self) -> dict[str, Any]:
+        path = self.folder / "diagnosis.json"
+        page = ("--report", self.folder) if self.report else ()
+        self._lab("diagnose", self.folder / "set", "--model", BASE, "--json", path, *page)
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return found
+
+    def _add(self, names: list[str]) -> str:
+        model = BASE
+        for number, name in enumerate(names, start=1):
+            out = self.folder / ("model.yaml" if number == len(names) else f"model-{number}.yaml")
+            self._lab("add", name, "--data", self.folder / "set", "--model", model, "--out", out)
+            model = str(out)
+        return model
+
+    def _watch(self, truth: Path, model: str) -> float:
+        """Play again under the mended model; the monitor's residual [rad]."""
+        session = self._session("mended", self.check, truth, model, self.seed + 1)
+        runs = session.run()
+        return live_residual(session.bag, runs, settled_stamps(session.bag))
+
+    def _session(self, name: str, plan: Plan, truth: Path, model: str, seed: int) -> Session:
+        return Session(self.folder / name, plan, truth, model, seed, self.say, self.stopped)
+
+    def _lab(self, *arguments: object) -> None:
+        """Run a command of the lab.
+
+        In a process of its own: the lab forks its workers, which must not happen where ROS runs.
+        """
+        words = [str(argument) for argument in arguments]
+        self.say(f"$ {shlex.join([PROGRAM, *words])}")
+        done = subprocess.run([sys.executable, "-m", "model_lab", *words], check=False)
+        if self.stopped.is_set():
+            raise Interrupted
+        if done.returncode != 0:
+            raise StoryFailed(f"{PROGRAM} {words[0]} ended with status {done.returncode}")
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.2f} deg"

@@ -1,0 +1,185 @@
+"""Search for the wrench at a chain's base with which its tip is where it is held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.chain_front import Front, Links, SlopedFront
+from softhand_model.joint_springs import JointSprings
+from softhand_model.vector_fields import cross, product, rotation_vectors, transposed
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Flags = NDArray[np.bool_]
+
+CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantilever
+STRONG_FORCE = 40.0  # [B/L**2] at which the clamp has yielded by YIELD
+YIELD = 0.01  # [lengths of the chain], with the cube of the force
+LARGEST_FORCE = 60.0  # [B/L**2]: more comes from equilibria that tear the tip out of its clamp
+
+TOLERANCE = 1e-11  # of the tip's pose, in lengths of the chain and radians
+REACHED = 1e-9  # the same of a pose where rounding stops the iteration
+STEPS = 80
+LARGEST_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
+SHORTEST_SHARE = 1e-3  # of a Newton step
+CHORDS = 8  # steps with a slope from elsewhere before it is given up
+CHORD_PROGRESS = 0.3  # by which each must bring the tip nearer
+SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Where the tip is held, at n points: position (3, n) [m] and orientation (3, 3, n); gravity
+    (3, n) [m/s2], or none.
+    """
+
+    springs: JointSprings
+    position: Array
+    orientation: Array
+    gravity: Array | None = None
+
+    def take(self, chosen: Indices) -> Hold:
+        """Some of the points."""
+        return Hold(
+            self.springs.take(chosen),
+            self.position[:, chosen],
+            self.orientation[:, :, chosen],
+            None if self.gravity is None else self.gravity[:, chosen],
+        )
+
+
+@dataclass
+class Search:
+    """What has been found at n points: wrench (6, n) in the clamp's units, whether it is that of an
+    equilibrium (n,), and chord (n, 6, 6), its change with the pose of the tip.
+    """
+
+    wrench: Array
+    settled: Flags
+    chord: Array
+
+
+class TipClamp:
+    """What holds the tip of a chain. Lengths are in those of the chain, wrenches in `unit` (6, 1):
+    B/L**2 [N] and B/L [N m], with B from the stiffness (joints,) [N m/rad] of the joints.
+
+    The chain does not stretch, so a measured pose just out of its reach would take an infinite
+    force. Therefore the clamp gives way a little, with the cube of the force: by a hundredth of the
+    length at 40*B/L**2, ten times what blocks a finger.
+    """
+
+    def __init__(self, links: Links, stiffness: Array) -> None:
+        self.links = links
+        self._length = float(np.sum(links.along))
+        force = 1.0 / float(np.sum(1.0 / stiffness)) / self._length
+        self.unit = np.repeat([force, force * self._length], 3)[:, None]
+
+    def gap(self, hold: Hold, wrench: Array, softness: float = 1.0) -> Array:
+        """Pose of the tip against its hold (6, n): lengths of the chain, radians."""
+        front = Front(wrench * self.unit).follow(self.links, hold.springs, hold.gravity)
+        return self._against(hold, front, self._yielded(front.force, softness))
+
+    def sloped_gap(self, hold: Hold, wrench: Array, softness: float = 1.0) -> tuple[Array, Array]:
+        """The gap, and its derivative (n, 6, 6) by the wrench."""
+        front = SlopedFront(wrench * self.unit)
+        front.follow(self.links, hold.springs, hold.gravity)
+        gap = self._against(hold, front, self._yielded(front.force, softness))
+        # half of the logarithm's slope, which is the identity where the error has gone
+        spin = front.spin - 0.5 * cross(gap[3:, None], front.spin)
+        shift = front.shift / self._length
+        shift[:, :3] += self._slack(front.force, softness)
+        slope = np.concatenate([shift, spin]) * self.unit
+        return gap, np.ascontiguousarray(np.moveaxis(slope, -1, 0))
+
+    def _against(self, hold: Hold, front: Front, yielded: Array) -> Array:
+        place = (front.place - hold.position) / self._length + yielded
+        turn = rotation_vectors(product(front.turn, transposed(hold.orientation)))
+        return np.concatenate([place, turn])
+
+    def _yielded(self, force: Array, softness: float) -> Array:
+        """What the clamp yields (3, n) [lengths of the chain] to a force (3, n) [N]."""
+        relative = force / (STRONG_FORCE * self.unit[0])
+        linear = softness * CLAMP * STRONG_FORCE / 3.0
+        return (linear + YIELD * np.sum(relative * relative, axis=0)) * relative
+
+    def _slack(self, force: Array, softness: float) -> Array:
+        """Derivative (3, 3, n) of what the clamp yields [lengths of the chain/N]."""
+        relative = force / (STRONG_FORCE * self.unit[0])
+        slack = 2.0 * YIELD * relative[:, None] * relative[None]
+        linear = softness * CLAMP * STRONG_FORCE / 3.0
+        slack[[0, 1, 2], [0, 1, 2]] += linear + YIELD * np.sum(relative * relative, axis=0)
+        return slack / (STRONG_FORCE * self.unit[0])
+
+
+def by_chords(clamp: TipClamp, hold: Hold, search: Search) -> None:
+    """Settle what a few steps with the given chords settle; leave the rest as it was.
+
+    The last step is not looked at any more: the one before it has shown what a step achieves.
+    """
+    active, wrench = np.arange(len(search.settled)), search.wrench
+    before = np.ones(len(active))
+    for _ in range(CHORDS):
+        gap = clamp.gap(hold.take(active), wrench)
+        size = np.sqrt(np.sum(gap * gap, axis=0))
+        wrench = wrench - np.einsum("nij,jn->in", search.chord[active], gap)
+        done = size * np.minimum(size / before, 1.0) < TOLERANCE
+        _settle(search, active[done], wrench[:, done])
+        goes_on = ~done & (size < CHORD_PROGRESS * before)
+        active, wrench, before = active[goes_on], wrench[:, goes_on], size[goes_on]
+        if not len(active):
+            break
+
+
+def by_newton(clamp: TipClamp, hold: Hold, search: Search, softness: float = 1.0) -> None:
+    """Settle by damped Newton: a step that does not bring the tip nearer is taken back and cut."""
+    best = np.where(search.settled, 0.0, np.inf)
+    step, share = np.zeros_like(search.wrench), np.ones(len(best))
+    active = np.flatnonzero(~search.settled)
+    part = hold.take(active)
+    for _ in range(STEPS):
+        if not len(active):
+            break
+        tried = search.wrench[:, active] - share[active] * step[:, active]
+        gap, slope = clamp.sloped_gap(part, tried, softness)
+        size = np.sqrt(np.sum(gap * gap, axis=0))
+        nearer = size < best[active]
+        moved = active[nearer]
+        search.wrench[:, moved], best[moved] = tried[:, nearer], size[nearer]
+        search.chord[moved] = np.linalg.inv(slope[nearer])
+        step[:, moved] = _newton_step(search.chord[moved], gap[:, nearer])
+        share[moved] = np.minimum(4.0 * share[moved], 1.0)
+        share[active[~nearer]] *= 0.25
+        still = (best[active] > TOLERANCE) & (share[active] > SHORTEST_SHARE)
+        if not still.all():
+            active = active[still]
+            part = hold.take(active)
+    credible = np.max(np.abs(search.wrench[:3]), axis=0) <= LARGEST_FORCE
+    search.settled = credible & (best <= REACHED)
+
+
+def by_tightening(clamp: TipClamp, hold: Hold, search: Search, start: Array) -> None:
+    """Settle what is left from a first guess (6, n), with a soft clamp that is tightened."""
+    follows = np.flatnonzero(~search.settled)
+    wrench = start[:, follows]
+    for softness in SOFTER:
+        part = Search(wrench, np.zeros(len(follows), bool), search.chord[follows])
+        by_newton(clamp, hold.take(follows), part, softness)
+        follows, wrench = follows[part.settled], part.wrench[:, part.settled]
+        search.wrench[:, follows], search.chord[follows] = wrench, part.chord[part.settled]
+    search.settled[follows] = True
+
+
+def _settle(search: Search, points: Indices, wrench: Array) -> None:
+    credible = np.max(np.abs(wrench[:3]), axis=0, initial=0.0) <= LARGEST_FORCE
+    search.settled[points] = credible
+    search.wrench[:, points[credible]] = wrench[:, credible]
+
+
+def _newton_step(inverse: Array, gap: Array) -> Array:
+    """Step (6, n) that closes the gap to first order, cut to LARGEST_STEP."""
+    step = np.einsum("nij,jn->in", inverse, gap)
+    size = np.max(np.abs(step), axis=0, initial=0.0)
+    return step * np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))
