@@ -16,14 +16,13 @@ from softhand_model.effects import effect_classes
 
 
 def outputs(data):
-    return np.concatenate([run.columns[data.outputs[0]] for run in data.runs])
+    return np.concatenate([run.columns[name] for run in data.runs for name in data.outputs])
 
 
 def rest(made, effects):
     """Measured less what the model with these effects predicts."""
-    forward = Forward(made.data, "pneuflex", (), effects)
-    scale = np.full((1, len(forward.parameters)), made.truth["modulus_scale"])
-    return outputs(made.data) - forward.predict(scale)[0]
+    forward = Forward(made.data, "pneuflex", (), effects, made.truth["calibration"], False)
+    return outputs(made.data) - forward.predict(np.zeros((1, 0)))[0]
 
 
 def hidden_in(made):
@@ -39,6 +38,8 @@ def test_what_is_hidden_explains_the_set_and_without_it_the_model_fails(experime
     scatter = 0.006 * np.sqrt(np.mean(outputs(made.data) ** 2))
     assert left == pytest.approx(np.hypot(made.truth["noise"], scatter), rel=0.15)
     assert np.sqrt(np.mean(rest(made, []) ** 2)) > 3.0 * left
+    assert {run.samples for run in made.data.runs} == {200}
+    assert [len(group) for group in made.data.groups()] == [2] * 6
 
 
 def test_without_hiding_nothing_but_noise_is_left():
@@ -119,7 +120,46 @@ def test_synthesize_overwrites_only_when_forced(folder, capsys):
 
 
 def test_an_experiment_that_cannot_be_synthesised_is_refused_with_those_that_can(tmp_path, capsys):
-    assert main(["synthesize", "valve_pulse", "--out", str(tmp_path / "set")]) == 2
+    assert main(["synthesize", "levitation", "--out", str(tmp_path / "set")]) == 2
     said = capsys.readouterr().err
-    assert "free_bending" in said and "got valve_pulse" in said
+    assert "valve_pulse" in said and "got levitation" in said
     assert not (tmp_path / "set").exists()
+
+
+@pytest.mark.parametrize("experiment", ["valve_pulse", "base_torque"])
+def test_sets_without_a_driven_input_are_read_as_they_were_made(experiment, tmp_path):
+    made = synthesize(experiment, 0, hide=False)
+    write_synthesised(made, tmp_path / "set")
+    read = load_measurements(tmp_path / "set")
+    for run, other in zip(made.data.runs, read.runs, strict=True):
+        for name, values in run.columns.items():
+            assert other.columns[name] == pytest.approx(values, rel=1e-7, abs=1e-12), name
+
+
+def test_held_tips_are_moderate_loads_for_the_actuator():
+    """A pose off the chain's own would pull at it along its length, a hundred times as hard."""
+    torque = outputs(synthesize("base_torque", 0, hide=False).data)
+    assert 5e-3 < np.abs(torque).max() < 0.2
+
+
+def test_pulses_go_both_ways_choked_and_not():
+    columns = [run.columns for run in synthesize("valve_pulse", 0, hide=False).data.runs]
+    ratio = np.concatenate([c["p_out"] / c["p_in"] for c in columns])
+    inflating = np.concatenate([c["direction"] for c in columns]) > 0.0
+    for way in (ratio[inflating], ratio[~inflating]):
+        assert 0.1 < np.mean(way < 0.5283) < 0.9
+
+
+def test_no_effect_that_shows_is_said_in_one_line(tmp_path, capsys):
+    own = tmp_path / "own.py"
+    own.write_text(
+        "from softhand_model.effects import LoadEffect\n"
+        "class Idle(LoadEffect):\n"
+        "    name = 'idle'\n"
+        "    experiments = frozenset({'uniaxial'})\n"
+    )
+    folder = tmp_path / "set"
+    command = ["synthesize", "uniaxial", "--hide", "--effects", str(own), "--out", str(folder)]
+    assert main(command) == 2
+    assert "expected one that shows in uniaxial, got idle" in capsys.readouterr().err
+    assert not folder.exists()

@@ -11,10 +11,12 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from textwrap import fill
 from typing import NoReturn
 
 PROGRAM = "model-lab"
 COMMANDS = ("compare", "diagnose", "add", "ladder", "plan", "synthesize", "reveal")
+WIDTH = 80  # of descriptions
 DONE, UNUSABLE, INTERRUPTED = 0, 2, 130
 
 
@@ -52,8 +54,15 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name in COMMANDS:
         command = importlib.import_module(f"model_lab.commands.{name}")
+        examples = "\n".join(["examples:", *(f"  {line}" for line in command.EXAMPLES)])
         command.add_to(
-            commands.add_parser(name, help=command.HELP, description=command.DESCRIPTION)
+            commands.add_parser(
+                name,
+                help=command.HELP,
+                description=fill(command.DESCRIPTION, WIDTH),
+                epilog=examples,
+                formatter_class=argparse.RawDescriptionHelpFormatter,
+            )
         )
     return parser
 

@@ -7,38 +7,32 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from model_lab.display import Display, display_of
 from model_lab.measurement import DEFLATE, MeasurementSet, Run, Specimen
+from model_lab.units import COLUMN_UNITS
 
 FORMAT = "softhand-measurement/1"
-SHOWN = {"rad": ("deg", 180.0 / np.pi), "Pa": ("kPa", 1e-3), "kg": ("mg", 1e6)}
-UNITS = {
-    "time": "s",
-    "pressure": "Pa",
-    "tip_angle": "rad",
-    "tip_force": "N",
-    "stretch": "",
-    "stress": "Pa",
-    "duration": "s",
-    "p_in": "Pa",
-    "p_out": "Pa",
-    "friction_integral": "Pa s",
-    "injector_integral": "Pa s",
-    "mass": "kg",
-    "torque_x": "N m",
-    "torque_y": "N m",
-    "torque_z": "N m",
-}
+
+
+def check_folder(folder: Path, force: bool = False) -> None:
+    """Raise ValueError when a folder holds something already, or is a file, unless `force`.
+
+    To be asked before long work, so that its result is not lost.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder}: expected the name of a folder, got a file")
+    if folder.exists() and any(folder.iterdir()) and not force:
+        raise ValueError(
+            f"{folder}: expected an empty or new folder, got one with files; --force overwrites"
+        )
 
 
 def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
     """Write experiment.yaml and a CSV a run, in the units that people read at the bench.
 
-    Raises ValueError when the folder holds something already, unless `force`.
+    Raises ValueError as `check_folder` does.
     """
-    if folder.exists() and any(folder.iterdir()) and not force:
-        raise ValueError(
-            f"{folder}: expected an empty or new folder, got one with files; --force overwrites"
-        )
+    check_folder(folder, force)
     folder.mkdir(parents=True, exist_ok=True)
     names = list(data.runs[0].columns)
     document = {
@@ -46,9 +40,8 @@ def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
         "experiment": data.experiment,
         "title": data.title,
         "specimens": {name: _specimen(entry) for name, entry in data.specimens.items()},
-        "columns": {name: {"unit": _shown(name)[0]} for name in names if name != "direction"}
-        | ({"direction": {"unit": ""}} if "direction" in names else {}),
-        "noise": {name: float(level * _shown(name)[1]) for name, level in data.noise.items()},
+        "columns": {name: {"unit": _shown(name).unit} for name in names},
+        "noise": {name: float(level * _shown(name).factor) for name, level in data.noise.items()},
         "runs": {run.name: _run(run) for run in data.runs},
     }
     text = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
@@ -57,10 +50,9 @@ def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
         _write_csv(run, folder / f"{run.name}.csv")
 
 
-def _shown(name: str) -> tuple[str, float]:
-    """Unit in the CSV of a column and the factor from SI."""
-    unit = UNITS.get(name, "")
-    return SHOWN.get(unit, (unit, 1.0))
+def _shown(name: str) -> Display:
+    """How a column is written: in the unit that people read; as it is if its unit is unknown."""
+    return display_of(COLUMN_UNITS.get(name, ""))
 
 
 def _specimen(specimen: Specimen) -> dict:
@@ -95,5 +87,5 @@ def _write_csv(run: Run, path: Path) -> None:
 def _texts(name: str, values: np.ndarray) -> list[str]:
     if name == "direction":
         return ["deflate" if value == DEFLATE else "inflate" for value in values]
-    factor = _shown(name)[1]
-    return [f"{value * factor:.8g}" for value in values]
+    shown = _shown(name)
+    return [f"{shown.factor * value + shown.offset:.8g}" for value in values]

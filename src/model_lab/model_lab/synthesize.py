@@ -6,7 +6,7 @@ person who wants to try the lab do.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,34 +15,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.candidates import inapplicable
+from model_lab.experiments.valve_pulse import USUAL
 from model_lab.forward import Forward
-from model_lab.measurement import OUTPUTS, MeasurementSet, Run, Specimen
-from model_lab.protocols import BANK
+from model_lab.layouts.driven import driven_set
+from model_lab.layouts.held_tips import held_tip_set
+from model_lab.layouts.pulses import pulse_set
+from model_lab.measurement import MeasurementSet
 from model_lab.seal import seal
 from model_lab.set_writing import write_set
 from softhand_model.effects import Effect, effect_classes
 
 Array = NDArray[np.float64]
 
-EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial")
-DURATION = 24.0  # [s] of a run
-SAMPLES = 200
-PEAKS = {"free_bending": 45e3, "blocked_tip": 45e3, "uniaxial": 2.0}  # [Pa], or stretch above 1
+EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
+    "free_bending": lambda random: driven_set("free_bending"),
+    "blocked_tip": lambda random: driven_set("blocked_tip"),
+    "uniaxial": lambda random: driven_set("uniaxial"),
+    "valve_pulse": pulse_set,
+    "base_torque": lambda random: held_tip_set(),
+}
+EXPERIMENTS = tuple(EMPTY)
 SCATTER = 0.006  # of a whole run, relative
 NOISE = 0.006  # of the largest output
-VISIBLE = 4.0  # times the noise that the effect changes the readings at least, in the mean square
-TRIES = 60
-SPECIMENS = {
-    "thin": {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.0025, "side_wall": 0.0025},
-    "thick": {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.004, "side_wall": 0.0025},
-}
-SHARED = {"shear_modulus": 67e3, "mass": 0.035}
-BAR = {"gauge_length": 0.033, "shear_modulus": 67e3}
-SETTINGS = (  # temperature [K] and mount of each protocol in turn
-    (293.15, "bending_plane_level"),
-    (293.15, "base_up"),
-    (313.15, "bending_plane_level"),
-)
+FLOORS = (3.0, 10.0)  # change of the readings by the effect, root mean square, least and most
+MODULUS = (0.93, 1.07)  # calibration, over its nominal value
+NUDGE = 1.05  # of the calibration, to see what it takes up
+TRIES = 8  # of the values of one kind of effect
 
 
 @dataclass(frozen=True)
@@ -53,30 +51,37 @@ class Synthesised:
     truth: dict[str, Any]
 
 
-def synthesize(experiment: str, seed: int, hide: bool) -> Synthesised:
+def synthesize(
+    experiment: str,
+    seed: int,
+    hide: bool,
+    classes: Mapping[str, type[Effect]] | None = None,
+    progress: Callable[[float], None] = lambda part: None,
+) -> Synthesised:
     """A set of two repeats of six protocols, with one random effect if `hide`.
 
-    Raises ValueError for an experiment that is not among EXPERIMENTS.
+    classes: effects from which it is drawn, the built-in ones if None. progress is told the part
+    that is done. truth: effects with their parameters, calibration as in a model file, noise (one
+    sigma in SI units), seed.
+
+    Raises ValueError for an experiment that is not among EXPERIMENTS, and when none of the effects
+    shows in it.
     """
-    if experiment not in EXPERIMENTS:
+    if experiment not in EMPTY:
         raise ValueError(
             f"experiment: expected one of {', '.join(EXPERIMENTS)} to synthesize, got {experiment}"
         )
     random = np.random.default_rng(seed)
-    empty = _empty_set(experiment)
-    scale = float(random.uniform(0.93, 1.07))
-    effect = _hidden_effect(empty, random) if hide else None
-    chosen = () if effect is None else (effect,)
-    true = _predicted(empty, chosen, scale)
-    spread = NOISE * float(np.abs(true).max())
-    measured = _measured(empty, true, spread, random)
+    bench = _Bench(EMPTY[experiment](random), random)
+    known = effect_classes() if classes is None else classes
+    chosen = (bench.hidden_effect(known, progress),) if hide else ()
     truth = {
         "effects": [{"name": effect.name, "parameters": dict(effect.values)} for effect in chosen],
-        "modulus_scale": scale,
-        "noise": spread,
+        "calibration": bench.calibration,
+        "noise": bench.noise,
         "seed": seed,
     }
-    return Synthesised(measured, truth)
+    return Synthesised(bench.measured(chosen), truth)
 
 
 def write_synthesised(made: Synthesised, folder: Path, force: bool = False) -> None:
@@ -85,81 +90,90 @@ def write_synthesised(made: Synthesised, folder: Path, force: bool = False) -> N
     seal(folder, made.truth)
 
 
-def _hidden_effect(empty: MeasurementSet, random: np.random.Generator) -> Effect:
-    """An effect whose change of the readings is well above the noise and unlike the calibration."""
-    classes = [
-        effect
-        for effect in effect_classes().values()
-        if inapplicable(effect, empty, "pneuflex") is None
-    ]
-    base = _predicted(empty, (), 1.0)
-    like_modulus = _predicted(empty, (), 1.05) - base
-    noise = np.hypot(SCATTER, NOISE) * np.abs(base).max()
-    for _ in range(TRIES):
-        effect = _drawn(classes[random.integers(len(classes))], random)
-        change = _predicted(empty, (effect,), 1.0) - base
-        change = change - like_modulus * (change @ like_modulus) / (like_modulus @ like_modulus)
-        if np.sqrt(np.mean(change**2)) > VISIBLE * noise:
-            return effect
-    raise RuntimeError(f"no visible effect in {TRIES} tries for {empty.experiment}")
+class _Bench:
+    """What the set is measured on: its true calibration and its noise."""
 
+    def __init__(self, empty: MeasurementSet, random: np.random.Generator) -> None:
+        self.empty, self._random = empty, random
+        self.calibration = _calibration(empty, random)
+        self._base = self._predicted(())
+        self.noise = NOISE * float(np.abs(self._base).max())
+        self._floor = float(np.hypot(self.noise, SCATTER * np.sqrt(np.mean(self._base**2))))
 
-def _drawn(effect: type[Effect], random: np.random.Generator) -> Effect:
-    values = {}
-    for parameter in effect.parameters:
-        low, high = parameter.typical or (parameter.low, parameter.high)
-        share = random.uniform()
-        values[parameter.name] = float(
-            low * (high / low) ** share if parameter.logarithmic else low + share * (high - low)
+    def hidden_effect(
+        self, classes: Mapping[str, type[Effect]], progress: Callable[[float], None]
+    ) -> Effect:
+        """An effect that changes the readings by so many noise floors, unlike the calibration."""
+        able = [
+            effect
+            for effect in classes.values()
+            if inapplicable(effect, self.empty, "pneuflex") is None
+        ]
+        given_way = np.linalg.qr(self._nudges())[0]
+        for part, index in enumerate(self._random.permutation(len(able))):
+            progress(part / len(able))
+            for _ in range(TRIES if able[index].parameters else 1):
+                effect = self._drawn(able[index])
+                change = self._predicted((effect,)) - self._base
+                change = change - given_way @ (given_way.T @ change)
+                if FLOORS[0] <= np.sqrt(np.mean(change**2)) / self._floor <= FLOORS[1]:
+                    return effect
+        raise ValueError(
+            f"effects: expected one that shows in {self.empty.experiment}, "
+            f"got {', '.join(sorted(classes)) or 'none'}"
         )
-    return effect(**values)
+
+    def measured(self, effects: Sequence[Effect]) -> MeasurementSet:
+        """The set with its outputs: the model with these effects, scatter of runs and noise."""
+        true = self._predicted(effects)
+        runs, start = [], 0
+        for run in self.empty.runs:
+            factor = 1.0 + SCATTER * self._random.standard_normal()
+            columns = dict(run.columns)
+            for output in self.empty.outputs:
+                part = true[start : start + run.samples]
+                start += run.samples
+                columns[output] = factor * part + self.noise * self._random.standard_normal(
+                    run.samples
+                )
+            runs.append(replace(run, columns=columns))
+        noise = dict.fromkeys(self.empty.outputs, self.noise)
+        return replace(self.empty, runs=tuple(runs), noise=noise)
+
+    def _predicted(
+        self, effects: Sequence[Effect], calibration: Mapping[str, Any] | None = None
+    ) -> Array:
+        """What the model predicts (samples,)."""
+        known = self.calibration if calibration is None else calibration
+        forward = Forward(self.empty, "pneuflex", (), tuple(effects), known, False)
+        return forward.predict(np.zeros((1, 0)))[0]
+
+    def _nudges(self) -> Array:
+        """Change of the predictions (samples, k) with each number of the calibration."""
+        columns = []
+        for name, entry in self.calibration.items():
+            moved = (
+                {key: NUDGE * value for key, value in entry.items()}
+                if isinstance(entry, Mapping)
+                else NUDGE * entry
+            )
+            columns.append(self._predicted((), {**self.calibration, name: moved}) - self._base)
+        return np.transpose(columns)
+
+    def _drawn(self, effect: type[Effect]) -> Effect:
+        """The effect with values from where they are usually found."""
+        values = {}
+        for parameter in effect.parameters:
+            low, high = parameter.typical or (parameter.low, parameter.high)
+            share = self._random.uniform()
+            values[parameter.name] = float(
+                low * (high / low) ** share if parameter.logarithmic else low + share * (high - low)
+            )
+        return effect(**values)
 
 
-def _predicted(data: MeasurementSet, effects: Sequence[Effect], scale: float) -> Array:
-    forward = Forward(data, "pneuflex", (), tuple(effects))
-    return forward.predict(np.full((1, len(forward.parameters)), scale))[0]
-
-
-def _empty_set(experiment: str) -> MeasurementSet:
-    """The set before anything is measured: outputs are zero."""
-    runs = []
-    specimens: dict[str, Specimen] = {}
-    for repeat in range(2):
-        for order, protocol in enumerate(BANK[:6]):
-            warm, mount = SETTINGS[order % len(SETTINGS)]
-            specimen = _specimen(experiment, order, mount)
-            specimens[specimen.name] = specimen
-            duration = DURATION * (1.0, 1.0, 0.5, 0.5, 1.0, 2.0)[order]
-            time, course = protocol.course(duration, PEAKS[experiment], SAMPLES)
-            columns = {"time": time, **_driving(experiment, course)}
-            columns[OUTPUTS[experiment][0]] = np.zeros(SAMPLES)
-            name = f"r{order + 1}{'ab'[repeat]}"
-            runs.append(Run(name, specimen.name, protocol.name, warm, columns))
-    title = f"synthesised {experiment.replace('_', ' ')}"
-    return MeasurementSet(experiment, title, specimens, tuple(runs))
-
-
-def _driving(experiment: str, course: Array) -> dict[str, Array]:
-    return {"stretch": 1.0 + course} if experiment == "uniaxial" else {"pressure": course}
-
-
-def _specimen(experiment: str, order: int, mount: str) -> Specimen:
-    if experiment == "uniaxial":
-        return Specimen("bar", BAR, batch="A")
-    kind = "thick" if order % 2 else "thin"
-    if experiment == "blocked_tip":
-        return Specimen(kind, {**SPECIMENS[kind], **SHARED}, batch="A")
-    name = kind if mount == "bending_plane_level" else f"{kind}_{mount}"
-    return Specimen(name, {**SPECIMENS[kind], **SHARED}, mount, "A")
-
-
-def _measured(
-    empty: MeasurementSet, true: Array, spread: float, random: np.random.Generator
-) -> MeasurementSet:
-    runs, start = [], 0
-    for run in empty.runs:
-        part = true[start : start + run.samples] * (1.0 + SCATTER * random.standard_normal())
-        start += run.samples
-        part = part + spread * random.standard_normal(run.samples)
-        runs.append(replace(run, columns={**run.columns, empty.outputs[0]: part}))
-    return replace(empty, runs=tuple(runs), noise={empty.outputs[0]: spread})
+def _calibration(empty: MeasurementSet, random: np.random.Generator) -> dict[str, Any]:
+    """A true calibration, as a model file holds it."""
+    if empty.experiment == "valve_pulse":
+        return {name: value * float(random.uniform(*MODULUS)) for name, value in USUAL.items()}
+    return {"modulus_scale": {"A": float(random.uniform(*MODULUS))}}

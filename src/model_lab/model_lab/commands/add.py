@@ -10,7 +10,12 @@ from model_lab.commands import options
 HELP = "add an effect to the model, fitted to the data"
 DESCRIPTION = (
     "Fit the model together with one more effect and write the model file that simulator, "
-    "monitor and lab load. `add discrepancy` adds a generic term, marked as not physics."
+    "monitor and lab load. `add discrepancy` adds a generic term, marked as not physics, for when "
+    "no known effect explains the error. Units: see docs/effects.md."
+)
+EXAMPLES = (
+    "model-lab add gent_stiffening --data out/set --model base --out model.yaml",
+    "model-lab add discrepancy --data out/set --model base --out working.yaml",
 )
 
 

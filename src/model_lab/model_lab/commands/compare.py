@@ -10,7 +10,12 @@ HELP = "how far a model is off, and where"
 DESCRIPTION = (
     "Compare a model with measurements: error over all data and held out, fit in percent, "
     "the noise floor, and where the error lies: against pressure, rate, time, history, "
-    "temperature and specimen."
+    "temperature and specimen. Tables show units as at the bench (deg, kPa, mg, N mm); --json is "
+    "in SI units."
+)
+EXAMPLES = (
+    "model-lab compare out/set --model base",
+    "model-lab compare out/set --model model.yaml --json after.json",
 )
 
 

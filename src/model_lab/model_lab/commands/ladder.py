@@ -9,8 +9,10 @@ from model_lab.commands import options
 HELP = "the errors of several models, side by side"
 DESCRIPTION = (
     "Compare several models with the same measurements: one rung for each, with the noise "
-    "floor below which no model can go."
+    "floor below which no model can go. Errors are shown in deg, kPa, mg or N mm; --json is in SI "
+    "units."
 )
+EXAMPLES = ("model-lab ladder out/set base gravity model.yaml",)
 
 
 def add_to(parser: argparse.ArgumentParser) -> None:

@@ -84,7 +84,13 @@ def model(arguments: argparse.Namespace) -> Model:
 
 def classes(arguments: argparse.Namespace, known: Model) -> dict[str, type[Effect]]:
     """Effects that take part: built-in ones, those of the model, and the user's own."""
-    found = {**effect_classes(), **{effect.name: type(effect) for effect in known.effects}}
+    of_model = {effect.name: type(effect) for effect in known.effects}
+    return {**effect_classes(), **of_model, **own_classes(arguments)}
+
+
+def own_classes(arguments: argparse.Namespace) -> dict[str, type[Effect]]:
+    """The user's own effects, by name."""
+    found: dict[str, type[Effect]] = {}
     for path in arguments.effects:
         found.update(effects_in_file(path))
     return found

@@ -9,8 +9,10 @@ from model_lab.commands import options
 HELP = "the next experiment, which would separate what is still tied"
 DESCRIPTION = (
     "Diagnose, and propose the experiment in which the effects that the data cannot tell "
-    "apart differ most, within the pressures and rates that the set has seen."
+    "apart differ most, within the pressures and rates that the set has seen. Pressures are shown "
+    "in kPa, times in s, temperatures in degC; --json is in SI units."
 )
+EXAMPLES = ("model-lab plan out/set --model base --out out/next",)
 
 
 def add_to(parser: argparse.ArgumentParser) -> None:

@@ -9,8 +9,14 @@ from model_lab.commands import options
 
 HELP = "make measurements with a hidden effect, to try the lab on"
 DESCRIPTION = (
-    "Make a measurement set with the model itself. With --hide one effect acts in it that "
-    "is sealed in the folder, and only `reveal` opens the seal."
+    "Make a measurement set with the model itself: two repeats of six protocols, with noise. "
+    "EXPERIMENT is free_bending, blocked_tip, uniaxial, valve_pulse or base_torque. With --hide "
+    "one effect acts in it that is sealed in the folder, and only `reveal` opens the seal. The "
+    "CSV files are in the units that experiment.yaml states, such as kPa and deg."
+)
+EXAMPLES = (
+    "model-lab synthesize free_bending --hide --seed 3 --out trial",
+    "model-lab diagnose trial && model-lab reveal trial",
 )
 
 
@@ -19,16 +25,24 @@ def add_to(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("experiment", metavar="EXPERIMENT", help="such as free_bending")
     parser.add_argument("--hide", action="store_true", help="hide an effect in it")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write")
+    options.add_effects(parser)
     options.add_seed(parser)
     options.add_results(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Make the set and write it."""
+    from model_lab.progress import Progress
+    from model_lab.set_writing import check_folder
     from model_lab.synthesize import synthesize, write_synthesised
 
     options.check_json(arguments)
-    made = synthesize(arguments.experiment, arguments.seed, arguments.hide)
+    check_folder(arguments.out, arguments.force)
+    own = options.own_classes(arguments)
+    with Progress("measuring") as progress:
+        made = synthesize(
+            arguments.experiment, arguments.seed, arguments.hide, own or None, progress
+        )
     write_synthesised(made, arguments.out, arguments.force)
     runs = len(made.data.runs)
     print(f"{arguments.out}: {made.data.title}, {runs} runs; the truth is sealed")
