@@ -7,7 +7,7 @@ GENT = NamedEffect("gent_stiffening", {"jm": Estimate(8.104, 0.31, (7.5, 8.7), "
 LAG = NamedEffect("tube_lag", {"time_constant": Estimate(0.25, 0.0123, (0.22, 0.28), "s")})
 
 
-def diagnosis(verdict, effects=(), tied=(), unit="rad", against=()):
+def diagnosis(verdict, effects=(), tied=(), unit="rad", against=(), after=0.0102):
     return Diagnosis(
         experiment="free_bending",
         verdict=verdict,
@@ -22,7 +22,7 @@ def diagnosis(verdict, effects=(), tied=(), unit="rad", against=()):
         noise_floor_parts={"within": 0.01, "between": 0.0},
         noise_floor_source="repeats",
         rmse_before=0.1,
-        rmse_after=0.0102,
+        rmse_after=after,
         unit=unit,
         failures=(),
         unexplained=Unexplained(0.09, against),
@@ -35,6 +35,11 @@ def test_missing_effects_are_named_with_their_parameters_and_what_they_bring():
         "0.012 s): with them the held-out error falls from 5.73 deg to 0.584 deg, at a noise floor "
         "of 0.573 deg."
     )
+
+
+def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():
+    said = verdict_sentence(diagnosis("effects_missing", (GENT,), after=0.05))
+    assert said.endswith("at a noise floor of 0.573 deg; 5.16 deg of it nothing known explains.")
 
 
 def test_an_effect_without_parameters_is_named_alone():

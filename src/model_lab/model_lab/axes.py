@@ -71,6 +71,15 @@ def input_rate(run: Run, values: Array) -> Array:
     return (values[after] - values[before]) / (time[after] - time[before])
 
 
+def resting_share(data: MeasurementSet) -> float:
+    """Share of all samples in which the driving input rests."""
+    inputs = [driving_input(run, data.experiment) for run in data.runs]
+    rests = [
+        _course(run, values, input_rate(run, values)) == RESTS for run, values in _zip(data, inputs)
+    ]
+    return float(np.mean(np.concatenate(rests)))
+
+
 def per_sample(data: MeasurementSet, values: Sequence[Array | float]) -> Array:
     """Values (samples,) of a set, given those of each run, repeated for every output."""
     outputs = len(data.outputs)

@@ -41,14 +41,18 @@ def parameters(view: View) -> Drawing | None:
     shown = list(range(count))[-MOST:]  # those of effects come last
     names = [entry.name for entry in view.best.fit.problem.forward.parameters]
     caption = (
-        "Left: every fitted parameter with its 95 % interval; the grey bar is the range in which "
-        "the parameter is usually found. Right: correlation of the estimates; a value near 1 or -1 "
-        f"means that the data fix only a combination of the two. {_in_words(view, names)}"
+        "Every fitted parameter with its 95 % interval; the grey bar is the range in which the "
+        "parameter is usually found."
     )
-    height = max(0.5 + ROW * len(shown), 1.3 + 0.3 * len(shown))
+    alt, height = f"Intervals of {', '.join(names[i] for i in shown)}", 0.5 + ROW * len(shown)
+    if len(shown) > 1:
+        caption += (
+            " To the right the correlation of the estimates: a value near 1 or -1 means that the "
+            f"data fix only a combination of the two. {_in_words(view, names)}"
+        )
+        alt, height = f"{alt}, and their correlation", max(height, 1.3 + 0.3 * len(shown))
     return Drawing(
-        "parameters", "Parameters", caption,
-        f"Intervals and correlation of {', '.join(names[i] for i in shown)}", height,
+        "parameters", "Parameters", caption, alt, height,
         lambda figure: _draw(figure, view, shown),
     )  # fmt: skip
 
@@ -65,6 +69,9 @@ def _in_words(view: View, names: list[str]) -> str:
 
 
 def _draw(figure: Figure, view: View, shown: list[int]) -> None:
+    if len(shown) == 1:
+        _draw_interval(figure.subplots(), view, shown[0])
+        return
     left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.25, 1.0))[0]
     rows = left.subplots(len(shown), 1, squeeze=False)[:, 0]
     for axes, index in zip(rows, shown, strict=True):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from model_lab.axes import Axis
 from model_lab.binning import Bins
 from model_lab.display import display_of
-from model_lab.localise import Dependence, Localisation, localise
+from model_lab.localise import RUNS, Dependence, Localisation, localise
 from model_lab.report.drawing import (
     COLOURS,
     Drawing,
@@ -45,10 +45,10 @@ def residuals(view: View) -> Drawing | None:
         return None
     caption = (
         "Measured minus predicted. Each point of a line is the mean over a part of the axis, its "
-        "band the 95 % interval of a bootstrap over runs; dots are single samples, the green strip "
-        "is one sigma of the noise floor. Where the band of a line lies off zero, the model is "
-        "wrong in the same way run after run. Panels stand in the order of the share of the error "
-        f"that they account for. {_in_words(found['before'])}"
+        f"band the 95 % interval of a bootstrap over {first[0].basis}; dots are single samples, the "
+        "green strip is one sigma of the noise floor. Where the band of a line lies off zero, the "
+        f"model is wrong in the same way {_again(first[0])}. Panels stand in the order of the share "
+        f"of the error that they account for. {_in_words(found['before'])}"
     )
     rows = -(-len(first) // COLUMNS)
     models = "the model" if view.after is None else "the model before and after"
@@ -60,6 +60,11 @@ def residuals(view: View) -> Drawing | None:
         0.55 + ROW_HEIGHT * rows,
         lambda figure: _draw(figure, view, found),
     )
+
+
+def _again(entry: Dependence) -> str:
+    """How often a residual recurs whose band is off zero."""
+    return "run after run" if entry.basis == RUNS else "in one block of a run after the other"
 
 
 def _in_words(before: Localisation) -> str:

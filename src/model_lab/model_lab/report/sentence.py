@@ -8,6 +8,7 @@ from model_lab.diagnosis import ADEQUATE, EFFECTS_MISSING, Diagnosis, NamedEffec
 from model_lab.display import display_of
 
 MOST_PARAMETERS = 4  # that a sentence bears
+LEFT_OVER = 2.0  # error after over the noise floor, from which the rest is worth a word
 WORDS = {
     "time_since_step": "the time since the last step",
     "time_in_run": "the time since a run began",
@@ -42,7 +43,8 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         )
         return (
             f"The model lacks {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
-            f"the held-out error falls from {before} to {after}, at a noise floor of {floor}."
+            f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
+            f"{_left_over(diagnosis)}."
         )
     against = listed([axis_words(name) for name in diagnosis.unexplained.against])
     depends = f"what is left varies with {against}" if against else "what is left follows no input"
@@ -50,6 +52,14 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         f"The model fails and no known effect explains it: its error is {before} at a noise floor "
         f"of {floor}; {depends}."
     )
+
+
+def _left_over(diagnosis: Diagnosis) -> str:
+    """What the named effects leave, where that is more than the floor itself."""
+    if diagnosis.rmse_after <= LEFT_OVER * diagnosis.noise_floor:
+        return ""
+    rest = display_of(diagnosis.unit).shown(diagnosis.unexplained.rms)
+    return f"; {rest} of it nothing known explains"
 
 
 def tie_sentences(diagnosis: Diagnosis) -> list[str]:

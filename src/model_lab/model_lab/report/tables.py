@@ -8,6 +8,7 @@ from html import escape
 import numpy as np
 
 from model_lab.display import display_of
+from model_lab.noise import REPEATS
 from model_lab.report.fitted import parameter_estimates
 from model_lab.report.view import View
 
@@ -37,7 +38,7 @@ def before_and_after(view: View) -> str:
     found = [view.accuracy(scored) for _, scored in view.models]
     rows = [
         ["held-out error (rms)", *(shown(entry.rmse) for entry in found)],
-        ["held-out error over noise floor", *(f"{e.rmse / floor.total:.3g}" for e in found)],
+        ["held-out error over noise floor", *(_ratio(e.rmse / floor.total) for e in found)],
         ["fit of held-out data", *(f"{entry.fit:.1f} %" for entry in found)],
         ["error of the fitted data (rms)", *(shown(scored.fit.rmse) for _, scored in view.models)],
         ["largest held-out error", *(shown(entry.largest) for entry in found)],
@@ -46,10 +47,22 @@ def before_and_after(view: View) -> str:
     head = ["", "before", "after"] if view.after else ["", "model"]
     note = (
         f"Noise floor {shown(floor.total)} (95 % bound {shown(floor.upper)}), "
-        f"{SOURCES.get(floor.source, floor.source)}; {shown(floor.within)} within a run, "
-        f"{shown(floor.between)} between runs."
+        f"{SOURCES.get(floor.source, floor.source)}{_floor_parts(view)}."
     )
     return f"{table(head, rows)}<p>{escape(note)}</p>"
+
+
+def _ratio(value: float) -> str:
+    """Such as 1.24, 118 or 1190."""
+    return f"{value:.3g}" if value < 1000.0 else f"{float(f'{value:.3g}'):.0f}"
+
+
+def _floor_parts(view: View) -> str:
+    """The parts of the floor, as far as the set tells them."""
+    floor, shown = view.outcome.question.floor, view.display.shown
+    if floor.source != REPEATS:
+        return "; what differs from run to run is not known"
+    return f"; {shown(floor.within)} within a run, {shown(floor.between)} between runs"
 
 
 def runs(view: View) -> str:

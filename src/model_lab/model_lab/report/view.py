@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.accuracy import Accuracy, accuracy
-from model_lab.axes import driving_input
+from model_lab.axes import driving_input, resting_share
 from model_lab.diagnose import Outcome
 from model_lab.diagnosis import EFFECTS_MISSING, Diagnosis
 from model_lab.display import Display, display_of
@@ -18,6 +18,7 @@ from model_lab.search import Question, Scored, Unseen, score_with
 
 Array = NDArray[np.float64]
 
+MOSTLY = 0.5  # share of samples at rest, from which curves over pressure are heaps of dots
 TIME_SHOWS = {"time_since_step", "time_in_run", "pressure_rate", "direction"}
 
 
@@ -144,7 +145,8 @@ class View:
     def abscissa(self) -> tuple[str, Display, list[Array]]:
         """Name, unit and values, run by run, of what curves are drawn against.
 
-        Time where the error has to do with it, or several inputs act; else what drives the runs.
+        Time where the error has to do with it, where several inputs act or the input mostly rests;
+        else what drives the runs.
         """
         data = self.data
         if data.experiment == "valve_pulse":
@@ -152,13 +154,19 @@ class View:
                 _signed(run.columns["direction"], run.columns["duration"]) for run in data.runs
             ]
             return "pulse duration (negative: deflating)", Display("ms", 1e3), shown
-        if data.has_time and (data.experiment == "base_torque" or self._time_matters()):
+        if data.has_time and self._over_time():
             starts = [run.columns["time"][0] for run in data.runs]
             shown = [run.columns["time"] - t for run, t in zip(data.runs, starts, strict=True)]
             return "time", Display("s"), shown
         name = "stretch" if data.experiment == "uniaxial" else "pressure"
         display = Display("-") if name == "stretch" else display_of("Pa")
         return name, display, [driving_input(run, data.experiment) for run in data.runs]
+
+    def _over_time(self) -> bool:
+        data = self.data
+        if data.experiment == "base_torque" or resting_share(data) > MOSTLY:
+            return True
+        return self._time_matters()
 
     def _time_matters(self) -> bool:
         named = [entry.name for entry in self.diagnosis.effects]

@@ -1,0 +1,156 @@
+"""What the lab says of measurements on disk: `python scripts/measure_real_data.py [FOLDER]`.
+
+FOLDER holds measurement sets, one folder each; without it the environment's SOFTHAND_MEASUREMENTS
+does. Prints tables in Markdown (docs/measurements.md is made from them) and writes a report of each
+set to out/real-data. A set is diagnosed with the base model if its specimens have what that needs,
+else with `linear`. For tensile tests a second table has what plain least squares finds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from model_lab.compare import Comparison, compare
+from model_lab.diagnose import Outcome, diagnose
+from model_lab.display import display_of
+from model_lab.loading import load_measurements
+from model_lab.measurement import MeasurementSet
+from model_lab.progress import Progress
+from model_lab.report import write_report
+from softhand_model.document import DocumentError
+from softhand_model.model_file import Model, load_model
+
+Array = NDArray[np.float64]
+
+VARIABLE = "SOFTHAND_MEASUREMENTS"
+HEAD = (
+    "set", "model", "runs", "samples", "held-out error", "noise floor", "verdict",
+    "missing", "error with it", "the rest varies with",
+)  # fmt: skip
+
+
+def sets_in(folder: Path) -> list[Path]:
+    """Folders of measurement sets in a folder, by name."""
+    return sorted(path.parent for path in folder.glob("*/experiment.yaml"))
+
+
+def fitting_model(data: MeasurementSet) -> tuple[str, Model]:
+    """The base model, or `linear` for an actuator of another kind."""
+    try:
+        model = load_model("base")
+        compare(data, model)
+    except DocumentError:
+        return "linear", load_model("linear")
+    return "base", model
+
+
+def row(name: str, model: str, data: MeasurementSet, outcome: Outcome) -> list[str]:
+    """What the lab says of one set."""
+    found, shown = outcome.diagnosis, display_of(data.unit).shown
+    return [
+        f"`{name}`",
+        model,
+        str(len(data.runs)),
+        str(sum(run.samples for run in data.runs)),
+        shown(found.rmse_before),
+        f"{shown(found.noise_floor)} ({found.noise_floor_source})",
+        f"`{found.verdict}`",
+        "; ".join(_named(found.effects, found.tied)) or "-",
+        shown(found.rmse_after) if found.effects else "-",
+        ", ".join(found.unexplained.against).replace("_", " ") or "-",
+    ]
+
+
+def _named(effects: tuple, tied: tuple) -> list[str]:
+    """Named effects with parameters, errors and ties."""
+    words = []
+    for effect, others in zip(effects, tied, strict=True):
+        values = [f"{n} = {e.value:.3g} ± {e.std:.2g}" for n, e in effect.parameters.items()]
+        ties = f", tied with {', '.join(f'`{name}`' for name in others)}" if others else ""
+        words.append(f"`{effect.name}` ({', '.join(values)}){ties}")
+    return words
+
+
+def failures(name: str, comparison: Comparison) -> list[list[str]]:
+    """Where the model fails, as far as that is beyond chance."""
+    return [
+        [f"`{name}`", axis.against.replace("_", " "), axis.where, f"{axis.share_of_error:.0%}"]
+        for axis in comparison.localisation.failures
+    ]
+
+
+# ---------------------------------------------------------------------- by plain least squares
+def _invariant(stretch: Array) -> Array:
+    return stretch**2 + 2.0 / stretch - 3.0
+
+
+LAWS: dict[str, tuple[Callable[..., Array], tuple[float, ...]]] = {
+    "neo-Hooke": (lambda x: x - x**-2, ()),
+    "Yeoh, two terms": (lambda x, c2: (x - x**-2) * (1.0 + 2.0 * c2 * _invariant(x)), (0.02,)),
+    "Gent": (lambda x, jm: (x - x**-2) / (1.0 - _invariant(x) / max(jm, 18.0)), (60.0,)),
+    "Mooney-Rivlin": (lambda x, b: (x - x**-2) * (1.0 + b / x) / (1.0 + b), (0.5,)),
+    "Ogden, one term": (lambda x, a: 2.0 / a * (x ** (a - 1.0) - x ** (-a / 2 - 1.0)), (2.2,)),
+}  # nominal stress over the shear modulus of small strains
+
+
+def fitted_laws(data: MeasurementSet) -> list[list[str]]:
+    """Laws of rubber with a free shear modulus, fitted to all the samples of a tensile test."""
+    stretch = np.concatenate([run.columns["stretch"] for run in data.runs])
+    stress = np.concatenate([run.columns["stress"] for run in data.runs])
+    given = next(iter(data.specimens.values())).values["shear_modulus"]
+    rows = []
+    for law, (shape, start) in LAWS.items():
+        found = least_squares(lambda v, f=shape: v[0] * f(stretch, *v[1:]) - stress / given,
+                              (1.0, *start), x_scale=np.abs((1.0, *start)))  # fmt: skip
+        error = np.sqrt(np.mean(found.fun**2)) * given
+        values = ", ".join(f"{value:.3g}" for value in found.x[1:]) or "-"
+        rows.append([law, f"{found.x[0] * given / 1e3:.1f} kPa", values, f"{error / 1e3:.2f} kPa"])
+    return rows
+
+
+def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
+    """A table in Markdown."""
+    lines = [list(head), ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def main(arguments: list[str]) -> int:
+    """Print the tables; 1 without measurements."""
+    parser = argparse.ArgumentParser(description="what the lab says of measurements on disk")
+    parser.add_argument("folder", nargs="?", default=os.environ.get(VARIABLE), type=Path)
+    parser.add_argument("--reports", type=Path, default=Path("out/real-data"))
+    parser.add_argument("--jobs", type=int, default=2)
+    given = parser.parse_args(arguments)
+    if given.folder is None or not sets_in(given.folder):
+        print(f"no measurement sets: name a folder or set {VARIABLE}", file=sys.stderr)
+        return 1
+    rows, where, laws = [], [], []
+    for path in sets_in(given.folder):
+        data = load_measurements(path)
+        name, model = fitting_model(data)
+        with Progress(f"diagnosing {path.name}"):
+            outcome = diagnose(data, model, jobs=given.jobs)
+        report = given.reports / path.name / "report.html"
+        report.parent.mkdir(parents=True, exist_ok=True)
+        command = f"model-lab diagnose {path} --model {name} --report {report.parent}"
+        write_report(outcome, data, report, [command])
+        rows.append(row(path.name, name, data, outcome))
+        where += failures(path.name, compare(data, model))
+        if data.experiment == "uniaxial":
+            laws += [[f"`{path.name}`", *line] for line in fitted_laws(data)]
+    print(table(HEAD, rows))
+    print(table(("set", "against", "where the model fails", "share of the error"), where))
+    print(table(("set", "law", "shear modulus", "its parameter", "error (rms)"), laws), end="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
