@@ -42,8 +42,9 @@ def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str |
         return f"does not act in {data.experiment}"
     if effect.has_memory and not data.has_time:
         return "the set has no time column, and it depends on what was before"
-    reason = effect.needs(data, base) if hasattr(effect, "needs") else None
-    return reason
+    if base not in effect.bases:
+        return f"has no meaning beside the base {base}"
+    return None
 
 
 def trial_values(effect: type[Effect]) -> Array:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import f as variance_ratio
 from scipy.stats import t as student
 
+from model_lab.axes import axes_of
 from model_lab.candidates import inapplicable
 from model_lab.diagnosis import (
     ADEQUATE,
@@ -19,6 +21,7 @@ from model_lab.diagnosis import (
     Detectable,
     Diagnosis,
     Estimate,
+    Failure,
     NamedEffect,
     NotVisible,
     Ranked,
@@ -27,10 +30,11 @@ from model_lab.diagnosis import (
 from model_lab.fit import Problem, fit
 from model_lab.forward import Forward
 from model_lab.loading import load_measurements
+from model_lab.localise import localise
 from model_lab.measurement import MeasurementSet
 from model_lab.noise import noise_floor
 from model_lab.rivals import Rival, fit_rivals
-from model_lab.search import Question, Scored
+from model_lab.search import Question, Scored, base_starts
 from model_lab.selection import Selection, excess, material, select
 from model_lab.series import series_of
 from model_lab.spectrum import make_spectrum
@@ -41,7 +45,11 @@ Array = NDArray[np.float64]
 
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 LEFT_OVER = 0.3  # share of the excess error that an effect of another form may leave
+STILL_NEAR = 3.0  # held-out error over the floor beyond which nothing counts as explained
 RIVAL_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
+RIVAL_FAR = 0.65  # the same where the model is within the floor
+SURE = 1e-3  # chance at which errors are taken to exceed the scatter of repeats
+LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
 CONFIDENCE = 0.975
 SMALLEST_SHOWN = 0.5  # rms of an effect over the floor that makes an error material
 
@@ -73,15 +81,19 @@ def diagnose(
     present = {effect.name for effect in model.effects}
     hidden, tried = [], []
     for name, effect in question.classes.items():
-        if name in present:
+        if name in present or not effect.physical:
             continue
         reason = inapplicable(effect, data, model.base)
         if reason is None:
             tried.append(name)
         else:
             hidden.append(NotVisible(name, reason))
-    selection = select(question, tried, [effect.name for effect in given], seed, jobs)
-    return _outcome(question, selection, hidden)
+    names = [effect.name for effect in given]
+    selection = select(question, tried, names, seed, jobs)
+    sharper = _sharper(question, selection)
+    if sharper is not None:
+        question, selection = sharper, select(sharper, tried, names, seed, jobs)
+    return _outcome(question, selection, hidden, seed)
 
 
 def diagnose_folder(
@@ -103,17 +115,32 @@ def pose_question(
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
     forward = Forward(data, model.base, [type(effect) for effect in given], fixed)
-    start = forward.start()[None]
+    starts = base_starts(forward.parameters)
     layout = series_of(data)
-    spectrum = make_spectrum(layout, forward.predict(start)[0])
-    rough = noise_floor(data, spectrum, forward.measured - forward.predict(start)[0])
-    better = fit(Problem(forward, spectrum, rough.variance), start)
+    predicted = forward.predict(starts[:1])[0]
+    spectrum = make_spectrum(layout, predicted)
+    rough = noise_floor(data, spectrum, forward.measured - predicted)
+    better = fit(Problem(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(layout, forward.measured - better.residual)
     floor = noise_floor(data, spectrum, better.residual)
     return Question(data, model.base, fixed, known, spectrum, floor), given
 
 
-def _outcome(question: Question, selection: Selection, hidden: list[NotVisible]) -> Outcome:
+def _sharper(question: Question, selection: Selection) -> Question | None:
+    """The question with the floor below the best single effect, where that is clearly lower.
+
+    Repeats may differ by an effect, such as what earlier runs have left in the rubber.
+    """
+    proven = [s for s in selection.singles if s.plausible and s.improvement > selection.threshold]
+    if not proven:
+        return None
+    floor = noise_floor(question.data, question.spectrum, proven[0].fit.residual)
+    return replace(question, floor=floor) if floor.total < LOWER * question.floor.total else None
+
+
+def _outcome(
+    question: Question, selection: Selection, hidden: list[NotVisible], seed: int
+) -> Outcome:
     base, final = selection.base, selection.final
     predicted = base.fit.problem.forward.measured - base.fit.residual
     rivals = tuple(fit_rivals(final.fit, question.data, predicted))
@@ -122,6 +149,10 @@ def _outcome(question: Question, selection: Selection, hidden: list[NotVisible])
     added = [name for name in named.effects if name not in base.effects]
     floor = question.floor
     rest = excess(question, final)
+    failures = tuple(
+        Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
+        for axis in localise(question.data, base.held_out.residual, seed).failures
+    )
     diagnosis = Diagnosis(
         experiment=question.data.experiment,
         verdict=verdict,
@@ -138,8 +169,8 @@ def _outcome(question: Question, selection: Selection, hidden: list[NotVisible])
         rmse_before=base.held_out.rmse,
         rmse_after=named.held_out.rmse,
         unit=question.data.unit,
-        failures=(),
-        unexplained=Unexplained(rest, _dependence(final, rivals, verdict)),
+        failures=failures,
+        unexplained=Unexplained(rest, _dependence(question.data, final, rivals, failures, verdict)),
     )
     return Outcome(diagnosis, question, selection, rivals)
 
@@ -147,24 +178,63 @@ def _outcome(question: Question, selection: Selection, hidden: list[NotVisible])
 def _verdict(question: Question, selection: Selection, rivals: Sequence[Rival]) -> str:
     base, final = selection.base, selection.final
     if final is base:
-        fails = material(question, base) and _fails(question, base, rivals)
-        return UNEXPLAINED if fails else ADEQUATE
+        return UNEXPLAINED if _fails(question, base, rivals) else ADEQUATE
     near = final.held_out.rmse <= NEAR_FLOOR * question.floor.total
+    return EFFECTS_MISSING if near or _another_form(question, base, final) else UNEXPLAINED
+
+
+def _another_form(question: Question, base: Scored, final: Scored) -> bool:
+    """Whether effects explain the error but for what another equation for them would change."""
     little = excess(question, final) <= LEFT_OVER * excess(question, base)
-    return EFFECTS_MISSING if near or little else UNEXPLAINED
+    not_far = final.held_out.rmse <= STILL_NEAR * question.floor.total
+    return little and not_far and not bool(np.any(final.fit.at_limit))
 
 
 def _fails(question: Question, scored: Scored, rivals: Sequence[Rival]) -> bool:
-    """Whether the error is beyond the floor for certain: by repeats, or as a rival shows."""
-    beaten = bool(rivals) and rivals[0].rmse < RIVAL_MARGIN * scored.held_out.rmse
-    return beaten or scored.held_out.rmse > 1.2 * question.floor.upper
+    """Whether the error is beyond the floor for certain: by repeats, or as a rival shows.
+
+    A rival that is far better counts even where repeats scatter as much as the model errs.
+    """
+    share = rivals[0].rmse / scored.held_out.rmse if rivals else 1.0
+    if share < RIVAL_FAR:
+        return True
+    if not material(question, scored):
+        return False
+    if not question.floor.gain_known:
+        return share < RIVAL_MARGIN or scored.held_out.rmse > 1.2 * question.floor.upper
+    return _beyond_repeats(question, scored) < SURE
 
 
-def _dependence(final: Scored, rivals: Sequence[Rival], verdict: str) -> tuple[str, ...]:
-    """What the rest varies with: the rivals that beat the model, best first."""
+def _beyond_repeats(question: Question, scored: Scored) -> float:
+    """Chance (p-value) at which held-out errors exceed the scatter of repeats, over all bands."""
+    spectrum, floor = question.spectrum, question.floor
+    power = spectrum.power(spectrum.coefficients(scored.held_out.residual[None]))[0]
+    counts = spectrum.counts()
+    runs = len(question.data.runs)
+    allowed = 1.0 + len(scored.fit.values) / max(runs - len(scored.fit.values), 1)
+    seen = floor.dof > 0.0
+    ratio = power[seen] / counts[seen] / (allowed * floor.variance[seen])
+    chances = variance_ratio.sf(ratio, counts[seen], floor.dof[seen])
+    return float(min(np.min(chances) * len(chances), 1.0))
+
+
+def _dependence(
+    data: MeasurementSet,
+    final: Scored,
+    rivals: Sequence[Rival],
+    failures: Sequence[Failure],
+    verdict: str,
+) -> tuple[str, ...]:
+    """What the rest varies with: the rivals that beat the model, best first; else its failures."""
     if verdict != UNEXPLAINED:
         return ()
-    return tuple(r.name for r in rivals if r.rmse < RIVAL_MARGIN * final.held_out.rmse)[:3]
+    varied = {axis.name for axis in axes_of(data)}
+    beaten = [
+        rival.against
+        for rival in rivals
+        if rival.rmse < RIVAL_MARGIN * final.held_out.rmse and rival.against in varied
+    ]
+    return tuple(dict.fromkeys(beaten or [failure.against for failure in failures]))[:3]
 
 
 def named_effect(scored: Scored, effect: str) -> NamedEffect:

@@ -28,6 +28,7 @@ DIFFERENCE = 1e-4  # step of the Jacobian in units of a parameter's scale
 ITERATIONS = 15
 IMPROVEMENT = 0.1  # of the deviance at which the search ends
 PSEUDO_OBSERVATIONS = 4.0
+GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have in any case
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
 AT_LIMIT = 1e-3  # of the range: a parameter this near to a bound lies on it
 FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
@@ -85,11 +86,15 @@ class Scales:
 
 @dataclass(frozen=True)
 class Problem:
-    """A forward model with the noise it is judged by; floor (bands,) is v0 above."""
+    """A forward model with the noise it is judged by; floor (bands,) is v0 above.
+
+    gain_known: whether repeats say how much the gain of runs scatters.
+    """
 
     forward: Parameterised
     spectrum: Spectrum
     floor: Array
+    gain_known: bool = True
     scales: Scales = field(init=False)
     prior: Array = field(init=False)
 
@@ -106,12 +111,24 @@ class Problem:
         return self.forward.measured - self.forward.predict(values)
 
     def variance(self, power: Array) -> Array:
-        """Variance (lanes, bands) of a coefficient of each band, for sums of squares likewise."""
+        """Variance (lanes, bands) of a coefficient of each band, for sums of squares likewise.
+
+        Errors of the gains, which are few, may not be larger than those of the shape: else a model
+        that is wrong would be fitted in its shape alone, and its size be left to chance.
+        """
         counts = self.spectrum.counts()
         raw = (power + PSEUDO_OBSERVATIONS * self.floor) / (counts + PSEUDO_OBSERVATIONS)
         result = np.empty_like(raw)
         for output in np.unique(self.spectrum.band_output):
             mine = np.flatnonzero(self.spectrum.band_output == output)
+            if self.gain_known:
+                raw[:, mine[0]] = np.minimum(
+                    raw[:, mine[0]],
+                    np.maximum(
+                        GAIN_OVER_FLOOR * self.floor[mine[0]],
+                        power[:, mine[1:]].sum(axis=1) / counts[mine[0]],
+                    ),
+                )
             for lane, row in enumerate(raw):
                 result[lane, mine] = falling(row[mine], counts[mine])
         return result

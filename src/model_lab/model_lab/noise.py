@@ -26,6 +26,11 @@ UPPER_LEVEL = 0.95
 SMALLEST_SPLINE = 5  # samples that a smoothing spline needs
 SPLINE_PIECE = 250  # samples of one, as its cross-validation takes a millisecond for each
 SPLINE_PIECES = 12  # of each output
+SLOW_BANDS = 3  # bands after that of the gain in which odd repeats show
+FEWEST_GROUPS = 4  # of repeats, to tell odd ones from others
+ALIKE_DRAWS = 4000
+UNLIKE = 0.002  # chance at which all groups are kept though one differs
+FAR_ABOVE = 4.0  # mean square of an odd group over the usual one
 SMALLEST_SHARE = 1e-9  # of the measured scale: a floor is never exactly zero
 
 
@@ -45,6 +50,11 @@ class NoiseFloor:
     variance: Array
     dof: Array
     source: str
+
+    @property
+    def gain_known(self) -> bool:
+        """Whether repeats say how much runs differ as a whole."""
+        return self.source == REPEATS
 
 
 def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:
@@ -120,18 +130,65 @@ def falling(values: Array, weights: Array) -> Array:
 
 
 def _contrasts(spectrum: Spectrum, residual: Array) -> tuple[Array, Array]:
-    """Sum of squares and degrees of freedom (bands,) of the scatter between repeats."""
-    power, dof = np.zeros(spectrum.band_count), np.zeros(spectrum.band_count)
+    """Sum of squares and degrees of freedom (bands,) of the scatter between repeats.
+
+    Repeats that differ by far more than others do are left out: something happened in one of them,
+    and no model of the actuator should be excused by that.
+    """
     coefficients = spectrum.coefficients(residual[None])[0]
-    for repeats in _repeated(spectrum.layout.series):
-        if len({part.stop - part.start for part in repeats}) > 1:
-            repeats = _same_length(repeats)
-        rows = np.stack([coefficients[part.start : part.stop] for part in repeats])
-        bands = spectrum.bands[repeats[0].start : repeats[0].stop]
-        scatter = np.sum((rows - rows.mean(axis=0)) ** 2, axis=0)
-        power += np.bincount(bands, scatter, spectrum.band_count)
-        dof += (len(repeats) - 1) * np.bincount(bands, minlength=spectrum.band_count)
-    return power, dof
+    scatter = [
+        _scatter(spectrum, coefficients, repeats) for repeats in _repeated(spectrum.layout.series)
+    ]
+    if not scatter:
+        return np.zeros(spectrum.band_count), np.zeros(spectrum.band_count)
+    power, dof = (np.stack(parts) for parts in zip(*scatter, strict=True))
+    kept = _alike(power[:, _slow(spectrum)].sum(axis=1), dof[:, _slow(spectrum)].sum(axis=1))
+    return power[kept].sum(axis=0), dof[kept].sum(axis=0)
+
+
+def _scatter(spectrum: Spectrum, coefficients: Array, repeats: list[Series]) -> tuple[Array, Array]:
+    """Sum of squares and degrees of freedom (bands,) of one group of repeats."""
+    if len({part.stop - part.start for part in repeats}) > 1:
+        repeats = _same_length(repeats)
+    rows = np.stack([coefficients[part.start : part.stop] for part in repeats])
+    bands = spectrum.bands[repeats[0].start : repeats[0].stop]
+    squares = np.sum((rows - rows.mean(axis=0)) ** 2, axis=0)
+    freedom = (len(repeats) - 1) * np.bincount(bands, minlength=spectrum.band_count)
+    power = np.bincount(bands, squares, spectrum.band_count)
+    return np.asarray(power, float), np.asarray(freedom, float)
+
+
+def _slow(spectrum: Spectrum) -> NDArray[np.bool_]:
+    """Bands (bands,) of slow errors, without those of a run's gain."""
+    first = np.searchsorted(spectrum.band_output, spectrum.band_output)
+    order = np.arange(spectrum.band_count) - first
+    return np.asarray((order >= 1) & (order <= SLOW_BANDS))
+
+
+def _alike(power: Array, dof: Array) -> NDArray[np.bool_]:
+    """Groups (groups,) to keep: all, unless the upper half scatters too much for one level.
+
+    The null distribution of the ratio of the halves is drawn; it depends on nothing but the degrees
+    of freedom.
+    """
+    every = np.ones(len(power), bool)
+    if len(power) < FEWEST_GROUPS or not np.all(dof > 0.0):
+        return every
+    drawn = np.random.default_rng(0).chisquare(dof, (ALIKE_DRAWS, len(dof))) / dof
+    null = np.sort(_ratio_of_halves(drawn))
+    level = power / dof
+    if _ratio_of_halves(level[None])[0] <= null[int((1.0 - UNLIKE) * ALIKE_DRAWS)]:
+        return every
+    usual = float(np.median(np.sort(level)[: len(level) // 2]))
+    return np.asarray(level <= FAR_ABOVE * usual)
+
+
+def _ratio_of_halves(levels: Array) -> Array:
+    """Sum of the larger half over that of the smaller half (draws,) of levels (draws, groups)."""
+    ordered = np.sort(levels, axis=1)
+    half = levels.shape[1] // 2
+    lower = np.maximum(ordered[:, :half].sum(axis=1), 1e-300)
+    return np.asarray(ordered[:, -half:].sum(axis=1) / lower)
 
 
 def _same_length(repeats: list[Series]) -> list[Series]:

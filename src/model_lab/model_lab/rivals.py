@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 SPLINE_PIECES = 6
 PLAY_SHARES = (0.05, 0.15, 0.3, 0.6)  # widths of the plays over the range of the input
 FILTERS = 6  # time constants, evenly in their logarithm
+FEWEST_RUNS, WAVES = 6, 6  # for a drift over the session; half periods in it
 RIDGE = 1e-4  # of the coefficients, with features scaled to unit mean square
 
 
@@ -32,6 +33,11 @@ class Rival:
     name: str
     residual: Array
     features: int
+
+    @property
+    def against(self) -> str:
+        """The axis of the contract that its inputs belong to."""
+        return AXIS_OF.get(self.name, self.name)
 
     @property
     def rmse(self) -> float:
@@ -233,10 +239,14 @@ def _specimen(inputs: _Inputs) -> Array | None:
 
 
 def _run_order(inputs: _Inputs) -> Array | None:
-    if len(inputs.data.runs) < 3:
+    """Slow drift over the session of zero and gain."""
+    runs = len(inputs.data.runs)
+    if runs < FEWEST_RUNS:
         return None
-    late = inputs.index / (len(inputs.data.runs) - 1)
-    return late * np.stack([np.ones_like(inputs.predicted), inputs.predicted], axis=1)
+    within = np.linspace(0.0, 1.0, len(inputs.predicted))
+    session = (inputs.index + within) / runs
+    waves = [np.cos(np.pi * order * session) for order in range(1, min(runs // 3, WAVES) + 1)]
+    return np.stack([*waves, session * inputs.predicted], axis=1)
 
 
 def _time(inputs: _Inputs) -> Array | None:
@@ -260,3 +270,4 @@ FEATURES: dict[str, Callable[[_Inputs], Array | None]] = {
     "run_order": _run_order,
     "time_in_run": _time,
 }
+AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are axes themselves

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class Question:
         """The fitting problem with these effects free."""
         chosen = [self.classes[name] for name in effects]
         forward = Forward(self.data, self.base, chosen, self.fixed)
-        return Problem(forward, self.spectrum, self.floor.variance)
+        return Problem(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
 
 
 @dataclass(frozen=True)
@@ -94,9 +95,18 @@ def score_base(
 ) -> Scored:
     """The model with some effects, fitted from a start (k,) or from where parameters start."""
     problem = question.problem(effects)
-    first = np.array([p.start for p in problem.forward.parameters]) if start is None else start
-    found = fit(problem, first[None])
+    starts = base_starts(problem.forward.parameters) if start is None else start[None]
+    found = fit(problem, starts)
     return Scored(tuple(effects), found, hold_out(found))
+
+
+def base_starts(parameters: Sequence[Any]) -> Array:
+    """Starts (n, k) of a search: parameters as they are, and with softer and stiffer batches."""
+    start = np.array([p.start for p in parameters], float)
+    scales = np.array([p.name.startswith("modulus_scale") for p in parameters], bool)
+    if not scales.any():
+        return start[None]
+    return np.stack([np.where(scales, factor * start, start) for factor in (1.0, 0.9, 1.1)])
 
 
 def score_with(question: Question, before: Scored, effect: str) -> Scored | Unseen:

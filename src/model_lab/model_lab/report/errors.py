@@ -181,7 +181,11 @@ def rest(view: View) -> Drawing | None:
     final = view.outcome.selection.final.held_out.rmse
     against = view.diagnosis.unexplained.against
     rows = [
-        Row(rival.name.replace("_", " "), rival.rmse, "tied" if rival.name in against else "other")
+        Row(
+            rival.name.replace("_", " "),
+            rival.rmse,
+            "tied" if rival.against in against else "other",
+        )
         for rival in rivals
     ]
     caption = (
