@@ -103,6 +103,8 @@ def _section(effect: type[Effect]) -> str:
             f"| `{p.name}` | {p.description} | {p.unit or '-'} | {p.low:g} to {p.high:g} "
             f"| {low:g} to {high:g} |\n"
         )
+    if not effect.physical:
+        lines.append("\n**Not physics**: never named by `diagnose`, added only on request.\n")
     memory = "; depends on what was before" if effect.has_memory else ""
     lines.append(f"\n* Seen in: {', '.join(sorted(effect.experiments))}{memory}.\n")
     if effect.unseen_in:

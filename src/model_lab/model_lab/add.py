@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from model_lab.candidates import inapplicable
+import numpy as np
+
+from model_lab.candidates import inapplicable, invisible, signature, with_trials
 from model_lab.diagnose import calibration_of, named_effect, pose_question
 from model_lab.diagnosis import NamedEffect
+from model_lab.fit import Problem, fit
+from model_lab.holdout import hold_out
 from model_lab.measurement import MeasurementSet
 from model_lab.search import Question, Scored, Unseen, score_base, score_with
 from softhand_model.effects import Effect
@@ -41,7 +45,7 @@ def add_effect(
         raise ValueError(f"effect {name}: expected one that these data show, but: {reason}")
     question, given = pose_question(data, model, classes)
     before = score_base(question, [effect.name for effect in given])
-    after = score_with(question, before, name)
+    after = _scored(question, before, name)
     if isinstance(after, Unseen):
         raise ValueError(f"effect {name}: expected one that these data show, but: {after.reason}")
     named = [named_effect(after, effect) for effect in after.effects]
@@ -50,9 +54,35 @@ def add_effect(
     std = {
         entry.name: {key: estimate.std for key, estimate in entry.parameters.items()}
         for entry in named
+        if question.classes[entry.name].physical  # a generic term stays as it is from now on
     }
     new = Model(model.base, calibration_of(after), (*kept, *fitted), std)
     return Addition(question, before, after, named[-1], new)
+
+
+def _scored(question: Question, before: Scored, name: str) -> Scored | Unseen:
+    """The model with one effect more."""
+    if question.classes[name].physical:
+        return score_with(question, before, name)
+    return _with_generic_term(question, before, name)
+
+
+def _with_generic_term(question: Question, before: Scored, name: str) -> Scored | Unseen:
+    """The model with a generic term, fitted by least squares: it has to take off as much of the
+    error as it can, not to explain it. What the data do not show of it stays where it does nothing.
+    """
+    effect = question.classes[name]
+    problem = question.problem((*before.effects, name))
+    seen = signature(problem, before.fit, effect)
+    reason = invisible(seen, question.floor.total)
+    if reason is not None:
+        return Unseen(name, reason)
+    idle = np.array([[parameter.neutral or 0.0 for parameter in effect.parameters]])
+    spectrum = question.spectrum.in_one_band()
+    white = np.full(spectrum.band_count, question.floor.total**2)
+    squares = Problem(problem.forward, spectrum, white)
+    after = fit(squares, with_trials(squares, before.fit, name, idle))
+    return Scored((*before.effects, name), after, hold_out(after), signature=seen)
 
 
 def _instance(question: Question, named: NamedEffect) -> Effect:

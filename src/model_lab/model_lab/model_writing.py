@@ -13,6 +13,8 @@ from model_lab.new_file import check_new, plain, write_new
 from softhand_model.effects import Effect
 from softhand_model.model_file import FORMAT, Model
 
+NOT_PHYSICS = "a generic term, not physics"
+
 
 def write_model(path: Path, model: Model, comment: str = "", force: bool = False) -> None:
     """Write a model file that `softhand_model.model_file.load_model` reads back equal.
@@ -51,7 +53,10 @@ def model_text(model: Model, folder: Path, comment: str = "") -> str:
         lines.append(f"calibration: {_in_one_line(model.calibration)}")
     if model.effects:
         lines.append("effects:")
-        lines += [f"  - {_in_one_line(_entry(model, effect, folder))}" for effect in model.effects]
+        lines += [
+            f"  - {_in_one_line(_entry(model, effect, folder))}{_remark(effect)}"
+            for effect in model.effects
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -65,6 +70,10 @@ def _entry(model: Model, effect: Effect, folder: Path) -> dict[str, Any]:
     std = plain(dict(model.std.get(effect.name, {})))
     known = {name: value for name, value in std.items() if value is not None}
     return entry | ({"std": known} if known else {})
+
+
+def _remark(effect: Effect) -> str:
+    return "" if effect.physical else f"  # {NOT_PHYSICS}"
 
 
 def _in_one_line(value: Mapping[str, Any]) -> str:

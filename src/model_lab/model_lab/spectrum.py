@@ -8,7 +8,7 @@ frequency, takes them apart; a level of error for each band of frequencies then 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,11 @@ class Spectrum:
     band_output: IntArray
     _reflections: tuple[Array, ...]
     _by_length: tuple[tuple[int, IntArray], ...]
+
+    def in_one_band(self) -> Spectrum:
+        """The same with all coefficients of an output in one band: the errors count as white."""
+        outputs, bands = np.unique(self.band_output[self.bands], return_inverse=True)
+        return replace(self, bands=bands.reshape(-1).astype(np.int64), band_output=outputs)
 
     @property
     def band_count(self) -> int:

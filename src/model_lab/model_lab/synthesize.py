@@ -107,7 +107,7 @@ class _Bench:
         able = [
             effect
             for effect in classes.values()
-            if inapplicable(effect, self.empty, "pneuflex") is None
+            if effect.physical and inapplicable(effect, self.empty, "pneuflex") is None
         ]
         given_way = np.linalg.qr(self._nudges())[0]
         for part, index in enumerate(self._random.permutation(len(able))):

@@ -40,7 +40,8 @@ def _pulses(
 ) -> dict[str, Array]:
     """Columns (pulses,) for an absolute supply pressure [Pa] and lengths between two [s]."""
     inflating = random.uniform(size=PULSES) < 0.5
-    duration = np.exp(random.uniform(*map(float, np.log(length)), PULSES))
+    shortest, longest = length
+    duration = shortest * (longest / shortest) ** random.uniform(size=PULSES)
     duration = np.where(inflating, duration, duration / QUICKER)
     channel = AMBIENT_PRESSURE + random.uniform(LEAST, min(MOST, 0.9 * supply - 101e3), PULSES)
     sagging = supply * random.uniform(0.94, 1.0, PULSES)  # other channels draw from it as well

@@ -50,6 +50,7 @@ class Effect:
     has_memory: whether it depends on what was before, and so needs `time`.
     rank: within a stage effects of lower rank act first, whatever the file's order.
     bases: base models beside which it has a meaning.
+    physical: false for a generic term, which the lab adds on request but never names as a cause.
     """
 
     name: ClassVar[str] = ""
@@ -61,6 +62,7 @@ class Effect:
     has_memory: ClassVar[bool] = False
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
+    physical: ClassVar[bool] = True
 
     values: Mapping[str, Any]
 
