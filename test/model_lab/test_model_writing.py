@@ -14,6 +14,9 @@ class Own(LoadEffect):
     name = "own"
     experiments = frozenset({"free_bending"})
     parameters = (Parameter("size", "", 0.0, 2.0),)
+
+    def modulus_factor(self, temperature):
+        return 1.0 + self.values["size"]
 """
 
 

@@ -157,6 +157,8 @@ def test_no_effect_that_shows_is_said_in_one_line(tmp_path, capsys):
         "class Idle(LoadEffect):\n"
         "    name = 'idle'\n"
         "    experiments = frozenset({'uniaxial'})\n"
+        "    def modulus_factor(self, temperature):\n"
+        "        return 1.0\n"
     )
     folder = tmp_path / "set"
     command = ["synthesize", "uniaxial", "--hide", "--effects", str(own), "--out", str(folder)]

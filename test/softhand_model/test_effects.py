@@ -155,7 +155,13 @@ def test_structure_effect_pulls_as_a_softer_spring_would(tmp_path):
 
 
 def test_effects_that_do_nothing_leave_the_base_model(tmp_path):
-    source = "\nclass Idle(ElasticEffect):\n    name = 'idle'\n"
+    source = """
+class Idle(ElasticEffect):
+    name = 'idle'
+
+    def stress(self, stress, strain, shape, memory, dt):
+        return stress
+"""
     chain = chain_with(tmp_path, source, "idle")
     for pressure in (0.0, 200.0, 30e3, 79e3):
         found = chain.step(1e-3, [pressure], np.zeros((5, 3)))
@@ -183,6 +189,28 @@ class Falling(ElasticEffect):
         (
             "class Odd(InputEffect):\n    name = 'odd'\n    stage = 'soul'\n",
             "stage: expected one of",
+        ),
+        ("class Odd(ElasticEffect)\n    pass\n", "got SyntaxError: expected ':' (own.py, line 5)"),
+        (
+            "class Odd(ElasticEffect):\n    name = 'odd'\n",
+            "effect odd: expected a method of its stage, stress, got none",
+        ),
+        (
+            "from softhand_model.effects import Effect\n"
+            "class Odd(Effect):\n    name, stage = 'odd', 'load'\n",
+            "effect odd: expected a subclass of one of InputEffect, LoadEffect,",
+        ),
+        (
+            "class Odd(LoadEffect):\n    name = 'odd'\n    parameters = (Parameter('x', 'm'),)\n",
+            "missing 2 required positional arguments: 'low' and 'high'",
+        ),
+        ("Parameter('x', 'm', 0.0, float('inf'))\n", "parameter x: expected two numbers as bounds"),
+        ("Parameter('x', 'm', 0.0, 1.0, logarithmic=True)\n", "expected bounds above 0"),
+        ("Parameter('x', 'm', 0.0, 1.0, typical=(0.5, 2.0))\n", "typical: expected numbers within"),
+        (
+            "class Odd(LoadEffect):\n    name = 'gravity'\n"
+            "    def modulus_factor(self, temperature):\n        return 1.0\n",
+            "effect gravity: expected a name that no built-in effect has",
         ),
     ],
 )

@@ -35,12 +35,11 @@ EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
     "base_torque": lambda random: held_tip_set(),
 }
 EXPERIMENTS = tuple(EMPTY)
-SCATTER = 0.006  # of a whole run, relative
-NOISE = 0.006  # of the largest output
+NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
 FLOORS = (3.0, 10.0)  # change of the readings by the effect, root mean square, least and most
 MODULUS = (0.93, 1.07)  # calibration, over its nominal value
 NUDGE = 1.05  # of the calibration, to see what it takes up
-TRIES = 8  # of the values of one kind of effect
+TRIES = 100  # effects that are drawn at the most
 
 
 @dataclass(frozen=True)
@@ -56,23 +55,27 @@ def synthesize(
     seed: int,
     hide: bool,
     classes: Mapping[str, type[Effect]] | None = None,
+    noise: float = NOISE,
     progress: Callable[[float], None] = lambda part: None,
 ) -> Synthesised:
     """A set of two repeats of six protocols, with one random effect if `hide`.
 
-    classes: effects from which it is drawn, the built-in ones if None. progress is told the part
+    classes: effects from which it is drawn, the built-in ones if None. noise: one sigma of a sample
+    over the largest reading, and of the scatter of whole runs, relative. progress is told the part
     that is done. truth: effects with their parameters, calibration as in a model file, noise (one
     sigma in SI units), seed.
 
-    Raises ValueError for an experiment that is not among EXPERIMENTS, and when none of the effects
-    shows in it.
+    Raises ValueError for an experiment that is not among EXPERIMENTS, a noise that is not above 0,
+    and when none of the effects shows in it.
     """
+    if not 0.0 < noise < 1.0:
+        raise ValueError(f"noise: expected a number between 0 and 1, got {noise:g}")
     if experiment not in EMPTY:
         raise ValueError(
             f"experiment: expected one of {', '.join(EXPERIMENTS)} to synthesize, got {experiment}"
         )
     random = np.random.default_rng(seed)
-    bench = _Bench(EMPTY[experiment](random), random)
+    bench = _Bench(EMPTY[experiment](random), random, noise)
     known = effect_classes() if classes is None else classes
     chosen = (bench.hidden_effect(known, progress),) if hide else ()
     truth = {
@@ -93,12 +96,12 @@ def write_synthesised(made: Synthesised, folder: Path, force: bool = False) -> N
 class _Bench:
     """What the set is measured on: its true calibration and its noise."""
 
-    def __init__(self, empty: MeasurementSet, random: np.random.Generator) -> None:
-        self.empty, self._random = empty, random
+    def __init__(self, empty: MeasurementSet, random: np.random.Generator, noise: float) -> None:
+        self.empty, self._random, self._scatter = empty, random, noise
         self.calibration = _calibration(empty, random)
         self._base = self._predicted(())
-        self.noise = NOISE * float(np.abs(self._base).max())
-        self._floor = float(np.hypot(self.noise, SCATTER * np.sqrt(np.mean(self._base**2))))
+        self.noise = noise * float(np.abs(self._base).max())
+        self._floor = float(np.hypot(self.noise, noise * np.sqrt(np.mean(self._base**2))))
 
     def hidden_effect(
         self, classes: Mapping[str, type[Effect]], progress: Callable[[float], None]
@@ -110,17 +113,17 @@ class _Bench:
             if effect.physical and inapplicable(effect, self.empty, "pneuflex") is None
         ]
         given_way = np.linalg.qr(self._nudges())[0]
-        for part, index in enumerate(self._random.permutation(len(able))):
-            progress(part / len(able))
-            for _ in range(TRIES if able[index].parameters else 1):
-                effect = self._drawn(able[index])
-                change = self._predicted((effect,)) - self._base
-                change = change - given_way @ (given_way.T @ change)
-                if FLOORS[0] <= np.sqrt(np.mean(change**2)) / self._floor <= FLOORS[1]:
-                    return effect
+        order = self._random.permutation(len(able))
+        for attempt in range(TRIES if able else 0):
+            progress(attempt / TRIES)
+            effect = self._drawn(able[order[attempt % len(able)]])
+            change = self._predicted((effect,)) - self._base
+            change = change - given_way @ (given_way.T @ change)
+            if FLOORS[0] <= np.sqrt(np.mean(change**2)) / self._floor <= FLOORS[1]:
+                return effect
         raise ValueError(
             f"effects: expected one that shows in {self.empty.experiment}, "
-            f"got {', '.join(sorted(classes)) or 'none'}"
+            f"got {', '.join(sorted(classes)) or 'none'}; less noise shows more"
         )
 
     def measured(self, effects: Sequence[Effect]) -> MeasurementSet:
@@ -128,7 +131,7 @@ class _Bench:
         true = self._predicted(effects)
         runs, start = [], 0
         for run in self.empty.runs:
-            factor = 1.0 + SCATTER * self._random.standard_normal()
+            factor = 1.0 + self._scatter * self._random.standard_normal()
             columns = dict(run.columns)
             for output in self.empty.outputs:
                 part = true[start : start + run.samples]

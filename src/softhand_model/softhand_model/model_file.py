@@ -76,9 +76,11 @@ def model_names() -> list[str]:
     return shipped_names("models")
 
 
-def load_model(path: str | Path | None = None) -> Model:
+def load_model(
+    path: str | Path | None = None, own: Mapping[str, type[Effect]] | None = None
+) -> Model:
     """The model of a file or of a shipped name; None is `gravity`, the one that the hands ship
-    with.
+    with. own: effects by name that the file may name beside the built-in ones without their file.
 
     Raises ValueError naming file, key, expected and got.
 
@@ -88,7 +90,9 @@ def load_model(path: str | Path | None = None) -> Model:
     document = read_document(find_document(path or "gravity", "models", "model"), FORMAT)
     fields = document.fields(["format", "base"], ["calibration", "effects"])
     calibration = _calibration(fields["calibration"]) if "calibration" in fields else {}
-    effects, std, files = _effects(fields["effects"]) if "effects" in fields else ((), {}, {})
+    effects, std, files = (
+        _effects(fields["effects"], own or {}) if "effects" in fields else ((), {}, {})
+    )
     return Model(fields["base"].choice(BASES), calibration, effects, std, files)
 
 
@@ -109,7 +113,7 @@ def _calibration(node: Node) -> dict[str, float | Mapping[str, float]]:
 
 
 def _effects(
-    node: Node,
+    node: Node, own: Mapping[str, type[Effect]]
 ) -> tuple[tuple[Effect, ...], dict[str, dict[str, float]], dict[str, Path]]:
     """Effects, standard errors of their parameters by name, and files of those that have one."""
     effects: dict[str, Effect] = {}
@@ -120,7 +124,7 @@ def _effects(
         name = fields["name"].text()
         if name in effects:
             raise fields["name"].error("every effect once")
-        effects[name] = _effect(entry, fields)
+        effects[name] = _effect(entry, fields, own)
         if "file" in fields:
             files[name] = _file(entry, fields)
         if "std" in fields:
@@ -134,8 +138,8 @@ def _file(entry: Node, fields: dict[str, Node]) -> Path:
     return Path(entry.file).parent / fields["file"].text()
 
 
-def _effect(entry: Node, fields: dict[str, Node]) -> Effect:
-    known = effect_classes()
+def _effect(entry: Node, fields: dict[str, Node], own: Mapping[str, type[Effect]]) -> Effect:
+    known = {**effect_classes(), **own}
     if "file" in fields:
         known = effects_in_file(_file(entry, fields))
     name = fields["name"].choice(known)

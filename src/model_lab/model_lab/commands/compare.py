@@ -23,6 +23,7 @@ def add_to(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     options.add_data(parser)
     options.add_model(parser)
+    options.add_effects(parser)
     options.add_results(parser)
     options.add_seed(parser)
 

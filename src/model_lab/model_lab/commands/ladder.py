@@ -21,6 +21,7 @@ def add_to(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "models", nargs="+", metavar="MODEL", help="model file, or the name of a shipped one"
     )
+    options.add_effects(parser)
     options.add_results(parser)
 
 
@@ -28,10 +29,9 @@ def run(arguments: argparse.Namespace) -> None:
     """Compare the models, print the rungs, and write the JSON."""
     from model_lab.ladder import climb, ladder_json, ladder_text
     from model_lab.progress import Progress
-    from softhand_model.model_file import load_model
 
     options.check_json(arguments)
-    models = {name: load_model(name) for name in arguments.models}
+    models = {name: options.named_model(arguments, name) for name in arguments.models}
     data = options.measurements(arguments)
     with Progress("comparing") as progress:
         ladder = climb(data, models, progress)

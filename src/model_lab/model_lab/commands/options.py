@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from model_lab.measurement import MeasurementSet
 from model_lab.new_file import check_new, write_json
 from model_lab.progress import Progress
 from softhand_model.effects import Effect, effect_classes, effects_in_file
+from softhand_model.effects.effect import EXPERIMENTS
 from softhand_model.model_file import Model, load_model
 
 DEFAULT_MODEL = "base"
@@ -78,8 +80,16 @@ def measurements(arguments: argparse.Namespace) -> MeasurementSet:
 
 
 def model(arguments: argparse.Namespace) -> Model:
-    """The model that the arguments name."""
-    return load_model(arguments.model)
+    """The model that the arguments name, with the files of the user's own effects in it."""
+    return named_model(arguments, arguments.model)
+
+
+def named_model(arguments: argparse.Namespace, name: str) -> Model:
+    """A model by file or shipped name; it may name the user's own effects without their file."""
+    found = load_model(name, own_classes(arguments))
+    named = {effect.name for effect in found.effects}
+    own = {key: path for key, path in files(arguments).items() if key in named}
+    return replace(found, files={**own, **found.files})
 
 
 def classes(arguments: argparse.Namespace, known: Model) -> dict[str, type[Effect]]:
@@ -89,10 +99,21 @@ def classes(arguments: argparse.Namespace, known: Model) -> dict[str, type[Effec
 
 
 def own_classes(arguments: argparse.Namespace) -> dict[str, type[Effect]]:
-    """The user's own effects, by name."""
+    """The user's own effects, by name.
+
+    Raises ValueError for one that acts in no experiment, or in two files.
+    """
     found: dict[str, type[Effect]] = {}
     for path in arguments.effects:
-        found.update(effects_in_file(path))
+        for name, effect in effects_in_file(path).items():
+            if name in found:
+                raise ValueError(f"{path}: effect {name}: expected it in one file, got it in two")
+            if not effect.experiments:
+                raise ValueError(
+                    f"{path}: effect {name}: experiments: expected some of "
+                    f"{', '.join(EXPERIMENTS)}, got none"
+                )
+            found[name] = effect
     return found
 
 

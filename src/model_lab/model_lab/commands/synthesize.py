@@ -7,6 +7,7 @@ from pathlib import Path
 
 from model_lab.commands import options
 
+NOISE = 0.006
 HELP = "make measurements with a hidden effect, to try the lab on"
 DESCRIPTION = (
     "Make a measurement set with the model itself: two repeats of six protocols, with noise. "
@@ -25,7 +26,21 @@ def add_to(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("experiment", metavar="EXPERIMENT", help="such as free_bending")
     parser.add_argument("--hide", action="store_true", help="hide an effect in it")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write")
-    options.add_effects(parser)
+    parser.add_argument(
+        "--noise",
+        type=float,
+        default=NOISE,
+        metavar="SHARE",
+        help="one sigma over the largest reading, and scatter of whole runs (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--effects",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="Python file with effects of your own: one of them is hidden",
+    )
     options.add_seed(parser)
     options.add_results(parser)
 
@@ -41,7 +56,12 @@ def run(arguments: argparse.Namespace) -> None:
     own = options.own_classes(arguments)
     with Progress("measuring") as progress:
         made = synthesize(
-            arguments.experiment, arguments.seed, arguments.hide, own or None, progress
+            arguments.experiment,
+            arguments.seed,
+            arguments.hide,
+            own or None,
+            arguments.noise,
+            progress,
         )
     write_synthesised(made, arguments.out, arguments.force)
     runs = len(made.data.runs)

@@ -8,6 +8,7 @@ from softhand_model.effects.discovery import effect_classes, effects_in_file
 from softhand_model.effects.effect import STAGES, Effect, Parameter
 from softhand_model.effects.stages import (
     ElasticEffect,
+    FlowEffect,
     InputEffect,
     LoadEffect,
     OutputEffect,
@@ -19,6 +20,7 @@ __all__ = [
     "STAGES",
     "Effect",
     "ElasticEffect",
+    "FlowEffect",
     "InputEffect",
     "LoadEffect",
     "OutputEffect",

@@ -6,11 +6,30 @@ import importlib
 import importlib.util
 import inspect
 import pkgutil
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 
 from softhand_model.effects.effect import Effect
+from softhand_model.effects.stages import (
+    ElasticEffect,
+    FlowEffect,
+    InputEffect,
+    LoadEffect,
+    OutputEffect,
+    StructureEffect,
+)
+
+STAGE_CLASSES: tuple[type[Effect], ...] = (
+    InputEffect,
+    LoadEffect,
+    ElasticEffect,
+    StructureEffect,
+    OutputEffect,
+    FlowEffect,
+)
+NOT_ENOUGH = ("allows", "remember", "of", "by_direction")  # what alone changes no prediction
 
 
 @lru_cache(maxsize=1)
@@ -34,7 +53,8 @@ def effect_classes() -> dict[str, type[Effect]]:
 def effects_in_file(path: Path) -> dict[str, type[Effect]]:
     """Effects that a Python file defines, by name; the file is executed.
 
-    Raises ValueError when the file is missing, fails or defines none.
+    Raises ValueError when the file is missing, fails or defines none, and for an effect that could
+    not act: of no stage's class, without a method of its stage, or with the name of a built-in one.
     """
     if not path.is_file():
         raise ValueError(f"{path}: expected a Python file with an effect, got no such file")
@@ -55,7 +75,36 @@ def effects_in_file(path: Path) -> dict[str, type[Effect]]:
         raise ValueError(
             f"{path}: expected a subclass of softhand_model.effects.Effect with a name, got none"
         )
+    for effect in found.values():
+        _check(effect, path)
     return found
+
+
+def _check(effect: type[Effect], path: Path) -> None:
+    """Refuse an effect that could not act."""
+    of_stage = next((base for base in STAGE_CLASSES if issubclass(effect, base)), None)
+    if of_stage is None:
+        wanted, got = _listed(base.__name__ for base in STAGE_CLASSES), "another base class"
+        raise ValueError(
+            f"{path}: effect {effect.name}: expected a subclass of one of {wanted}, got {got}"
+        )
+    methods = [name for name, member in vars(of_stage).items() if inspect.isfunction(member)]
+    methods = [name for name in methods if name not in NOT_ENOUGH]
+    if not any(getattr(effect, name) is not getattr(of_stage, name) for name in methods):
+        raise ValueError(
+            f"{path}: effect {effect.name}: expected a method of its stage, "
+            f"{_listed(methods, 'or')}, got none"
+        )
+    if effect.name in _built_in():
+        raise ValueError(
+            f"{path}: effect {effect.name}: expected a name that no built-in effect has; "
+            "choose another one"
+        )
+
+
+def _listed(names: Iterable[str], last: str = "and") -> str:
+    *others, end = names
+    return f"{', '.join(others)} {last} {end}" if others else end
 
 
 def _classes_of(module: ModuleType) -> dict[str, type[Effect]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +25,8 @@ class Parameter:
 
     typical: values (low, high) between which the effect is usually found, where a search starts
     (the bounds if absent); `logarithmic` when it spans decades. `neutral`: the value at which the
-    effect does nothing, if there is one.
+    effect does nothing, if there is one. Raises ValueError for bounds, a usual range or a neutral
+    value that make no sense.
     """
 
     name: str
@@ -36,6 +37,32 @@ class Parameter:
     typical: tuple[float, float] | None = None
     logarithmic: bool = False
     neutral: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no search could use."""
+        bounds = f"{self.low!r} to {self.high!r}"
+        if not (_is_number(self.low) and _is_number(self.high) and self.low < self.high):
+            raise ValueError(f"parameter {self.name}: expected two numbers as bounds, got {bounds}")
+        if self.logarithmic and self.low <= 0.0:
+            raise ValueError(
+                f"parameter {self.name}: expected bounds above 0 of what spans decades, "
+                f"got {bounds}"
+            )
+        for key, value in self._within():
+            if not _is_number(value) or not self.low <= value <= self.high:
+                raise ValueError(
+                    f"parameter {self.name}: {key}: expected numbers within its bounds, {bounds}, "
+                    f"got {value!r}"
+                )
+
+    def _within(self) -> list[tuple[str, float]]:
+        """What has to lie within the bounds, by name."""
+        typical = [("typical", value) for value in self.typical or ()]
+        return typical + ([] if self.neutral is None else [("neutral", self.neutral)])
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 class Effect:
@@ -96,7 +123,7 @@ class Effect:
             raise ValueError(
                 f"effect {cls.name}: stage: expected one of {_listed(STAGES)}, got {cls.stage!r}"
             )
-        unknown = cls.experiments - set(EXPERIMENTS)
+        unknown = set(cls.experiments) - set(EXPERIMENTS)
         if cls.name and unknown:
             raise ValueError(
                 f"effect {cls.name}: experiments: expected some of {_listed(EXPERIMENTS)}, "
@@ -104,10 +131,7 @@ class Effect:
             )
 
     def _check(self, parameter: Parameter, value: float) -> None:
-        number = (
-            isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        )
-        if not number or not parameter.low <= value <= parameter.high:
+        if not _is_number(value) or not parameter.low <= value <= parameter.high:
             unit = f" {parameter.unit}" if parameter.unit else ""
             raise ValueError(
                 f"effect {self.name}: {parameter.name}: expected a number from "
