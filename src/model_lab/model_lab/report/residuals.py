@@ -45,10 +45,10 @@ def residuals(view: View) -> Drawing | None:
         return None
     caption = (
         "Measured minus predicted. Each point of a line is the mean over a part of the axis, its "
-        f"band the 95 % interval of a bootstrap over {first[0].basis}; dots are single samples, the "
-        "green strip is one sigma of the noise floor. Where the band of a line lies off zero, the "
-        f"model is wrong in the same way {_again(first[0])}. Panels stand in the order of the share "
-        f"of the error that they account for. {_in_words(found['before'])}"
+        f"band the 95 % interval of a bootstrap over {first[0].basis}; dots are single samples, "
+        "the green strip is one sigma of the noise floor. Where the band of a line lies off zero, "
+        f"the model is wrong in the same way {_again(first[0])}. Panels stand in the order of the "
+        f"share of the error that they account for. {_in_words(found['before'])}"
     )
     rows = -(-len(first) // COLUMNS)
     models = "the model" if view.after is None else "the model before and after"
