@@ -2,7 +2,7 @@
 PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src test examples bench scripts
 
-.PHONY: setup demo lab-demo test lint bench bench-lab docs figures lab-figure clean
+.PHONY: setup demo lab-demo lab-story test lint bench bench-lab docs figures lab-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -14,6 +14,11 @@ demo: setup
 # SEED=3 hides another effect in another set.
 lab-demo: setup
 	@$(PYTHON_IN_VENV) -m model_lab.demo $(if $(SEED),--seed $(SEED))
+
+# The same over ROS: a finger whose simulator hides an effect (HIDE=gent_stiffening, HIDE=nothing ...)
+# is measured into bags, diagnosed, and watched by the monitor before and after; out/lab-story.
+lab-story: setup
+	@$(PYTHON_IN_VENV) -m softhand_bringup.lab_story $(if $(HIDE),--hide $(HIDE)) $(if $(SEED),--seed $(SEED))
 
 test: setup
 	@$(PYTHON_IN_VENV) -m pytest -q $(ARGS)

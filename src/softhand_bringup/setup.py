@@ -22,10 +22,12 @@ setup(
     install_requires=[
         "setuptools",
         "grasp_strategies",
+        "model_lab",
         "pneumaticbox_driver",
         "pneuflex_sim",
         "softhand_model",
         "numpy",
+        "PyYAML",
         "matplotlib",
         "rosbags",
     ],
@@ -34,6 +36,7 @@ setup(
     entry_points={
         "console_scripts": [
             "demo = softhand_bringup.demo.__main__:main",
+            "lab_story = softhand_bringup.lab_story.__main__:main",
             "recorder = softhand_bringup.recorder.node:main",
             "repair_bag = softhand_bringup.bags.repair:main",
         ],

@@ -15,7 +15,8 @@ EXECUTABLES = {
     "pneuflex_sim": {"hand_sim"},
     "pneumaticbox_driver": {"driver", "calibrate"},
     "grasp_strategies": {"sequencer", "trials"},
-    "softhand_bringup": {"demo", "recorder", "repair_bag"},
+    "model_lab": {"model_lab", "model-lab", "monitor"},
+    "softhand_bringup": {"demo", "lab_story", "recorder", "repair_bag"},
 }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -66,9 +66,14 @@ def sequencer(options: SuiteOptions) -> NodeCommand:
     return NodeCommand("sequencer", "grasp_strategies.node", parameters)
 
 
-def monitor(options: SuiteOptions) -> NodeCommand:
-    """The node `monitor`, with the model of the options, whatever the simulator has."""
+def monitor(
+    options: SuiteOptions, further: Mapping[str, ParameterValue] | None = None
+) -> NodeCommand:
+    """The node `monitor`, with the model of the options, whatever the simulator has, and further
+    parameters of its own.
+    """
     parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    parameters.update(further or {})
     if options.model:
         parameters["model_file"] = options.model
     return NodeCommand("monitor", "model_lab.monitor", parameters)

@@ -1,4 +1,4 @@
-"""`python -m softhand_bringup.lab_story`, which `make lab-live` runs: the lab's whole story live.
+"""`python -m softhand_bringup.lab_story`, which `make lab-story` runs: the lab's whole story live.
 
 Exit status: 0 told to its end; 1 failed; 2 nothing could be started; 130 interrupted.
 """
@@ -21,7 +21,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Tell the story; see the module for the exit status."""
     parsed = _parse(arguments)
     try:
-        folder = make_run_folder(parsed.out, "lab-live")
+        folder = make_run_folder(parsed.out, "lab-story")
     except OSError as error:
         say(f"cannot write {error.filename or parsed.out}: {error.strerror}")
         return 2
@@ -41,12 +41,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 def say(line: str) -> None:
     """Print one line at once."""
-    print(f"lab-live: {line}", flush=True)
+    print(f"lab-story: {line}", flush=True)
 
 
 def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog="lab_live",
+        prog="lab_story",
         description="A finger whose simulator hides an effect: measured over ROS, diagnosed from "
         "the bags, the effect added, and watched live by the monitor.",
     )

@@ -1,4 +1,4 @@
-"""What is measured: pressure protocols of a finger as courses of air mass."""
+"""What is measured: a finger brought to plateaus of pressure, as courses of air mass."""
 
 from __future__ import annotations
 
@@ -7,57 +7,65 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model_lab.protocols import protocol
 from softhand_model.actuator import Actuator
 from softhand_model.gas import AMBIENT_PRESSURE, air_mass
 
-SPACING = 0.1  # [s] between points of a course
+RISE = 0.2  # from plateau to plateau [s]; the valves take as long
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A protocol of the lab's bank, how long it takes [s] and up to which gauge pressure [Pa].
+    """A protocol: gauge pressures [Pa] one after the other, each held for so long [s].
 
-    All leave the finger time to settle between pulses of the valves: the lab's model has no
-    inertia.
+    Plateaus, not ramps: the finger of the simulator lags 10 ms behind its pressure and swings after
+    each pulse of the valves, which the lab's model leaves out. Where the pressure stands, neither
+    shows, and what remembers still does: a finger creeps while it is held.
     """
 
     protocol: str
-    duration: float
-    peak: float = 30e3
+    levels: Sequence[float]
+    hold: float
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return len(self.levels) * self.hold
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a session plays: measurements, repeated in turn, with a rest [s] between two so that
-    memory fades.
-    """
+    """What a session plays: measurements in turn, so often, after a rest [s] with open outlets."""
 
     measurements: Sequence[Measurement]
     repeats: int = 2
-    rest: float = 5.0
+    rest: float = 6.0
 
 
+STAIRCASE = Measurement("staircase", (8e3, 15e3, 23e3, 30e3, 18e3, 9e3, 0.0), 1.2)
+LOOPS = Measurement("loops", (18e3, 12e3, 18e3, 12e3, 24e3, 18e3, 28e3, 0.0), 1.0)
 WHOLE = Plan(
     (
-        Measurement("slow_ramp", 8.0),
-        Measurement("step_and_hold", 6.0, 25e3),
-        Measurement("staircase", 9.0),
-        Measurement("small_loops", 9.0, 28e3),
+        STAIRCASE,
+        Measurement("step_and_hold", (26e3, 0.0), 4.0),
+        LOOPS,
+        Measurement("two_steps", (14e3, 29e3, 0.0), 2.7),
     )
 )
-CHECK = Plan((Measurement("staircase", 9.0), Measurement("small_loops", 9.0, 28e3)), repeats=1)
+CHECK = Plan((STAIRCASE, LOOPS), repeats=1)
 
 
 def air_course(actuator: Actuator, measurement: Measurement) -> list[tuple[float, float]]:
-    """Times [s] and air masses [kg above rest] of an actuator that is driven through a protocol.
+    """Times [s] and air masses [kg above rest], straight lines between, of a measurement.
 
     The mass is that of the base model bending freely; what else acts moves the pressure a little,
     which is measured.
     """
-    points = round(measurement.duration / SPACING) + 1
-    course = protocol(measurement.protocol).course(measurement.duration, measurement.peak, points)
-    return [(float(t), enclosed_air(actuator, float(p))) for t, p in zip(*course, strict=True)]
+    points, before = [], 0.0
+    for index, level in enumerate(measurement.levels):
+        begin, mass = index * measurement.hold, enclosed_air(actuator, level)
+        points += [(begin, before), (begin + RISE, mass)]
+        before = mass
+    return points
 
 
 def enclosed_air(actuator: Actuator, pressure: float) -> float:

@@ -13,10 +13,16 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from softhand_bringup.lab_story.session import StoryFailed
 
 RECORDER = "recorder"
 COMMAND = "/pneumaticbox/command"
+VENT, RESET, TARE = "/pneumaticbox/vent", "/pneumaticbox/reset", "/pneumaticbox/tare"
+ANSWER_LIMIT = 5.0  # wall time after which a service is asked again: an answer can get lost [s]
+ASKED = 3  # times
 
 
 class Commander:
@@ -37,6 +43,9 @@ class Commander:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._commands = self._node.create_publisher(JointTrajectory, COMMAND, 10)
+        self._services = {
+            name: self._node.create_client(Trigger, name) for name in (VENT, RESET, TARE)
+        }
         self.simulated_time = 0.0
         self.told: dict[str, str] = {}  # latest message of every diagnostic status
         self._node.create_subscription(Clock, "/clock", self._clock_ticked, 10)
@@ -56,6 +65,11 @@ class Commander:
         missing = [] if self.simulated_time > 0.0 else ["a tick of /clock"]
         if not self._commands.get_subscription_count():
             missing.append(f"a subscriber of {COMMAND}")
+        missing += [
+            f"service {name}"
+            for name, client in self._services.items()
+            if not client.service_is_ready()
+        ]
         return missing + [f"recording of {t}" for t in self._recorded if not self._is_recorded(t)]
 
     def command(self, course: Sequence[tuple[float, float]]) -> None:
@@ -68,11 +82,42 @@ class Commander:
             points.append(point)
         self._commands.publish(JointTrajectory(joint_names=[self._channel], points=points))
 
+    def vent(self) -> None:
+        """Open the outlets until `reset`; StoryFailed as there."""
+        self._demand(VENT)
+
+    def reset(self) -> None:
+        """Close the outlets.
+
+        Raises:
+            StoryFailed: the driver refuses, or does not answer; the message says why.
+        """
+        self._demand(RESET)
+
+    def tare(self) -> bool:
+        """Let air masses count from here; False when the pressure does not stand still yet."""
+        return bool(self._call(TARE).success)
+
     def spin(self, duration: float) -> None:
         """Listen for so much wall time [s]."""
         end = time.monotonic() + duration
         while (left := end - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left)
+
+    def _demand(self, service: str) -> None:
+        answer = self._call(service)
+        if not answer.success:
+            raise StoryFailed(f"{service}: {answer.message}")
+
+    def _call(self, service: str) -> Trigger.Response:
+        for _ in range(ASKED):
+            future = self._services[service].call_async(Trigger.Request())
+            end = time.monotonic() + ANSWER_LIMIT
+            while not future.done() and time.monotonic() < end:
+                self.spin(0.02)
+            if future.done():
+                return future.result()
+        raise StoryFailed(f"{service}: no answer after {ASKED * ANSWER_LIMIT:.0f} s")
 
     def _is_recorded(self, topic: str) -> bool:
         subscribers = self._node.get_subscriptions_info_by_topic(topic)

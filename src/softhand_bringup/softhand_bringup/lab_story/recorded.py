@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from model_lab.live_prediction import SECOND, Settling
-from model_lab.pressure_track import PressureTrack
+from model_lab.live_prediction import SECOND
 from softhand_bringup.bags.cutting import Part, cut_bag
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.lab_story.session import ANGLES, FINGER, RESIDUAL, STATE, Played
@@ -19,47 +18,52 @@ from softhand_model.actuator import Actuator
 
 PROFILE_PIECES = 8  # straight lines for the taper: the tip angle is exact within 0.1 %
 BATCH = "bench"
-SETTLING = Settling()  # of the monitor, so that both judge by the same samples
+STILL = 150_000_000  # [ns]; the finger swings for 100 ms after a pulse of the valves
+BAND = 1500.0  # [Pa]; a pulse of the valves moves it by 2500, creep under enclosed air by less
 
 
-def settled_stamps(bag: Path) -> set[int]:
-    """Stamps [ns] of the tip angles at which the pressure has stood still for a while."""
-    track, settled = PressureTrack(), set()
+def still_stamps(bag: Path) -> set[int]:
+    """Stamps [ns] of the tip angles before and after which the pressure stands still for STILL.
+
+    As much is left out before a change of pressure as after it: between the samples on both sides
+    the lab draws a straight line, which then holds as much pressure over time as the change itself.
+    """
     with Bag(bag) as recording:
-        states = [(_stamp(m), np.array(m.effort)) for _, m in recording.messages(STATE)]
-        angles = [_stamp(message) for _, message in recording.messages(ANGLES)]
-    coming = iter(sorted(states, key=lambda state: state[0]))
-    for angle in sorted(angles):
-        while (track.newest is None or track.newest < angle) and (state := next(coming, None)):
-            track.add(*state)
-        duration = round(SETTLING.time * SECOND)
-        if track.covers(angle) and track.stood(angle, duration, SETTLING.band).all():
-            settled.add(angle)
-    return settled
+        states = sorted((_stamp(m), float(m.effort[0])) for _, m in recording.messages(STATE))
+        angles = np.array([_stamp(message) for _, message in recording.messages(ANGLES)])
+    stamps, pressures = np.array([s for s, _ in states]), np.array([p for _, p in states])
+    first = np.searchsorted(stamps, angles - STILL)
+    last = np.searchsorted(stamps, angles + STILL, side="right")
+    known = (angles - STILL >= stamps[0]) & (angles + STILL <= stamps[-1])
+    return {
+        int(angle)
+        for angle, i, j in zip(angles[known], first[known], last[known], strict=True)
+        if np.ptp(pressures[i:j]) <= BAND
+    }
 
 
-def live_residual(bag: Path, runs: Sequence[Played], settled: set[int]) -> float:
-    """Rms [rad] of the monitor's residual over the settled samples of the runs; nan without."""
+def live_residual(bag: Path, runs: Sequence[Played], still: set[int]) -> float:
+    """Rms [rad] of the monitor's residual in the runs, at still stamps; nan without any."""
     with Bag(bag) as recording:
         residuals = {_stamp(m): float(m.position[0]) for _, m in recording.messages(RESIDUAL)}
     counted = [
         value
         for stamp, value in residuals.items()
-        if stamp in settled and any(run.start <= stamp / SECOND <= run.end for run in runs)
+        if stamp in still and any(run.start <= stamp / SECOND <= run.end for run in runs)
     ]
     return float(np.sqrt(np.mean(np.square(counted)))) if counted else float("nan")
 
 
 def write_set(
-    folder: Path, bag: Path, runs: Sequence[Played], settled: set[int], actuator: Actuator
+    folder: Path, bag: Path, runs: Sequence[Played], still: set[int], actuator: Actuator
 ) -> None:
     """Write a measurement set with a bag a run, cut out of the session's.
 
-    Tip angles are kept where the finger has settled: the lab's model has no inertia, and what
-    swings for some milliseconds after a pulse of the valves would pass for an effect.
+    Tip angles are kept where the pressure stands: the lab's model has no inertia, and what swings
+    after a pulse of the valves would pass for an effect.
     """
     folder.mkdir(parents=True)
-    parts = [Part(folder / run.name, partial(_belongs, run, settled)) for run in runs]
+    parts = [Part(folder / run.name, partial(_belongs, run, still)) for run in runs]
     cut_bag(bag, parts, (STATE, ANGLES))
     topics = {
         "pressure": {"topic": STATE, "field": "effort[a]"},
@@ -85,9 +89,9 @@ def write_set(
     (folder / "experiment.yaml").write_text(text, encoding="utf-8")
 
 
-def _belongs(run: Played, settled: set[int], topic: str, stamp: int) -> bool:
+def _belongs(run: Played, still: set[int], topic: str, stamp: int) -> bool:
     inside = run.start <= stamp / SECOND <= run.end
-    return inside and (topic != ANGLES or stamp in settled)
+    return inside and (topic != ANGLES or stamp in still)
 
 
 def _specimen(actuator: Actuator) -> dict[str, object]:

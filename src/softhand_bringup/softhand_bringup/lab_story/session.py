@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from softhand_bringup import suite
 from softhand_bringup.environment import node_environment
-from softhand_bringup.lab_story.measuring import Plan, air_course
-from softhand_bringup.launcher import Launcher
+from softhand_bringup.lab_story.measuring import Measurement, Plan, air_course
+from softhand_bringup.launcher import Launcher, ParameterValue
 from softhand_model.actuator import Actuator
 from softhand_model.hands import load_hand
 
@@ -28,7 +28,10 @@ START_LIMIT = 90.0  # [s] of wall time; the first start compiles
 RECORDER_LIMIT = 20.0  # [s]
 STALL_LIMIT = 30.0  # wall time without a tick of the simulated clock [s]
 WARM_UP = 1.0  # simulated time in which the driver averages its sensors [s]
-AFTER = 1.0  # simulated time that still belongs to a run after its course [s]
+BEFORE = 0.5  # simulated time at rest with which a run begins [s]
+TARES, TARE_PERIOD = 10, 0.2  # how often taring is tried, simulated time between two [s]
+# when the monitor takes the finger to be settled: later than by default, for it is to be exact
+SETTLING: dict[str, ParameterValue] = {"settle_time": 0.2, "settle_band": 500.0}
 
 
 class StoryFailed(RuntimeError):
@@ -97,7 +100,7 @@ class Session:
             launcher.start(suite.recorder(self.bag, RECORDED))
             launcher.start(suite.simulator(options))
             launcher.start(suite.driver(options))
-            launcher.start(suite.monitor(replace(options, model=self.model)))
+            launcher.start(suite.monitor(replace(options, model=self.model), SETTLING))
             return self._play(launcher)
 
     def _play(self, launcher: Launcher) -> list[Played]:
@@ -111,17 +114,34 @@ class Session:
             played = []
             for repeat in range(1, self.plan.repeats + 1):
                 for measurement in self.plan.measurements:
-                    start = commander.simulated_time
-                    commander.command(air_course(finger(), measurement))
-                    self._let_pass(commander, launcher, measurement.duration + AFTER)
-                    name = f"{measurement.protocol}_{repeat}"
-                    end = commander.simulated_time
-                    played.append(Played(name, measurement.protocol, start, end))
+                    run = self._run(commander, launcher, measurement, repeat)
                     told = commander.told.get(f"monitor: {FINGER}", "no word from the monitor")
-                    self.say(f"{start:6.1f} s  {name:<18} monitor: {told}")
-                    commander.command([(0.0, 0.0)])
-                    self._let_pass(commander, launcher, self.plan.rest)
+                    self.say(f"{run.start:6.1f} s  {run.name:<16} monitor: {told}")
+                    played.append(run)
             return played
+
+    def _run(
+        self, commander: Commander, launcher: Launcher, measurement: Measurement, repeat: int
+    ) -> Played:
+        """Rest with open outlets, so that memory fades at ambient pressure, and play one run."""
+        commander.vent()
+        self._let_pass(commander, launcher, self.plan.rest)
+        commander.reset()
+        start = commander.simulated_time
+        self._let_pass(commander, launcher, BEFORE)
+        self._tare(commander, launcher)
+        commander.command(air_course(finger(), measurement))
+        self._let_pass(commander, launcher, measurement.duration)
+        name = f"{measurement.protocol}_{repeat}"
+        return Played(name, measurement.protocol, start, commander.simulated_time)
+
+    def _tare(self, commander: Commander, launcher: Launcher) -> None:
+        """Zero the estimate of the air mass, which drifts while the outlets are open."""
+        for _ in range(TARES):
+            if commander.tare():
+                return
+            self._let_pass(commander, launcher, TARE_PERIOD)
+        raise StoryFailed("the driver cannot be tared: the pressure does not stand still at rest")
 
     def _wait_for_nodes(self, commander: Commander, launcher: Launcher) -> None:
         end = time.monotonic() + START_LIMIT

@@ -15,7 +15,7 @@ from typing import Any
 
 from model_lab.model_writing import write_model
 from softhand_bringup.lab_story.measuring import CHECK, WHOLE, Plan
-from softhand_bringup.lab_story.recorded import live_residual, settled_stamps, write_set
+from softhand_bringup.lab_story.recorded import live_residual, still_stamps, write_set
 from softhand_bringup.lab_story.session import Interrupted, Session, StoryFailed, finger
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
@@ -80,7 +80,7 @@ class Story:
             self.say("4. The same finger again; the monitor has the mended model.")
             after = result["live_after"] = self._watch(truth, mended)
             self.say(
-                f"Live residual of the settled finger: {_degrees(before)} before, "
+                f"Live residual where the pressure stands: {_degrees(before)} before, "
                 f"{_degrees(after)} after, {before / after:.1f} times smaller."
             )
         else:
@@ -106,12 +106,12 @@ class Story:
 
     def _measure(self, truth: Path) -> float:
         """Record, and cut the measurement set; the monitor's residual [rad] meanwhile."""
-        session = self._session("measured", self.plan, truth, BASE, self.seed)
+        session = self._session("measured", self.plan, truth, BASE)
         runs = session.run()
-        settled = settled_stamps(session.bag)
-        write_set(self.folder / "set", session.bag, runs, settled, finger())
+        still = still_stamps(session.bag)
+        write_set(self.folder / "set", session.bag, runs, still, finger())
         self.say(f"{len(runs)} runs, a bag each, in {self.folder}/set")
-        return live_residual(session.bag, runs, settled)
+        return live_residual(session.bag, runs, still)
 
     def _diagnose(self) -> dict[str, Any]:
         path = self.folder / "diagnosis.json"
@@ -130,12 +130,12 @@ class Story:
 
     def _watch(self, truth: Path, model: str) -> float:
         """Play again under the mended model; the monitor's residual [rad]."""
-        session = self._session("mended", self.check, truth, model, self.seed + 1)
+        session = self._session("mended", self.check, truth, model)
         runs = session.run()
-        return live_residual(session.bag, runs, settled_stamps(session.bag))
+        return live_residual(session.bag, runs, still_stamps(session.bag))
 
-    def _session(self, name: str, plan: Plan, truth: Path, model: str, seed: int) -> Session:
-        return Session(self.folder / name, plan, truth, model, seed, self.say, self.stopped)
+    def _session(self, name: str, plan: Plan, truth: Path, model: str) -> Session:
+        return Session(self.folder / name, plan, truth, model, self.seed, self.say, self.stopped)
 
     def _lab(self, *arguments: object) -> None:
         """Run a command of the lab.
