@@ -44,7 +44,8 @@ from softhand_model.model_file import Model, load_model
 Array = NDArray[np.float64]
 
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
-LEFT_OVER = 0.3  # share of the excess error that an effect of another form may leave
+LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave
+LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
 STILL_NEAR = 3.0  # held-out error over the floor beyond which nothing counts as explained
 RIVAL_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
 RIVAL_FAR = 0.65  # the same where the model is within the floor
@@ -180,14 +181,24 @@ def _verdict(question: Question, selection: Selection, rivals: Sequence[Rival]) 
     if final is base:
         return UNEXPLAINED if _fails(question, base, rivals) else ADEQUATE
     near = final.held_out.rmse <= NEAR_FLOOR * question.floor.total
-    return EFFECTS_MISSING if near or _another_form(question, base, final) else UNEXPLAINED
+    explained = near or _another_form(question, base, final, rivals)
+    return EFFECTS_MISSING if explained else UNEXPLAINED
 
 
-def _another_form(question: Question, base: Scored, final: Scored) -> bool:
-    """Whether effects explain the error but for what another equation for them would change."""
-    little = excess(question, final) <= LEFT_OVER * excess(question, base)
-    not_far = final.held_out.rmse <= STILL_NEAR * question.floor.total
-    return little and not_far and not bool(np.any(final.fit.at_limit))
+def _another_form(question: Question, base: Scored, final: Scored, rivals: Sequence[Rival]) -> bool:
+    """Whether effects explain the error but for what another equation for them would change.
+
+    That is little; or somewhat more, if a black box that remembers, or not, as they do, takes it
+    down to the floor.
+    """
+    floor = question.floor.total
+    if final.held_out.rmse > STILL_NEAR * floor or bool(np.any(final.fit.at_limit)):
+        return False
+    share = excess(question, final) / excess(question, base)
+    remembers = any(question.classes[name].has_memory for name in final.effects)
+    same_kind = bool(rivals) and rivals[0].remembers == remembers
+    mended = same_kind and rivals[0].rmse <= NEAR_FLOOR * floor
+    return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER)
 
 
 def _fails(question: Question, scored: Scored, rivals: Sequence[Rival]) -> bool:

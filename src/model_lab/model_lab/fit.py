@@ -259,10 +259,10 @@ def _trial_coordinates(problem: Problem, point: _Point) -> Array:
     moves = np.zeros((len(DAMPINGS), len(gradient)))
     if free.any():
         system = normal[np.ix_(free, free)]
-        ridge = np.diag(np.diag(system) + 1e-12 * np.trace(system))
+        ridge = np.diag(np.diag(system))
         for move, factor in zip(moves, DAMPINGS, strict=True):
             damped = system + factor * point.damping * ridge
-            move[free] = np.linalg.lstsq(damped, gradient[free], rcond=None)[0]
+            move[free] = inverse(damped) @ gradient[free]
     moves = np.clip(moves, -2.0 * scales.width, 2.0 * scales.width)
     return np.clip(point.coordinates + moves, scales.low, scales.high)
 
@@ -274,6 +274,17 @@ def _normal_equations(problem: Problem, point: _Point) -> tuple[Array, Array]:
     prior = 1.0 / problem.prior**2
     normal = (rows * weight) @ rows.T + np.diag(prior)
     return normal, rows @ (weight * point.coefficients) - prior * (point.values - 1.0)
+
+
+def inverse(normal: Array, singular: float = 1e-14) -> Array:
+    """Pseudo-inverse (k, k) of normal equations, whatever the units of their parameters.
+
+    singular: eigenvalue, with a diagonal of ones, below which a direction is left alone.
+    """
+    diagonal = np.diag(normal)
+    size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    scaled = normal / np.outer(size, size)
+    return np.asarray(np.linalg.pinv(scaled, rcond=singular, hermitian=True) / np.outer(size, size))
 
 
 def held(scales: Scales, coordinates: Array, gradient: Array) -> NDArray[np.bool_]:
@@ -295,8 +306,7 @@ def _finished(problem: Problem, point: _Point) -> Fit:
         point.coefficients,
         problem.variance(point.power[None])[0],
         point.jacobian,
-        _lost_freedom(problem, len(point.values))
-        * np.asarray(np.linalg.pinv(normal, hermitian=True)),
+        _lost_freedom(problem, len(point.values)) * inverse(normal),
         distance <= AT_LIMIT * span,
     )
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model_lab.fit import Fit, held
+from model_lab.fit import Fit, held, inverse
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def _values_without(fit: Fit, kept: NDArray[np.bool_]) -> Array:
     move = np.zeros(len(gradient))
     if free.any():
         system = normal[np.ix_(free, free)]
-        move[free] = np.linalg.pinv(system, rcond=SINGULAR, hermitian=True) @ gradient[free]
+        move[free] = inverse(system, SINGULAR) @ gradient[free]
     step = np.clip(move, -scales.width, scales.width)
     tried = np.stack([center + share * step for share in STEP_SHARES])
     return scales.outward(np.clip(tried, scales.low, scales.high))

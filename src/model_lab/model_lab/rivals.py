@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from model_lab.fit import Fit
+from model_lab.fit import Fit, inverse
 from model_lab.measurement import DEFLATE, INFLATE, MeasurementSet, Run
 
 Array = NDArray[np.float64]
@@ -38,6 +38,11 @@ class Rival:
     def against(self) -> str:
         """The axis of the contract that its inputs belong to."""
         return AXIS_OF.get(self.name, self.name)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether it depends on what was before."""
+        return self.name in REMEMBERING
 
     @property
     def rmse(self) -> float:
@@ -128,7 +133,7 @@ def _held_out(fit: Fit, columns: Array) -> Array:
     for fold in range(len(spectrum.layout.folds)):
         kept = np.where(fold_of != fold, weight, 0.0)
         normal = (rows * kept) @ rows.T + np.diag(ridge)
-        solved = np.linalg.lstsq(normal, rows @ (kept * fit.coefficients), rcond=1e-12)[0]
+        solved = inverse(normal, 1e-12) @ (rows @ (kept * fit.coefficients))
         residual[fold_of == fold] -= design[fold_of == fold] @ solved
     return residual
 
@@ -271,3 +276,4 @@ FEATURES: dict[str, Callable[[_Inputs], Array | None]] = {
     "time_in_run": _time,
 }
 AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are axes themselves
+REMEMBERING = ("pressure_rate", "time_since_step", "direction", "largest_pressure")
