@@ -1,18 +1,18 @@
 """The next experiment: the one in which the effects still tied differ most, in units of noise.
 
 Two explanations that fit equally well still differ where nothing was measured. Over a bank of
-protocols, at temperatures and mounts of choice, the separation of a pair is
+experiments (`trials`), the separation of a pair is
 
     d**2 = D' (C + J1 S1 J1' + J2 S2 J2')**-1 D,
 
 with the difference D of their predictions, the noise C of a run, and what each explanation may
 still give way, its Jacobian J and the covariance S of its parameters. The experiment whose worst
-pair is furthest apart is proposed.
+pair is furthest apart is proposed; where several are far enough, the one with the fewest changes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -21,163 +21,202 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.fit import DIFFERENCE
-from model_lab.measurement import MeasurementSet, Run
-from model_lab.protocols import BANK, Protocol
-from model_lab.rivals import driving_input
-from model_lab.search import Question, Scored
+from model_lab.measurement import OUTPUTS, MeasurementSet, Run
+from model_lab.search import Question, Scored, score_with, score_without
 from model_lab.series import series_of
-from model_lab.spectrum import make_spectrum
+from model_lab.spectrum import Spectrum, make_spectrum
+from model_lab.trials import Trial, run_of, trials
 
 Array = NDArray[np.float64]
 
-SAMPLES = 200
-DURATIONS = (0.25, 1.0, 4.0)  # of the longest run so far
-TEMPERATURE_STEPS = (0.0, 20.0)  # [K]
-MOUNTS = ("bending_plane_level", "base_up", "base_down")
-MEMORY_RUN = "planned"
+ENOUGH = 12.0  # sigma, beyond which experiments count as equally good
+BREAKS = 4.0  # sigma, below which an experiment is not likely to break a tie
+PARTNERS = 3  # tied names for which an experiment is sought, nearest first
+HISTORY_SAMPLES = 40
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A proposed run; separation: of the worst tied pair in units of noise."""
+    """A proposed run; separation: of the worst tied pair in units of noise; separates: the names
+    that it tells apart.
+    """
 
-    protocol: Protocol
-    duration: float
-    peak: float
-    temperature: float
-    mount: str
-    specimen: str
+    trial: Trial
     separation: float
+    separates: tuple[tuple[str, ...], ...]
 
-    def as_json(self, driving: str) -> dict[str, Any]:
-        """What the diagnosis and `plan --json` say of it; time [s], input in SI units."""
-        time, course = self.protocol.course(self.duration, self.peak, SAMPLES)
+    def as_json(self) -> dict[str, Any]:
+        """What the diagnosis and `plan --json` say of it; inputs by column, all in SI units."""
+        trial = self.trial
+        duration = trial.columns["time"][-1] if "time" in trial.columns else None
+        driving = next(iter(name for name in ("pressure", "stretch") if name in trial.columns), "")
         return {
-            "protocol": self.protocol.name,
-            "description": self.protocol.description,
-            "specimen": self.specimen,
-            "mount": self.mount,
-            "temperature": self.temperature,
-            "duration": self.duration,
-            "peak": self.peak,
+            "protocol": trial.protocol,
+            "description": trial.description,
+            "changes": list(trial.changes),
+            "specimen": trial.specimen.name,
+            "mount": trial.specimen.mount,
+            "wall": _number(trial.specimen.values.get("wall")),
+            "temperature": float(trial.temperature),
+            "duration": _number(duration),
+            "peak": float(trial.columns[driving].max()) if driving else None,
             "separation": self.separation,
-            "time": time.tolist(),
-            driving: course.tolist(),
+            "breaks": self.separation >= BREAKS,
+            "separates": [list(group) for group in self.separates],
+            **{name: values.tolist() for name, values in trial.columns.items()},
         }
 
 
-def next_experiment(question: Question, tied: Sequence[Scored]) -> Experiment | None:
-    """The experiment that separates these explanations best; None for fewer than two of them."""
-    if len(tied) < 2 or question.data.experiment in ("valve_pulse", "base_torque"):
+def proposal(
+    question: Question, final: Scored, ties: Sequence[Sequence[str]]
+) -> dict[str, Any] | None:
+    """What `next_experiment` of a diagnosis holds; None when nothing is tied.
+
+    final: the chosen model; ties: for each effect that was added, in the order of final.effects
+    (given ones first), the names that explain as much in its place.
+    """
+    found = next_experiment(question, explanations(question, final, ties))
+    return None if found is None else found.as_json()
+
+
+def explanations(
+    question: Question, final: Scored, ties: Sequence[Sequence[str]]
+) -> list[dict[str, Scored]]:
+    """For each effect that is tied: the fitted models by the name that stands in its place."""
+    added = final.effects[len(final.effects) - len(ties) :]
+    groups = []
+    for effect, others in zip(added, ties, strict=True):
+        if not others:
+            continue
+        without = score_without(question, final, effect)
+        tried = {name: score_with(question, without, name) for name in others[:PARTNERS]}
+        fitted = {name: model for name, model in tried.items() if isinstance(model, Scored)}
+        if fitted:
+            groups.append({effect: final, **fitted})
+    return groups
+
+
+def next_experiment(
+    question: Question, groups: Sequence[Mapping[str, Scored]]
+) -> Experiment | None:
+    """The experiment that separates the explanations in each group best; None without a group or
+    where no experiment can be thought of.
+    """
+    bank = trials(question.data, question.base)
+    if not groups or not bank:
         return None
-    return max(
-        (replace(trial, separation=_worst(question, tied, trial)) for trial in _trials(question)),
-        key=lambda trial: trial.separation,
-    )
+    planned = _Planned(question, bank)
+    worst = np.min([planned.separations(list(group.values())) for group in groups], axis=0)
+    cost = np.array([len(trial.changes) for trial in bank])
+    reached = np.minimum(worst, ENOUGH)
+    best = np.lexsort([-worst, cost, -np.round(reached / ENOUGH, 1)])[0]
+    names = tuple(tuple(group) for group in groups)
+    return Experiment(_named_anew(bank[best], question.data), float(worst[best]), names)
 
 
-def _trials(question: Question) -> list[Experiment]:
-    """Experiments within the pressures and rates that the set has seen."""
-    data = question.data
-    inputs = [driving_input(run, data.experiment) for run in data.runs]
-    rest = 1.0 if data.experiment == "uniaxial" else 0.0
-    peak = max(float(values.max()) for values in inputs) - rest
-    longest, fastest = _longest(data), _fastest(data, inputs)
-    specimen = next(iter(data.specimens.values()))
-    mounts = MOUNTS if "mass" in specimen.values else (specimen.mount,)
-    return [
-        Experiment(entry, share * longest, peak, 293.15 + warmer, mount, specimen.name, 0.0)
-        for entry in BANK
-        for share in DURATIONS
-        for warmer in TEMPERATURE_STEPS
-        for mount in (mounts if data.experiment == "free_bending" else (specimen.mount,))
-        if entry.fastest() * peak / (share * longest) <= 1.01 * fastest
-    ]
+def _named_anew(trial: Trial, data: MeasurementSet) -> Trial:
+    """The trial under a name that no protocol of the set has: it is no repeat of one."""
+    name = trial.protocol
+    while name in data.protocols():
+        name += "_planned"
+    return replace(trial, protocol=name)
 
 
-def _longest(data: MeasurementSet) -> float:
-    """Duration [s] of the longest run; without time that of a slow manual one."""
-    if not data.has_time:
-        return 20.0
-    return max(float(np.ptp(run.columns["time"])) for run in data.runs)
+class _Planned:
+    """All trials as runs of one set, each of a specimen of its own, behind what came before."""
+
+    def __init__(self, question: Question, bank: Sequence[Trial]) -> None:
+        self._question = question
+        data = question.data
+        earlier = data.runs if question.base == "linear" else ()
+        specimens, runs = dict(data.specimens), list(earlier)
+        for index, trial in enumerate(bank):
+            name = f"trial {index}"
+            run = run_of(trial, name, OUTPUTS[data.experiment])
+            if question.base == "linear":  # its coefficients belong to specimens by name
+                runs.append(run)
+                continue
+            specimens[name] = replace(trial.specimen, name=name)
+            before = _history(data, trial, f"before {name}")
+            runs += [replace(before, specimen=name)] if before is not None else []
+            runs.append(replace(run, specimen=name))
+        self.data = replace(data, specimens=specimens, runs=tuple(runs))
+        layout = series_of(self.data)
+        self._layout = layout
+        self._parts = [
+            np.concatenate([np.arange(p.start, p.stop) for p in layout.series if p.run == index])
+            for index, run in enumerate(self.data.runs)
+            if run.name.startswith("trial ")
+        ]
+
+    def separations(self, group: Sequence[Scored]) -> Array:
+        """Separation (trials,) of the worst pair of explanations."""
+        predicted = [self._predicted(scored) for scored in group]
+        spectrum = make_spectrum(self._layout, predicted[0][0])
+        level = np.sqrt(self._levels(spectrum))
+        whitened = [spectrum.coefficients(rows) / level for rows in predicted]
+        pairs = [
+            [_separation(first[:, part], second[:, part]) for part in self._parts]
+            for first, second in combinations(whitened, 2)
+        ]
+        return np.min(pairs, axis=0)
+
+    def _predicted(self, scored: Scored) -> Array:
+        """Rows (1 + k, samples): prediction, and Jacobian times the root of the covariance."""
+        forward = replace(self._question, data=self.data).problem(scored.effects).forward
+        fit = scored.fit
+        scales = fit.problem.scales
+        center, step = scales.inward(fit.values), DIFFERENCE * scales.width
+        values = scales.outward(np.vstack([center, center + np.diag(step)]))
+        order = [p.name for p in fit.problem.forward.parameters]
+        values = values[:, [order.index(p.name) for p in forward.parameters]]
+        rows = forward.predict(values)
+        jacobian = (rows[1:] - rows[:1]) / step[:, None]
+        level, vectors = np.linalg.eigh(fit.covariance)
+        root = vectors * np.sqrt(np.maximum(level, 0.0))
+        return np.vstack([rows[:1], root.T @ jacobian])
+
+    def _levels(self, spectrum: Spectrum) -> Array:
+        """Noise variance (samples,) of every coefficient; bands not seen are like the finest."""
+        known = self._question.spectrum.band_output
+        variance = self._question.floor.variance
+        of_band = np.empty(spectrum.band_count)
+        for output in np.unique(spectrum.band_output):
+            mine = np.flatnonzero(spectrum.band_output == output)
+            seen = variance[known == output]
+            of_band[mine] = seen[np.minimum(np.arange(len(mine)), len(seen) - 1)]
+        return of_band[spectrum.bands]
 
 
-def _fastest(data: MeasurementSet, inputs: Sequence[Array]) -> float:
-    """Largest rate of the input over a fiftieth of the longest run."""
-    if not data.has_time:
-        return np.inf
-    window = _longest(data) / 50.0
-    rates = []
-    for run, values in zip(data.runs, inputs, strict=True):
-        time = run.columns["time"]
-        later = np.interp(time + window, time, values)
-        rates.append(float(np.max(np.abs(later - values))) / window)
-    # a step counts as one within the window: what can be stepped can be stepped again
-    return max(2.0 * max(rates), 1e-9)
-
-
-def _worst(question: Question, tied: Sequence[Scored], trial: Experiment) -> float:
-    predictions = [_predicted(question, scored, trial) for scored in tied]
-    pairs = combinations(range(len(tied)), 2)
-    return min(_separation(question, predictions[a], predictions[b]) for a, b in pairs)
-
-
-@dataclass(frozen=True)
-class _Prediction:
-    values: Array
-    spread: Array  # (samples, k): Jacobian times the root of the covariance
-
-
-def _predicted(question: Question, scored: Scored, trial: Experiment) -> _Prediction:
-    """What a fitted model predicts for a trial, after the runs that have been made."""
-    planned = _planned_set(question.data, trial)
-    forward = replace(question, data=planned).problem(scored.effects).forward
-    fit = scored.fit
-    scales = fit.problem.scales
-    center = scales.inward(fit.values)
-    lanes = np.vstack([center, center + np.diag(DIFFERENCE * scales.width)])
-    predicted = forward.predict(scales.outward(lanes))[:, -SAMPLES:]
-    jacobian = ((predicted[1:] - predicted[:1]) / (DIFFERENCE * scales.width)[:, None]).T
-    level, vectors = np.linalg.eigh(fit.covariance)
-    return _Prediction(predicted[0], jacobian @ (vectors * np.sqrt(np.maximum(level, 0.0))))
-
-
-def _planned_set(data: MeasurementSet, trial: Experiment) -> MeasurementSet:
-    """The set with the planned run as its last: what has been stretched stays stretched."""
-    time, course = trial.protocol.course(trial.duration, trial.peak, SAMPLES)
-    driving = "stretch" if data.experiment == "uniaxial" else "pressure"
-    rest = 1.0 if data.experiment == "uniaxial" else 0.0
-    columns = {"time": time, driving: rest + course, data.outputs[0]: np.zeros(SAMPLES)}
-    specimen = replace(data.specimens[trial.specimen], name=MEMORY_RUN, mount=trial.mount)
-    same = trial.mount == data.specimens[trial.specimen].mount
-    name = trial.specimen if same else MEMORY_RUN
-    run = Run(MEMORY_RUN, name, MEMORY_RUN, trial.temperature, columns)
-    # only runs of the same specimen leave a trace in the planned one
-    earlier = tuple(r for r in data.runs if r.specimen == name and data.has_time)
-    specimens = {**data.specimens, **({} if same else {MEMORY_RUN: specimen})}
-    return replace(data, runs=(*earlier, run), specimens=specimens)
-
-
-def _separation(question: Question, first: _Prediction, second: _Prediction) -> float:
-    """Separation d of two predictions of one run."""
-    difference = first.values - second.values
-    run = Run(MEMORY_RUN, MEMORY_RUN, MEMORY_RUN, 293.15, {"x": difference})
-    alone = replace(question.data, runs=(run,), experiment=question.data.experiment)
-    spectrum = make_spectrum(
-        series_of(replace(alone, runs=(run, replace(run, protocol="b")))), np.tile(first.values, 2)
-    )
-    rows = np.vstack([difference, first.spread.T, second.spread.T])
-    coefficients = spectrum.coefficients(np.hstack([rows, rows]))[:, : len(difference)]
-    levels = _levels(question, spectrum.bands[: len(difference)])
-    whitened = coefficients / np.sqrt(levels)
-    target, give = whitened[0], whitened[1:]
-    inner = np.eye(len(give)) + give @ give.T
+def _separation(first: Array, second: Array) -> float:
+    """Separation of two explanations, rows as of `_Planned._predicted` in units of noise."""
+    target = first[0] - second[0]
+    give = np.vstack([first[1:], second[1:]])
     taken = give @ target
+    inner = np.eye(len(give)) + give @ give.T
     square = target @ target - taken @ np.linalg.solve(inner, taken)
     return float(np.sqrt(max(square, 0.0)))
 
 
-def _levels(question: Question, bands: NDArray[np.int64]) -> Array:
-    """Noise variance of each coefficient of a new run; bands not seen are like the finest."""
-    known = question.floor.variance
-    return known[np.minimum(bands, len(known) - 1)]
+def _history(data: MeasurementSet, trial: Trial, name: str) -> Run | None:
+    """A quick run to the largest input of the trial's specimen so far, which it remembers; None for
+    a specimen that is new or that nothing drives.
+    """
+    driving = next((name for name in ("pressure", "stretch") if name in trial.columns), None)
+    own = [run for run in data.runs if run.specimen == trial.specimen.name]
+    if driving is None or not own or data.experiment == "base_torque":
+        return None
+    rest = float(trial.columns[driving][0])
+    most = max(float(run.columns[driving].max()) for run in own)
+    rise = np.interp(
+        np.arange(HISTORY_SAMPLES), [0, HISTORY_SAMPLES / 2, HISTORY_SAMPLES], [0, 1, 0]
+    )
+    columns = {
+        "time": np.arange(HISTORY_SAMPLES) * float(np.max(trial.columns["time"])) / HISTORY_SAMPLES,
+        driving: rest + (most - rest) * rise,
+    } | {name: np.zeros(HISTORY_SAMPLES) for name in OUTPUTS[data.experiment]}
+    return Run(name, "", name, trial.temperature, columns)
+
+
+def _number(value: Any) -> float | None:
+    return float(value) if value is not None and np.ndim(value) == 0 else None

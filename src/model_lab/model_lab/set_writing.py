@@ -34,28 +34,33 @@ def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
     """
     check_folder(folder, force)
     folder.mkdir(parents=True, exist_ok=True)
-    names = list(data.runs[0].columns)
     document = {
         "format": FORMAT,
         "experiment": data.experiment,
         "title": data.title,
-        "specimens": {name: _specimen(entry) for name, entry in data.specimens.items()},
-        "columns": {name: {"unit": _shown(name).unit} for name in names},
-        "noise": {name: float(level * _shown(name).factor) for name, level in data.noise.items()},
-        "runs": {run.name: _run(run) for run in data.runs},
+        "specimens": {name: specimen_entry(entry) for name, entry in data.specimens.items()},
+        "columns": column_entries(data.runs[0]),
+        "noise": {name: float(level * shown_as(name).factor) for name, level in data.noise.items()},
+        "runs": {run.name: run_entry(run) for run in data.runs},
     }
     text = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
     (folder / "experiment.yaml").write_text(text, encoding="utf-8")
     for run in data.runs:
-        _write_csv(run, folder / f"{run.name}.csv")
+        write_csv(run, folder / f"{run.name}.csv")
 
 
-def _shown(name: str) -> Display:
+def shown_as(name: str) -> Display:
     """How a column is written: in the unit that people read; as it is if its unit is unknown."""
     return display_of(COLUMN_UNITS.get(name, ""))
 
 
-def _specimen(specimen: Specimen) -> dict:
+def column_entries(run: Run) -> dict[str, dict[str, str]]:
+    """Entries `columns` of experiment.yaml for the CSV files."""
+    return {name: {"unit": shown_as(name).unit} for name in run.columns}
+
+
+def specimen_entry(specimen: Specimen) -> dict:
+    """Entry of a specimen in experiment.yaml."""
     values = {
         key: value.tolist() if isinstance(value, np.ndarray) else value
         for key, value in specimen.values.items()
@@ -63,7 +68,8 @@ def _specimen(specimen: Specimen) -> dict:
     return {**values, "mount": specimen.mount, "batch": specimen.batch}
 
 
-def _run(run: Run) -> dict:
+def run_entry(run: Run) -> dict:
+    """Entry of a run in experiment.yaml."""
     entry = {
         "specimen": run.specimen,
         "temperature": float(run.temperature),
@@ -77,7 +83,8 @@ def _run(run: Run) -> dict:
     )
 
 
-def _write_csv(run: Run, path: Path) -> None:
+def write_csv(run: Run, path: Path) -> None:
+    """Write a run's columns, in the units of `column_entries`."""
     names = list(run.columns)
     columns = [_texts(name, run.columns[name]) for name in names]
     lines = [",".join(names), *(",".join(row) for row in zip(*columns, strict=True))]
@@ -87,5 +94,5 @@ def _write_csv(run: Run, path: Path) -> None:
 def _texts(name: str, values: np.ndarray) -> list[str]:
     if name == "direction":
         return ["deflate" if value == DEFLATE else "inflate" for value in values]
-    shown = _shown(name)
+    shown = shown_as(name)
     return [f"{shown.factor * value + shown.offset:.8g}" for value in values]

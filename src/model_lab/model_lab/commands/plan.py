@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from model_lab.commands import options
 
 HELP = "the next experiment, which would separate what is still tied"
 DESCRIPTION = (
     "Diagnose, and propose the experiment in which the effects that the data cannot tell "
-    "apart differ most, within the pressures and rates that the set has seen. Pressures are shown "
-    "in kPa, times in s, temperatures in degC; --json is in SI units."
+    "apart differ most, within the pressures that the set has seen. With --out it is written as a "
+    "template: a CSV file of time [s] and pressure [kPa] to be played, and the part of "
+    "experiment.yaml for it. --json is in SI units."
 )
-EXAMPLES = ("model-lab plan out/set --model base --out out/next",)
+EXAMPLES = (
+    "model-lab plan out/set --model base --out out/next",
+    "model-lab plan out/set --model model.yaml --json next.json",
+)
 
 
 def add_to(parser: argparse.ArgumentParser) -> None:
@@ -20,22 +25,36 @@ def add_to(parser: argparse.ArgumentParser) -> None:
     options.add_data(parser)
     options.add_model(parser)
     options.add_effects(parser)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the run's template")
     options.add_results(parser)
     options.add_seed(parser)
     options.add_jobs(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Diagnose, plan, print, and write the JSON."""
+    """Diagnose, plan, print, and write template and JSON."""
     from model_lab.diagnose import diagnose
-    from model_lab.diagnosis_text import diagnosis_text
+    from model_lab.plan import explanations, next_experiment
+    from model_lab.planned_run import plan_json, plan_text, write_template
     from model_lab.progress import Progress
+    from model_lab.set_writing import check_folder
 
     options.check_json(arguments)
+    if arguments.out is not None:
+        check_folder(arguments.out, arguments.force)
     model = options.model(arguments)
     classes = options.classes(arguments, model)
     data = options.measurements(arguments)
-    with Progress("diagnosing and planning"):
+    with Progress("diagnosing and planning") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs)
-    print(diagnosis_text(outcome.diagnosis), end="")
-    options.save_json(arguments, outcome.diagnosis.as_json())
+        progress(0.8, "planning")
+        diagnosis, final = outcome.diagnosis, outcome.selection.final
+        groups = explanations(outcome.question, final, diagnosis.tied)
+        planned = next_experiment(outcome.question, groups)
+    print(plan_text(diagnosis, planned), end="")
+    files = []
+    if planned is not None and arguments.out is not None:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        files = write_template(planned, data, arguments.out)
+        print(f"Written: {', '.join(map(str, files))}")
+    options.save_json(arguments, plan_json(diagnosis, planned, files))

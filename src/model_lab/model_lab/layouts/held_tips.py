@@ -37,14 +37,11 @@ PRESSURES = {  # share of the peak over share of the duration
 def held_tip_set() -> MeasurementSet:
     """One actuator under six ways to push and turn its tip."""
     finger = Specimen("finger", {**SPECIMENS["thin"], **SHARED}, batch="A")
-    chain, columns = None, {}
-    for protocol, push in PUSHES.items():
-        time = np.linspace(0.0, DURATION, SAMPLES)
-        pressure = PEAK * _course(PRESSURES.get(protocol, PRESSURES["held"]), time)
-        columns[protocol] = {"time": time, "pressure": pressure}
-        chain = chain or _chain(finger, columns[protocol])
-        columns[protocol] |= _pose(chain, _free_angle(finger, pressure), push, time)
-        columns[protocol] |= {name: np.zeros(SAMPLES) for name in OUTPUTS["base_torque"]}
+    outputs = {name: np.zeros(SAMPLES) for name in OUTPUTS["base_torque"]}
+    columns = {
+        protocol: held_columns(finger, protocol, PEAK, DURATION, SAMPLES) | outputs
+        for protocol in PUSHES
+    }
     runs = [
         Run(f"r{order + 1}{repeat}", "finger", protocol, 293.15, columns[protocol])
         for repeat in "ab"
@@ -53,9 +50,22 @@ def held_tip_set() -> MeasurementSet:
     return MeasurementSet("base_torque", "synthesised base torque", {"finger": finger}, tuple(runs))
 
 
+def held_columns(
+    specimen: Specimen, protocol: str, peak: float, duration: float, samples: int
+) -> dict[str, Array]:
+    """Inputs (samples,) of a run of base_torque under one of PUSHES, of a specimen that does not
+    vary along its length.
+    """
+    time = np.linspace(0.0, duration, samples)
+    pressure = peak * _course(PRESSURES.get(protocol, PRESSURES["held"]), time)
+    columns = {"time": time, "pressure": pressure}
+    chain = _chain(specimen, columns)
+    return columns | _pose(chain, _free_angle(specimen, pressure), PUSHES[protocol], time)
+
+
 def _course(corners: tuple[tuple[float, float], ...], time: Array) -> Array:
     at, level = np.array(corners).T
-    return np.interp(time / DURATION, at, level)
+    return np.interp(time / time[-1], at, level)
 
 
 def _chain(finger: Specimen, columns: dict[str, Array]) -> SegmentChain:

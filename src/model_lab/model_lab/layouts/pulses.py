@@ -22,7 +22,10 @@ POINTS = 9  # of the integrals over a pulse
 def pulse_set(random: np.random.Generator) -> MeasurementSet:
     """Short and long pulses at three supply pressures, inflating and deflating."""
     columns = {
-        f"{supply}_{length}": _pulses(SUPPLIES[supply] + AMBIENT_PRESSURE, LENGTHS[length], random)
+        f"{supply}_{length}": pulse_columns(
+            SUPPLIES[supply] + AMBIENT_PRESSURE, LENGTHS[length], random
+        )
+        | {"mass": np.zeros(PULSES)}
         for supply in SUPPLIES
         for length in LENGTHS
     }
@@ -35,10 +38,10 @@ def pulse_set(random: np.random.Generator) -> MeasurementSet:
     return MeasurementSet("valve_pulse", "synthesised valve pulses", specimens, tuple(runs))
 
 
-def _pulses(
+def pulse_columns(
     supply: float, length: tuple[float, float], random: np.random.Generator
 ) -> dict[str, Array]:
-    """Columns (pulses,) for an absolute supply pressure [Pa] and lengths between two [s]."""
+    """Inputs (pulses,) for an absolute supply pressure [Pa] and lengths between two [s]."""
     inflating = random.uniform(size=PULSES) < 0.5
     shortest, longest = length
     duration = shortest * (longest / shortest) ** random.uniform(size=PULSES)
@@ -55,7 +58,6 @@ def _pulses(
         "p_out": p_out,
         "friction_integral": friction * duration,
         "injector_integral": injector * duration,
-        "mass": np.zeros(PULSES),
     }
 
 

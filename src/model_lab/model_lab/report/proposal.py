@@ -10,9 +10,9 @@ from model_lab.report.view import View
 
 
 def proposal(view: View) -> Drawing | None:
-    """Course of the input in the proposed experiment; None when none is proposed."""
+    """Course of the input in the proposed experiment; None when none is proposed, or pulses."""
     planned = view.diagnosis.next_experiment
-    if planned is None:
+    if planned is None or planned["duration"] is None:
         return None
     kelvin = display_of("K").shown(planned["temperature"])
     mount = str(planned["mount"]).replace("_", " ")

@@ -1,0 +1,107 @@
+"""What `plan` says of the next experiment, and the run template that it writes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from model_lab.diagnosis import ADEQUATE, Diagnosis
+from model_lab.display import display_of
+from model_lab.measurement import OUTPUTS, MeasurementSet, Run
+from model_lab.plan import BREAKS, Experiment
+from model_lab.report.sentence import listed, tie_sentences, verdict_sentence
+from model_lab.set_writing import column_entries, run_entry, shown_as, specimen_entry, write_csv
+from model_lab.text_table import text_table
+
+FORMAT = "softhand-plan/1"
+COURSE, PART = "next.csv", "experiment-part.yaml"
+REPEATS = ("next_a", "next_b")
+
+
+def plan_text(diagnosis: Diagnosis, planned: Experiment | None) -> str:
+    """What is printed."""
+    said = [verdict_sentence(diagnosis), *tie_sentences(diagnosis)]
+    if planned is None:
+        return "\n".join([*said, _nothing(diagnosis)]) + "\n"
+    rows = [["next experiment", ""], *([name, value] for name, value in _facts(planned))]
+    return "\n".join([*said, "", text_table(rows, indent=""), "", *_promise(planned)]) + "\n"
+
+
+def plan_json(
+    diagnosis: Diagnosis, planned: Experiment | None, files: list[Path]
+) -> dict[str, Any]:
+    """What `--json` writes; all in SI units."""
+    return {
+        "format": FORMAT,
+        "experiment": diagnosis.experiment,
+        "verdict": diagnosis.verdict,
+        "effects": [effect.name for effect in diagnosis.effects],
+        "tied": [list(names) for names in diagnosis.tied],
+        "next_experiment": None if planned is None else planned.as_json(),
+        "files": [str(path) for path in files],
+    }
+
+
+def write_template(planned: Experiment, data: MeasurementSet, folder: Path) -> list[Path]:
+    """Write the course of the inputs, and what experiment.yaml gets when it has been measured.
+
+    The folder must exist. Returns the files.
+    """
+    trial = planned.trial
+    run = Run(REPEATS[0], trial.specimen.name, trial.protocol, trial.temperature, trial.columns)
+    write_csv(run, folder / COURSE)
+    outputs = OUTPUTS[data.experiment]
+    whole = replace(
+        run, columns={**run.columns, **dict.fromkeys(outputs, next(iter(run.columns.values())))}
+    )
+    document: dict[str, Any] = {"columns": column_entries(whole)}
+    if trial.specimen.name not in data.specimens:
+        document["specimens"] = {trial.specimen.name: specimen_entry(trial.specimen)}
+    document["runs"] = {name: run_entry(replace(run, name=name)) for name in REPEATS}
+    comment = [
+        f"To be merged into experiment.yaml once {COURSE} has been played twice and recorded as",
+        f"{listed([f'{name}.csv' for name in REPEATS])}, each with the measured columns besides:",
+        f"{listed([f'{name} [{shown_as(name).unit}]' for name in outputs])}.",
+    ]
+    text = "".join(f"# {line}\n" for line in comment)
+    text += yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
+    (folder / PART).write_text(text, encoding="utf-8")
+    return [folder / COURSE, folder / PART]
+
+
+def _nothing(diagnosis: Diagnosis) -> str:
+    if any(diagnosis.tied):
+        return "No experiment of the bank can be done with these specimens."
+    if diagnosis.verdict == ADEQUATE:
+        return "Nothing is tied: more of the same runs would only show smaller effects."
+    return "Nothing is tied: there is no experiment to propose."
+
+
+def _facts(planned: Experiment) -> list[tuple[str, str]]:
+    trial, facts = planned.trial, planned.as_json()
+    rows = [
+        ("protocol", f"{trial.protocol}: {trial.description}"),
+        ("specimen", trial.specimen.name),
+        ("mount", trial.specimen.mount.replace("_", " ")),
+        ("temperature", display_of("K").shown(trial.temperature)),
+    ]
+    if facts["duration"] is not None:
+        rows.append(("duration", f"{facts['duration']:.3g} s"))
+    if facts["peak"] is not None:
+        driving = next(name for name in ("pressure", "stretch") if name in trial.columns)
+        rows.append((f"peak {driving}", shown_as(driving).shown(facts["peak"])))
+    return [*rows, ("what is new", "; ".join(trial.changes) or "the protocol alone")]
+
+
+def _promise(planned: Experiment) -> list[str]:
+    groups = [listed(names) for names in planned.separates]
+    apart = f"{listed(groups)} {planned.separation:.2g} sigma of the noise of a run apart"
+    if planned.separation >= BREAKS:
+        return [f"It keeps {apart}, and so breaks the tie. Do it twice."]
+    return [
+        f"It keeps {apart}, which is too little to rely on ({BREAKS:g} break a tie): "
+        "within these limits they do not differ more."
+    ]
