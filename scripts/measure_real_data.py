@@ -2,8 +2,9 @@
 
 FOLDER holds measurement sets, one folder each; without it the environment's SOFTHAND_MEASUREMENTS
 does. Prints tables in Markdown (docs/measurements.md is made from them) and writes a report of each
-set to out/real-data. A set is diagnosed with the base model if its specimens have what that needs,
-else with `linear`. For tensile tests a second table has what plain least squares finds.
+set to out/real-data; --figure draws measured and predicted curves of all of them. A set is
+diagnosed with the base model if its specimens have what that needs, else with `linear`. For tensile
+tests the last table has what plain least squares finds.
 """
 
 from __future__ import annotations
@@ -15,9 +16,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from model_lab.axes import driving_input, resting_share
 from model_lab.compare import Comparison, compare
 from model_lab.diagnose import Outcome, diagnose
 from model_lab.display import display_of
@@ -31,6 +35,7 @@ from softhand_model.model_file import Model, load_model
 Array = NDArray[np.float64]
 
 VARIABLE = "SOFTHAND_MEASUREMENTS"
+SHOWN = 7  # runs of a set in the picture
 HEAD = (
     "set", "model", "runs", "samples", "held-out error", "noise floor", "verdict",
     "missing", "error with it", "the rest varies with",
@@ -116,6 +121,33 @@ def fitted_laws(data: MeasurementSet) -> list[list[str]]:
     return rows
 
 
+# ---------------------------------------------------------------------- as a picture
+def draw(found: dict[str, Comparison], path: Path) -> None:
+    """Measured dots and the lines of the model fitted to all the data, one panel for each set."""
+    figure = Figure(figsize=(9.0, 5.6), layout="constrained")
+    grid = figure.subplots(-(-len(found) // 2), 2, squeeze=False).flat
+    for axes, (name, comparison) in zip(grid, found.items(), strict=False):
+        _draw_set(axes, comparison)
+        axes.set_title(name, fontsize=9)
+    figure.savefig(path, dpi=100)
+
+
+def _draw_set(axes: Axes, comparison: Comparison) -> None:
+    data, errors = comparison.data, comparison.errors
+    display, over_time = display_of(data.unit), data.has_time and resting_share(data) > 0.5
+    for index in np.unique(np.linspace(0, len(data.runs) - 1, SHOWN).round().astype(int)):
+        run, mine = data.runs[index], errors.run_of == index
+        driving = driving_input(run, data.experiment)
+        at = run.columns["time"] if over_time else driving / (1e3 if driving.max() > 1e3 else 1.0)
+        measured = display.factor * errors.measured[mine]
+        predicted = measured - display.factor * errors.residual_as_is[mine]
+        axes.plot(at, measured, ".", color="0.45", markersize=2)
+        axes.plot(at, predicted, color="#D55E00", linewidth=1.0)
+    stretched = data.experiment == "uniaxial"
+    axes.set_xlabel("time [s]" if over_time else "stretch" if stretched else "pressure [kPa]")
+    axes.set_ylabel(f"{data.outputs[0].replace('_', ' ')} [{display.unit}]")
+
+
 def table(head: tuple[str, ...], rows: list[list[str]]) -> str:
     """A table in Markdown."""
     lines = [list(head), ["---"] * len(head), *rows]
@@ -127,12 +159,13 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description="what the lab says of measurements on disk")
     parser.add_argument("folder", nargs="?", default=os.environ.get(VARIABLE), type=Path)
     parser.add_argument("--reports", type=Path, default=Path("out/real-data"))
+    parser.add_argument("--figure", type=Path, help="picture of all sets")
     parser.add_argument("--jobs", type=int, default=2)
     given = parser.parse_args(arguments)
     if given.folder is None or not sets_in(given.folder):
         print(f"no measurement sets: name a folder or set {VARIABLE}", file=sys.stderr)
         return 1
-    rows, where, laws = [], [], []
+    rows, where, laws, compared = [], [], [], {}
     for path in sets_in(given.folder):
         data = load_measurements(path)
         name, model = fitting_model(data)
@@ -143,9 +176,12 @@ def main(arguments: list[str]) -> int:
         command = f"model-lab diagnose {path} --model {name} --report {report.parent}"
         write_report(outcome, data, report, [command])
         rows.append(row(path.name, name, data, outcome))
-        where += failures(path.name, compare(data, model))
+        compared[path.name] = compare(data, model)
+        where += failures(path.name, compared[path.name])
         if data.experiment == "uniaxial":
             laws += [[f"`{path.name}`", *line] for line in fitted_laws(data)]
+    if given.figure is not None:
+        draw(compared, given.figure)
     print(table(HEAD, rows))
     print(table(("set", "against", "where the model fails", "share of the error"), where))
     print(table(("set", "law", "shear modulus", "its parameter", "error (rms)"), laws), end="")

@@ -315,7 +315,7 @@ def test_a_missing_set_is_named(tmp_path):
 WRONG_VALUES = {
     "strain": ("uniaxial", {"stretch": 0.0, "stress": 0.0}, "column stretch", "strain + 1"),
     "gauge": ("valve_pulse", {"p_in": 200.0, "p_out": 0.0}, "column p_out", "absolute"),
-    "duration": ("valve_pulse", {"duration": -1.0}, "column duration", "at least 0"),
+    "duration": ("valve_pulse", {"duration": -1.0}, "column duration", "above 0"),
     "direction": ("valve_pulse", {"direction": 2.0}, "column direction", "inflate"),
 }
 

@@ -22,7 +22,7 @@ _RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
     ),
     "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
     "p_out": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
-    "duration": (lambda values: values < 0.0, "a number at least 0", "take the row out"),
+    "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
     "direction": (
         lambda values: np.abs(values) != 1.0,
         "1 (inflate) or -1 (deflate)",

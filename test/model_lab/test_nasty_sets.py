@@ -1,0 +1,63 @@
+"""Whatever a bench produces: a verdict, or one line that says what is wrong; never a traceback."""
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+from nasty_sets import bending_sets, other_sets, refused_sets
+
+from model_lab.main import main
+
+USABLE = bending_sets() | other_sets()
+REFUSED = refused_sets()
+VERDICTS = {"adequate", "effects_missing", "unexplained"}
+PLANNED = ("single_run", "drifting_gauge_linear", "negative_stress", "pulses")
+
+
+def _run(arguments):
+    """Exit status of a command during which numpy complains of nothing."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        return main([str(argument) for argument in arguments])
+
+
+@pytest.mark.parametrize("name", USABLE)
+def test_diagnose_comes_to_a_verdict(name, tmp_path, capsys):
+    folder, out = USABLE[name].write(tmp_path / "set"), tmp_path / "d.json"
+    given = ["diagnose", folder, "--model", USABLE[name].model, "--json", out, "--jobs", 1]
+    assert _run(given) == 0
+    content = json.loads(out.read_text())
+    assert content["verdict"] in VERDICTS
+    assert content["noise_floor"] > 0.0
+    assert np.isfinite(content["rmse_before"]) and np.isfinite(content["rmse_after"])
+    assert capsys.readouterr().out.strip()
+
+
+@pytest.mark.parametrize("name", PLANNED)
+def test_plan_compare_and_ladder_come_to_an_end(name, tmp_path, capsys):
+    folder, model = USABLE[name].write(tmp_path / "set"), USABLE[name].model
+    assert _run(["plan", folder, "--model", model, "--jobs", 1]) == 0
+    assert _run(["compare", folder, "--model", model]) == 0
+    assert _run(["ladder", folder, model]) == 0
+    assert "noise floor" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ("no_time", "one_pulse_a_run", "no_stretch"))
+def test_a_report_is_written(name, tmp_path):
+    folder, model = USABLE[name].write(tmp_path / "set"), USABLE[name].model
+    given = ["diagnose", folder, "--model", model, "--jobs", 1, "--report", tmp_path / "report"]
+    assert _run(given) == 0
+    assert "</html>" in (tmp_path / "report" / "report.html").read_text()
+
+
+@pytest.mark.parametrize("command", ("compare", "diagnose", "ladder", "plan"))
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_used_is_refused_in_one_line(name, command, tmp_path, capsys):
+    folder = REFUSED[name].write(tmp_path / "set")
+    given = [folder, "base"] if command == "ladder" else [folder, "--model", "base"]
+    assert _run([command, *given]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.count("\n") == 1
+    assert str(folder) in shown.err and REFUSED[name].refused in shown.err

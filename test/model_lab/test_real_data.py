@@ -1,0 +1,84 @@
+"""Measurements by others, in the folder that SOFTHAND_MEASUREMENTS names; skipped without it."""
+
+import json
+import os
+import runpy
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from model_lab.diagnose import diagnose
+from model_lab.loading import load_measurements
+from model_lab.main import main
+from model_lab.set_writing import write_set
+from softhand_model.model_file import load_model
+
+FOLDER = os.environ.get("SOFTHAND_MEASUREMENTS")
+SETS = sorted(path.parent for path in Path(FOLDER).glob("*/experiment.yaml")) if FOLDER else []
+VERDICTS = {"adequate", "effects_missing", "unexplained"}
+MOST_SAMPLES = 900  # of a set that is diagnosed here; others are thinned
+SCRIPT = Path(__file__).parents[2] / "scripts" / "measure_real_data.py"
+
+pytestmark = pytest.mark.skipif(not SETS, reason="SOFTHAND_MEASUREMENTS names no measurement sets")
+
+
+@pytest.fixture(params=SETS, ids=lambda path: path.name)
+def folder(request):
+    return request.param
+
+
+def _model(data):
+    return runpy.run_path(str(SCRIPT))["fitting_model"](data)
+
+
+def _thinned(data):
+    """The set with every n-th sample of each run, and at most six runs."""
+    runs = data.runs[:: -(-len(data.runs) // 6)]
+    step = -(-sum(run.samples for run in runs) // MOST_SAMPLES)
+    return replace(
+        data,
+        runs=tuple(
+            replace(run, columns={name: v[::step] for name, v in run.columns.items()})
+            for run in runs
+        ),
+    )
+
+
+def test_compare_measures_the_error_against_a_floor(folder, tmp_path):
+    model, _ = _model(load_measurements(folder))
+    out = tmp_path / "compare.json"
+    assert main(["compare", str(folder), "--model", model, "--json", str(out)]) == 0
+    content = json.loads(out.read_text())
+    assert 0.0 < content["noise_floor"] < content["rmse_heldout"]
+
+
+def test_diagnose_comes_to_a_verdict_and_writes_its_report(folder, tmp_path, capsys):
+    data = load_measurements(folder)
+    model, _ = _model(data)
+    write_set(_thinned(data), tmp_path / "set")
+    out = tmp_path / "diagnose.json"
+    given = ["diagnose", tmp_path / "set", "--model", model, "--json", out, "--jobs", 1]
+    assert main([str(word) for word in [*given, "--report", tmp_path]]) == 0
+    content = json.loads(out.read_text())
+    assert content["verdict"] in VERDICTS - {"adequate"}  # a straight line is no model of these
+    assert content["noise_floor"] > 0.0
+    assert capsys.readouterr().out.startswith("The model ")
+    assert "</html>" in (tmp_path / "report.html").read_text()
+
+
+def test_ladder_sets_models_side_by_side(folder, capsys):
+    model, _ = _model(load_measurements(folder))
+    assert main(["ladder", str(folder), model]) == 0
+    assert "noise floor" in capsys.readouterr().out
+
+
+def test_ecoflex_is_stiffened_as_a_yeoh_or_gent_rubber():
+    """Known of Ecoflex 00-30 up to stretches of four or five."""
+    path = next((path for path in SETS if path.name == "silicone_ecoflex_00_30"), None)
+    if path is None:
+        pytest.skip("no set silicone_ecoflex_00_30")
+    found = diagnose(load_measurements(path), load_model("base")).diagnosis
+    best = found.ranking[0]
+    assert best.name in ("yeoh_stiffening", "gent_stiffening") and best.plausible
+    assert best.rmse_heldout < 0.1 * found.rmse_before
