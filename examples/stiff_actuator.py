@@ -14,6 +14,7 @@ import numpy as np
 from model_lab.diagnose import diagnose
 from model_lab.forward import Forward
 from model_lab.measurement import MeasurementSet, Run, Specimen
+from model_lab.plan import explanations, next_experiment
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
 
@@ -45,30 +46,27 @@ def thesis_runs(names=tuple(WALLS)):
     return runs
 
 
-def planned_runs(experiment):
-    """The run that the lab proposes, with a repeat; its specimen under a name of its own."""
-    columns = {name: np.array(experiment[name]) for name in ("time", "pressure")}
-    columns["tip_angle"] = np.zeros(columns["time"].size)
-    protocol = experiment["protocol"]
+def fingers(mount="base_up"):
+    """The four specimens by name."""
+    return {
+        name: Specimen(name, {**SHAPE, "wall": wall, "side_wall": wall}, mount, "A")
+        for name, wall in WALLS.items()
+    }
+
+
+def planned_runs(trial):
+    """The run that the lab proposes, with a repeat."""
+    columns = {**trial.columns, "tip_angle": np.zeros(trial.columns["time"].size)}
     return [
-        Run(
-            f"planned_{repeat}",
-            experiment["specimen"],
-            protocol,
-            experiment["temperature"],
-            columns,
-        )
+        Run(f"planned_{repeat}", trial.specimen.name, trial.protocol, trial.temperature, columns)
         for repeat in range(REPEATS)
     ]
 
 
-def measured(cause, runs, mount="base_up", seed=0):
+def measured(cause, runs, specimens=None, seed=0):
     """What is measured (a set) when a cause of CAUSES, or None, acts."""
-    specimens = {
-        name: Specimen(name, {**SHAPE, "wall": wall, "side_wall": wall}, mount, "A")
-        for name, wall in WALLS.items()
-    }
-    used = {run.specimen: specimens[run.specimen] for run in runs}
+    known = fingers() if specimens is None else specimens
+    used = {run.specimen: known[run.specimen] for run in runs}
     empty = MeasurementSet("free_bending", f"four walls, {cause} hidden", used, tuple(runs))
     effects = [effect_classes()[cause](**CAUSES[cause])] if cause else []
     true = Forward(empty, "pneuflex", (), effects).predict(np.full((1, 1), SCALE))[0]
@@ -99,12 +97,12 @@ def excess_stiffness(data):
 
 
 def test_a_factor_that_grows_with_the_wall_stiffens_the_thickest_finger_most():
-    stiff = excess_stiffness(measured("thick_wall", thesis_runs(), "bending_plane_level"))
+    stiff = excess_stiffness(measured("thick_wall", thesis_runs(), fingers("bending_plane_level")))
     assert max(stiff, key=stiff.get) == "d5.5"
 
 
 def test_without_a_cause_no_finger_is_stiffer_than_the_model():
-    stiff = excess_stiffness(measured(None, thesis_runs(), "bending_plane_level"))
+    stiff = excess_stiffness(measured(None, thesis_runs(), fingers("bending_plane_level")))
     assert max(map(abs, stiff.values())) < 0.5
 
 
@@ -116,8 +114,9 @@ def table(head, rows):
 
 
 def answer(data, jobs):
-    """What the lab says: cells of a table, and the diagnosis."""
-    found = diagnose(data, load_model("base"), jobs=jobs).diagnosis
+    """What the lab says: cells of a table, and what came of it."""
+    outcome = diagnose(data, load_model("base"), jobs=jobs)
+    found = outcome.diagnosis
     named = []
     for effect, ties in zip(found.effects, found.tied, strict=True):
         values = ", ".join(
@@ -129,7 +128,13 @@ def answer(data, jobs):
         f"{np.degrees(value):.2f}"
         for value in (found.rmse_before, found.rmse_after, found.noise_floor)
     )
-    return [f"`{found.verdict}`", "; ".join(named) or "-", before, after, floor], found
+    return [f"`{found.verdict}`", "; ".join(named) or "-", before, after, floor], outcome
+
+
+def proposed(outcome):
+    """The experiment that would separate what is tied; None if nothing is."""
+    final, ties = outcome.selection.final, outcome.diagnosis.tied
+    return next_experiment(outcome.question, explanations(outcome.question, final, ties))
 
 
 HEAD = ["verdict", "missing", "error before [deg]", "after", "floor"]
@@ -173,25 +178,22 @@ if __name__ == "__main__":
         for cause, data in sets.items()
     ]
     print(table(["hidden", *WALLS], rows))
-    found = {}
-    rows = []
-    for cause, data in sets.items():
-        cells, found[cause] = answer(data, given.jobs)
-        rows.append([f"`{cause}`", *cells])
+    rows = [[f"`{cause}`", *answer(data, given.jobs)[0]] for cause, data in sets.items()]
     print(table(["hidden", *HEAD], rows))
-    rows, open_questions = [], {}
+    rows, planned = [], {}
     for cause in CAUSES:
         cells, alone = answer(measured(cause, thesis_runs(("d5.5",))), given.jobs)
         rows.append([f"`{cause}`", *cells])
-        if any(alone.tied) and alone.next_experiment:
-            open_questions[cause] = alone.next_experiment
+        planned[cause] = proposed(alone)
     print(table(["hidden", *HEAD], rows))
     rows = []
-    for cause, planned in open_questions.items():
-        runs = [*thesis_runs(("d5.5",)), *planned_runs(planned)]
-        cells, _ = answer(measured(cause, runs, planned["mount"]), given.jobs)
-        warm = f"{planned['temperature'] - 273.15:.0f} degC"
-        says = f"{planned['description']}, {warm}, {planned['mount']}"
-        rows.append([f"`{cause}`", says, *cells])
+    for cause, experiment in planned.items():
+        if experiment is not None:
+            trial = experiment.trial
+            specimens = {**fingers(), trial.specimen.name: trial.specimen}
+            runs = [*thesis_runs(("d5.5",)), *planned_runs(trial)]
+            cells, _ = answer(measured(cause, runs, specimens), given.jobs)
+            says = ", ".join([trial.description, *trial.changes])
+            rows.append([f"`{cause}`", says, *cells])
     if rows:
         print(table(["hidden", "proposed run", *HEAD], rows), end="")
