@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import matplotlib.image
 import numpy as np
 import pytest
+from leftover import nodes_logging_to
 from recorded_grasp import held_time, slip_in_hold
 from suite_peer import CHANNELS
 
@@ -145,16 +146,3 @@ def test_ctrl_c_ends_the_demo_and_its_nodes_and_closes_the_bag(domain, tmp_path)
     assert wait_until(lambda: not nodes_logging_to(tmp_path), 5.0)
     with Bag(tmp_path / "demo" / "bag") as bag:
         assert bag.topics()["/pneumaticbox/state"] > 0
-
-
-def nodes_logging_to(folder):
-    """Ids of processes that run with a ROS_LOG_DIR below this folder."""
-    found = []
-    for path in os.listdir("/proc"):
-        try:
-            with open(f"/proc/{path}/environ", "rb") as file:
-                if path.isdigit() and f"ROS_LOG_DIR={folder}".encode() in file.read():
-                    found.append(int(path))
-        except OSError:
-            continue
-    return found

@@ -25,7 +25,7 @@ PROGRAM = "model-lab"
 NOTHING = "nothing"
 HIDDEN: Mapping[str, Mapping[str, float]] = {
     "viscoelasticity": {"relative_modulus": 0.3, "relaxation_time": 1.2},
-    "gent_stiffening": {"jm": 6.0},
+    "gent_stiffening": {"jm": 4.0},
     NOTHING: {},
 }
 
