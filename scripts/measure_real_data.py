@@ -23,7 +23,8 @@ from scipy.optimize import least_squares
 
 from model_lab.axes import driving_input, resting_share
 from model_lab.compare import Comparison, compare
-from model_lab.diagnose import Outcome, diagnose
+from model_lab.diagnose import Outcome, diagnose, named_effect
+from model_lab.diagnosis import NamedEffect
 from model_lab.display import display_of
 from model_lab.loading import load_measurements
 from model_lab.measurement import MeasurementSet
@@ -38,7 +39,7 @@ VARIABLE = "SOFTHAND_MEASUREMENTS"
 SHOWN = 7  # runs of a set in the picture
 HEAD = (
     "set", "model", "runs", "samples", "held-out error", "noise floor", "verdict",
-    "missing", "error with it", "the rest varies with",
+    "missing", "error with it", "best effect alone", "error with it", "the rest varies with",
 )  # fmt: skip
 
 
@@ -60,6 +61,7 @@ def fitting_model(data: MeasurementSet) -> tuple[str, Model]:
 def row(name: str, model: str, data: MeasurementSet, outcome: Outcome) -> list[str]:
     """What the lab says of one set."""
     found, shown = outcome.diagnosis, display_of(data.unit).shown
+    best = next(iter(outcome.selection.singles), None)
     return [
         f"`{name}`",
         model,
@@ -70,6 +72,8 @@ def row(name: str, model: str, data: MeasurementSet, outcome: Outcome) -> list[s
         f"`{found.verdict}`",
         "; ".join(_named(found.effects, found.tied)) or "-",
         shown(found.rmse_after) if found.effects else "-",
+        _words(named_effect(best, best.added)) if best else "-",
+        shown(best.held_out.rmse) if best else "-",
         ", ".join(found.unexplained.against).replace("_", " ") or "-",
     ]
 
@@ -78,10 +82,15 @@ def _named(effects: tuple, tied: tuple) -> list[str]:
     """Named effects with parameters, errors and ties."""
     words = []
     for effect, others in zip(effects, tied, strict=True):
-        values = [f"{n} = {e.value:.3g} ± {e.std:.2g}" for n, e in effect.parameters.items()]
         ties = f", tied with {', '.join(f'`{name}`' for name in others)}" if others else ""
-        words.append(f"`{effect.name}` ({', '.join(values)}){ties}")
+        words.append(f"{_words(effect)}{ties}")
     return words
+
+
+def _words(effect: NamedEffect) -> str:
+    """An effect with its parameters and their standard errors."""
+    values = [f"{name} = {e.value:.3g} ± {e.std:.2g}" for name, e in effect.parameters.items()]
+    return f"`{effect.name}` ({', '.join(values)})"
 
 
 def failures(name: str, comparison: Comparison) -> list[list[str]]:
@@ -174,7 +183,7 @@ def main(arguments: list[str]) -> int:
         report = given.reports / path.name / "report.html"
         report.parent.mkdir(parents=True, exist_ok=True)
         command = f"model-lab diagnose {path} --model {name} --report {report.parent}"
-        write_report(outcome, data, report, [command])
+        write_report(outcome, report, [command])
         rows.append(row(path.name, name, data, outcome))
         compared[path.name] = compare(data, model)
         where += failures(path.name, compared[path.name])

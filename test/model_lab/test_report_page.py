@@ -12,6 +12,7 @@ from model_lab.diagnose import diagnose
 from model_lab.plan import Experiment
 from model_lab.protocols import protocol
 from model_lab.report import write_report
+from model_lab.trials import Trial
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
 
@@ -30,10 +31,11 @@ def missing():
     hidden = effect_classes()["viscoelasticity"](relative_modulus=0.4, relaxation_time=2.0)
     data = bending_set([hidden])
     outcome = diagnosed(data)
-    step = Experiment(protocol("step_and_hold"), 48.0, 45e3, 313.15, "base_up", "thin", 7.0)
-    diagnosis = replace(
-        outcome.diagnosis, tied=(("tube_lag",),), next_experiment=step.as_json("pressure")
-    )
+    time, course = protocol("step_and_hold").course(48.0, 45e3, 200)
+    columns = {"time": time, "pressure": course}
+    trial = Trial("step_and_hold", "a step, held", data.specimens["thin"], 313.15, columns)
+    step = Experiment(trial, 7.0, (("viscoelasticity", "tube_lag"),))
+    diagnosis = replace(outcome.diagnosis, tied=(("tube_lag",),), next_experiment=step.as_json())
     return data, replace(outcome, diagnosis=diagnosis)
 
 
@@ -63,9 +65,9 @@ def pages(missing, unexplained, tmp_path_factory):
         "one_run": one_run(),
     }
     rendered = {}
-    for name, (data, outcome) in cases.items():
+    for name, (_, outcome) in cases.items():
         path = folder / f"{name}.html"
-        write_report(outcome, data, path, COMMANDS)
+        write_report(outcome, path, COMMANDS)
         rendered[name] = (path.read_text(encoding="utf-8"), render(path, folder))
     return rendered
 
@@ -153,7 +155,7 @@ def test_ids_of_figures_do_not_clash(pages):
 def test_a_large_set_makes_a_page_that_is_not_large(tmp_path):
     data = bending_set(samples=800, protocols=18)
     path = tmp_path / "large.html"
-    write_report(diagnosed(data, ()), data, path, COMMANDS)
+    write_report(diagnosed(data, ()), path, COMMANDS)
     assert path.stat().st_size < 3_000_000
     figures = {figure["name"]: figure for figure in render(path, tmp_path).figures}
     assert overlapping(figures["curves"]) == []

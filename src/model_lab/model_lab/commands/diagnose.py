@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> None:
         from model_lab.report import write_report
 
         arguments.report.mkdir(parents=True, exist_ok=True)
-        write_report(outcome, data, arguments.report / REPORT, _commands(arguments))
+        write_report(outcome, arguments.report / REPORT, _commands(arguments))
 
 
 def _commands(arguments: argparse.Namespace) -> list[str]:

@@ -7,7 +7,6 @@ from html import escape
 from pathlib import Path
 
 from model_lab.diagnose import Outcome
-from model_lab.measurement import MeasurementSet
 from model_lab.report import tables
 from model_lab.report.curves import curves
 from model_lab.report.drawing import Drawing
@@ -20,14 +19,12 @@ from model_lab.report.style import CSS
 from model_lab.report.view import View
 
 
-def write_report(
-    outcome: Outcome, data: MeasurementSet, path: Path, commands: Sequence[str]
-) -> None:
-    """Write the report of a diagnosis of `data` to an HTML file.
+def write_report(outcome: Outcome, path: Path, commands: Sequence[str]) -> None:
+    """Write the report of a diagnosis to an HTML file.
 
     commands: shell lines that make it again.
     """
-    path.write_text(page(View(outcome, data), commands), encoding="utf-8")
+    path.write_text(page(View(outcome), commands), encoding="utf-8")
 
 
 def page(view: View, commands: Sequence[str]) -> str:

@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         data = load_measurements(options.data)
-        draw_picture(View(diagnose(data, load_model(options.model)), data), options.out)
+        draw_picture(View(diagnose(data, load_model(options.model))), options.out)
     except ValueError as error:
         print(f"picture: {error}", file=sys.stderr)
         return 2

@@ -7,9 +7,11 @@ from html import escape
 
 import numpy as np
 
+from model_lab.axes import axes_of
 from model_lab.display import display_of
 from model_lab.noise import REPEATS
 from model_lab.report.fitted import parameter_estimates
+from model_lab.report.residuals import axis_title
 from model_lab.report.view import View
 
 SOURCES = {
@@ -87,8 +89,14 @@ def runs(view: View) -> str:
 
 def failures(view: View) -> str:
     """Where the model as it was fails."""
+    titles = {axis.name: axis_title(axis) for axis in axes_of(view.data)}
     rows = [
-        [entry.against, entry.where, f"{100 * entry.share_of_error:.0f} %", f"{entry.p_value:.1g}"]
+        [
+            titles.get(entry.against, entry.against),
+            entry.where,
+            f"{100 * entry.share_of_error:.0f} %",
+            f"{entry.p_value:.1g}",
+        ]
         for entry in view.diagnosis.failures
     ]
     head = ["against", "where", "share of the error", "p-value"]

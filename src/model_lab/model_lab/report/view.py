@@ -49,18 +49,22 @@ class Step:
 
 @dataclass(frozen=True)
 class View:
-    """A diagnosis with its set, and the models that a report compares.
+    """A diagnosis with the set that was searched, and the models that a report compares.
 
     after: the model with the missing effects, None if none are named.
     """
 
     outcome: Outcome
-    data: MeasurementSet
     steps: tuple[Step, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         steps = _ladder(self.outcome.question, self.before, self.after)
         object.__setattr__(self, "steps", steps)
+
+    @property
+    def data(self) -> MeasurementSet:
+        """The set; of long recordings as many samples as were searched."""
+        return self.outcome.question.data
 
     @property
     def diagnosis(self) -> Diagnosis:
