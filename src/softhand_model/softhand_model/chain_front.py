@@ -74,7 +74,11 @@ class Front:
     def _bend(self, springs: JointSprings, joint: int) -> None:
         """Pass a joint, whose spring carries what lies beyond."""
         moment = self.moment - cross(self.place, self.force)
-        rest = _about_y(self.turn, springs.rest[joint])
+        if springs.isotropic:  # it turns about the moment, in any frame
+            rotation = springs.rotation(joint, moment)
+            self.turn = _about_y(product(rotations(rotation), self.turn), *springs.turn(joint))
+            return
+        rest = _about_y(self.turn, *springs.turn(joint))
         rotation = springs.rotation(joint, turned_back(rest, moment))
         self.turn = product(rest, rotations(rotation))
 
@@ -110,7 +114,7 @@ class SlopedFront(Front):
         change = self.by_moment - cross(self.shift, self.force[:, None])
         change[:, :3] -= cross_matrix(self.place)
         change -= cross(self.spin, moment[:, None])
-        rest = _about_y(self.turn, springs.rest[joint])
+        rest = _about_y(self.turn, *springs.turn(joint))
         local = turned_back(rest, moment)
         rotation = springs.rotation(joint, local)
         exponential, jacobian = exponentials(rotation)
@@ -126,8 +130,11 @@ class SlopedFront(Front):
         return arm
 
 
-def _about_y(turn: Array, angle: Array) -> Array:
-    """Rotations (3, 3, n) followed by a turn (n,) [rad] about their y."""
-    sine, cosine = np.sin(angle), np.cos(angle)
+def _about_y(turn: Array, sine: Array, cosine: Array) -> Array:
+    """Rotations (3, 3, n) followed by a turn about their y of this sine and cosine (n,)."""
     x, z = turn[:, 0], turn[:, 2]
-    return np.stack([cosine * x - sine * z, turn[:, 1], sine * x + cosine * z], axis=1)
+    result = np.empty_like(turn)
+    result[:, 0] = cosine * x - sine * z
+    result[:, 1] = turn[:, 1]
+    result[:, 2] = sine * x + cosine * z
+    return result

@@ -52,6 +52,30 @@ class BaseLoad:
     beyond: Array
     chord: Array
 
+    @classmethod
+    def unknown(cls, points: int) -> BaseLoad:
+        """Loads of so many points that are yet to be found."""
+        return cls(
+            np.empty((6, points)),
+            np.empty(points, bool),
+            np.empty((6, points)),
+            np.empty((points, 6, 6)),
+        )
+
+    def take(self, chosen: Indices) -> BaseLoad:
+        """The loads of some of the points."""
+        return BaseLoad(
+            self.wrench[:, chosen],
+            self.settled[chosen],
+            self.beyond[:, chosen],
+            self.chord[chosen],
+        )
+
+    def put(self, chosen: Indices, loads: BaseLoad) -> None:
+        """Set the loads of some of the points."""
+        self.wrench[:, chosen], self.settled[chosen] = loads.wrench, loads.settled
+        self.beyond[:, chosen], self.chord[chosen] = loads.beyond, loads.chord
+
     @property
     def force(self) -> Array:
         """Force (3, n) [N]."""
@@ -78,32 +102,29 @@ class HeldChain:
         like: loads of similar holds, point by point, from which the search begins.
         """
         points = hold.position.shape[1]
-        found = BaseLoad(
-            np.empty((6, points)),
-            np.empty(points, bool),
-            np.empty((6, points)),
-            np.empty((points, 6, 6)),
-        )
+        found = BaseLoad.unknown(points)
         for first in range(0, points, AT_ONCE):
             part = np.arange(first, min(first + AT_ONCE, points))
-            self._fill(found, part, hold.take(part), like)
+            found.put(part, self._base_load(hold.take(part), like and like.take(part)))
         return found
 
-    def _fill(self, found: BaseLoad, part: Indices, hold: Hold, like: BaseLoad | None) -> None:
-        """Write the loads of some of the points."""
+    def _base_load(self, hold: Hold, like: BaseLoad | None) -> BaseLoad:
         clamp, turning = self._clamp, self._turning(hold)
         stiffness = 1.0 / np.sum(1.0 / hold.springs.stiffness, axis=0)
-        search = Search(turning.copy(), np.zeros(len(part), bool), np.zeros((len(part), 6, 6)))
+        points = len(stiffness)
+        search = Search(turning.copy(), np.zeros(points, bool), np.zeros((points, 6, 6)))
         if like is not None:
-            search.wrench += like.beyond[:, part] * stiffness
-            search.chord = like.chord[part] * stiffness[:, None, None]
+            search.wrench += like.beyond * stiffness
+            search.chord = like.chord * stiffness[:, None, None]
             by_chords(clamp, hold, search)
         by_newton(clamp, hold, search)
         by_tightening(clamp, hold, search, turning)
-        found.wrench[:, part] = search.wrench * clamp.unit
-        found.settled[part] = search.settled
-        found.beyond[:, part] = (search.wrench - turning) / stiffness
-        found.chord[part] = search.chord / stiffness[:, None, None]
+        return BaseLoad(
+            search.wrench * clamp.unit,
+            search.settled,
+            (search.wrench - turning) / stiffness,
+            search.chord / stiffness[:, None, None],
+        )
 
     def _turning(self, hold: Hold) -> Array:
         """Wrench (6, n) to begin with: a moment that turns the tip as it is held.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,15 @@ class JointSprings:
             coupling=None if self.coupling is None else self.coupling[chosen],
         )
 
+    @cached_property
+    def _turns(self) -> tuple[Array, Array]:
+        return np.sin(self.rest), np.cos(self.rest)
+
+    def turn(self, joint: int) -> tuple[Array, Array]:
+        """Sine and cosine (n,) of a joint's rest angle."""
+        sine, cosine = self._turns
+        return sine[joint], cosine[joint]
+
     def rotation(self, joint: int, moment: Array) -> Array:
         """Rotation vector (3, n) [rad] of a joint under a moment (3, n) [N m], in the rest frame.
 
@@ -66,17 +76,19 @@ class JointSprings:
         rotation = moment / self.stiffness[joint]
         if self.isotropic:
             return rotation
-        before = np.inf
+        before, slope = 1.0, None
         for _ in range(STEPS):
             residual = self._elastic(joint, rotation) - _transposed_jacobian(rotation, moment)
-            if before == np.inf:
+            if slope is None:
                 slope = inverse(self._slope(joint, rotation, moment))
             step = turned(slope, residual)
             rotation = rotation - step
             size = np.max(np.abs(step))
-            if size < TOLERANCE:
+            if size * min(size / before, 1.0) < TOLERANCE:  # what the next step would be
                 break
-            before = size if size < 0.1 * before else np.inf
+            if size > 0.1 * before:
+                slope = None
+            before = size
         return rotation
 
     def compliance(self, joint: int, rotation: Array, moment: Array) -> Array:

@@ -25,6 +25,8 @@ REACHED = 1e-9  # the same of a pose where rounding stops the iteration
 STEPS = 80
 LARGEST_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
 SHORTEST_SHARE = 1e-3  # of a Newton step
+LEAST_MENDED = 0.1  # share of its length that a chord keeps along the last step
+ROUNDING = 1e-15  # of the tip's pose
 CHORDS = 8  # steps with a slope from elsewhere before it is given up
 CHORD_PROGRESS = 0.3  # by which each must bring the tip nearer
 SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
@@ -117,20 +119,46 @@ class TipClamp:
 def by_chords(clamp: TipClamp, hold: Hold, search: Search) -> None:
     """Settle what a few steps with the given chords settle; leave the rest as it was.
 
-    The last step is not looked at any more: the one before it has shown what a step achieves.
+    Each step mends the chord with what it has achieved (Broyden). The last step is not looked at
+    any more: the one before it has shown what a step achieves.
     """
-    active, wrench = np.arange(len(search.settled)), search.wrench
-    before = np.ones(len(active))
+    active, wrench, chord = np.arange(len(search.settled)), search.wrench, search.chord
+    gap, part = clamp.gap(hold, wrench), hold
+    size = _size(gap)
     for _ in range(CHORDS):
-        gap = clamp.gap(hold.take(active), wrench)
-        size = np.sqrt(np.sum(gap * gap, axis=0))
-        wrench = wrench - np.einsum("nij,jn->in", search.chord[active], gap)
-        done = size * np.minimum(size / before, 1.0) < TOLERANCE
-        _settle(search, active[done], wrench[:, done])
-        goes_on = ~done & (size < CHORD_PROGRESS * before)
-        active, wrench, before = active[goes_on], wrench[:, goes_on], size[goes_on]
-        if not len(active):
+        step = -np.einsum("nij,jn->in", chord, gap)
+        wrench = wrench + step
+        gap_before, before = gap, size
+        gap = clamp.gap(part, wrench)
+        size = _size(gap)
+        chord = _mended(chord, step, gap - gap_before)
+        last = -np.einsum("nij,jn->in", chord, gap)
+        done = size * np.minimum(size / np.maximum(before, ROUNDING), 1.0) < TOLERANCE
+        _settle(search, active[done], wrench[:, done] + last[:, done])
+        search.chord[active[done]] = chord[done]
+        goes_on = np.flatnonzero(~done & (size < CHORD_PROGRESS * before))
+        if not len(goes_on):
             break
+        active, wrench, chord = active[goes_on], wrench[:, goes_on], chord[goes_on]
+        gap, size, part = gap[:, goes_on], size[goes_on], part.take(goes_on)
+
+
+def _size(gap: Array) -> Array:
+    return np.asarray(np.sqrt(np.sum(gap * gap, axis=0)))
+
+
+def _mended(chord: Array, step: Array, rise: Array) -> Array:
+    """Chords (n, 6, 6) that lead a rise (6, n) of the gap back to the step (6, n) behind it.
+
+    They stay as they are where that would turn them too far.
+    """
+    missed = np.einsum("nij,jn->ni", chord, rise)
+    back = np.einsum("in,nij->nj", step, chord)
+    along = np.einsum("in,ni->n", step, missed)
+    square = np.sum(step * step, axis=0)
+    safe = (along > LEAST_MENDED * square) & (square > 0.0)
+    share = (step.T - missed) / np.where(safe, along, np.inf)[:, None]
+    return chord + share[:, :, None] * back[:, None]
 
 
 def by_newton(clamp: TipClamp, hold: Hold, search: Search, softness: float = 1.0) -> None:
@@ -144,7 +172,7 @@ def by_newton(clamp: TipClamp, hold: Hold, search: Search, softness: float = 1.0
             break
         tried = search.wrench[:, active] - share[active] * step[:, active]
         gap, slope = clamp.sloped_gap(part, tried, softness)
-        size = np.sqrt(np.sum(gap * gap, axis=0))
+        size = _size(gap)
         nearer = size < best[active]
         moved = active[nearer]
         search.wrench[:, moved], best[moved] = tried[:, nearer], size[nearer]

@@ -7,13 +7,21 @@ contiguous memory.
 
 from __future__ import annotations
 
+from math import factorial
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
 SMALL_SQUARE = 0.5  # [rad2] below which the coefficients come from their series
-TERMS = 7  # of the series: exact to rounding
+TERMS = 8  # of the series: exact to rounding
+# (TERMS, 2, 1): of b and c
+COEFFICIENTS = np.array(
+    [[[(-1) ** k / factorial(2 * k + more)] for more in (2, 3)] for k in range(TERMS)]
+)
+# largest square (TERMS - 1,) for which 1, 2, ... terms are exact to rounding
+ENOUGH = np.array([(1e-17 * factorial(2 * k + 2) / 2) ** (1 / k) for k in range(1, TERMS)])
 
 
 def cross(first: Array, second: Array) -> Array:
@@ -23,7 +31,13 @@ def cross(first: Array, second: Array) -> Array:
     [0.0, 0.0, 1.0]
     """
     (ax, ay, az), (bx, by, bz) = first, second
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+    result = np.empty((3, *np.broadcast_shapes(first.shape[1:], second.shape[1:])))
+    for out, (p, q, r, s) in zip(
+        result, ((ay, bz, az, by), (az, bx, ax, bz), (ax, by, ay, bx)), strict=True
+    ):
+        np.multiply(p, q, out=out)
+        out -= r * s
+    return result
 
 
 def turned(matrix: Array, vector: Array) -> Array:
@@ -91,26 +105,26 @@ def rotations(vector: Array) -> Array:
 
 def jacobian_coefficients(square: Array) -> tuple[Array, Array]:
     """b = (1 - cos t)/t**2 and c = (t - sin t)/t**3 of squared angles t**2 (n,) [rad2]."""
-    if np.all(square < SMALL_SQUARE):
-        return _series(square, 2.0), _series(square, 6.0)
+    largest = square.max(initial=0.0)
+    if largest < SMALL_SQUARE:
+        b, c = _series(square, int(np.searchsorted(ENOUGH, largest)) + 1)
+        return b, c
     angle = np.sqrt(np.maximum(square, SMALL_SQUARE))
     sine, cosine = np.sin(angle), np.cos(angle)
     small = square < SMALL_SQUARE
-    b = np.where(small, _series(square, 2.0), (1.0 - cosine) / angle**2)
-    c = np.where(small, _series(square, 6.0), (angle - sine) / angle**3)
+    near = _series(np.where(small, square, 0.0), TERMS)
+    b = np.where(small, near[0], (1.0 - cosine) / angle**2)
+    c = np.where(small, near[1], (angle - sine) / angle**3)
     return b, c
 
 
-def _series(square: Array, first: float) -> Array:
-    """Series of b (first 2) or c (first 6): 1/first - t**2/(first*k) + ..., exact to rounding."""
-    following = (2.0 if first == 2.0 else 3.0) + 1.0
-    total, term = np.full_like(square, 1.0 / first), 1.0 / first
-    powers = np.ones_like(square)
-    for order in range(TERMS):
-        at = following + 2.0 * order
-        term = -term / (at * (at + 1.0))
-        powers = powers * square
-        total = total + term * powers
+def _series(square: Array, terms: int) -> Array:
+    """Series (2, n) of b and c: 1/2 - t**2/24 + ... and 1/6 - t**2/120 + ..."""
+    total = np.empty((2, *square.shape))
+    total[:] = COEFFICIENTS[terms - 1]
+    for coefficients in COEFFICIENTS[terms - 2 :: -1] if terms > 1 else ():
+        total *= square
+        total += coefficients
     return total
 
 

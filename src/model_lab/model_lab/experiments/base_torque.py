@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
 from model_lab.experiments.chain_springs import chain_springs
+from model_lab.experiments.lane_order import lane_values, waves
 from model_lab.experiments.sample_rows import SampleRows, Step
 from model_lab.experiments.specimen_memory import SpecimenMemory
 from model_lab.experiments.specimen_segments import SpecimenSegments
@@ -61,7 +63,8 @@ class BaseTorque:
         self._position, quaternion = np.array(place), np.array(turn)
         self._check(quaternion)
         self._orientation = matrices(quaternion)
-        self._plain: dict[str, BaseLoad] = {}
+        self._solved: dict[str, Solved] = {}  # last prediction, by specimen
+        self._plain: dict[tuple[str, bool], BaseLoad] = {}
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Names of the calibration with the values from which a search starts."""
@@ -76,7 +79,9 @@ class BaseTorque:
             staged.chamber_pressure, remembers(staged.input), self._pressure
         )
         shape = at_modulus(self._segments.shape, modulus)
-        torque = self._torque(staged, modulus, self._free_angles(staged, shape, pressure))
+        values = lane_values(calibration, [e for e in staged.all if e not in staged.output])
+        angles = self._free_angles(staged, shape, pressure)
+        torque = self._torque(staged, values, modulus, angles)
         shown = [
             self._rows.through(
                 partial(staged.reading, name), remembers(staged.output), part[:, :, None]
@@ -105,32 +110,35 @@ class BaseTorque:
             pressure,
         )
 
-    def _torque(self, staged: StagedEffects, modulus: Array, angles: Array) -> Array:
-        """Torques (3, lanes, rows) [N m] of all specimens."""
-        acting = [*staged.load, *staged.structure]
-        values = [np.size(value) for effect in acting for value in effect.values.values()]
-        lanes = max(len(angles), len(modulus), *values, 1)
+    def _torque(self, staged: StagedEffects, values: Array, modulus: Array, angles: Array) -> Array:
+        """Torques (3, lanes, rows) [N m] of all specimens, for lanes of such values."""
+        lanes = len(values)
         modulus = np.broadcast_to(modulus[:, :, 0], (lanes, modulus.shape[1]))[:, self._rows.run]
         angles = np.broadcast_to(angles, (lanes, *angles.shape[1:]))
         torque = np.empty((3, lanes, len(self._rows.run)))
         for name, chain in self._segments.chains.items():
             rows = self._rows_of(name)
             springs = chain_springs(chain, modulus[:, rows], angles[:, rows], staged.structure)
-            hold = Hold(
-                springs, *self._poses(rows, lanes), self._gravity(name, staged, lanes, rows)
-            )
-            like = self._plain_load(name, chain, rows)
-            load = held_in_lanes(HeldChain(chain), hold, lanes, like)
-            torque[:, :, rows] = load.reshape(3, lanes, len(rows))
+            scales = [e.values["mass_scale"] for e in staged.load if e.name == "gravity"]
+            pull = self._gravity(name, scales[0], lanes, rows) if scales else None
+            hold = Hold(springs, *self._poses(rows, lanes), pull)
+            before = self._solved.get(name)
+            if before is None or before.values.shape[1] != values.shape[1]:
+                like = self._plain_load(name, chain, rows, heavy=bool(scales))
+                before = Solved(values[:1], like)
+            self._solved[name] = before.others(HeldChain(chain), hold, values)
+            torque[:, :, rows] = self._solved[name].loads.torque.reshape(3, lanes, len(rows))
         return torque
 
-    def _plain_load(self, name: str, chain: SegmentChain, rows: Indices) -> BaseLoad:
-        """Load of the base model, from which every search begins; kept."""
-        if name not in self._plain:
+    def _plain_load(self, name: str, chain: SegmentChain, rows: Indices, heavy: bool) -> BaseLoad:
+        """Load of the base model, heavy or weightless, from which every search begins; kept."""
+        if (name, heavy) not in self._plain:
             angles = self._free_angles(StagedEffects(), self._segments.shape, self._pressure)
             springs = chain_springs(chain, np.ones((1, len(rows))), angles[:, rows], ())
-            self._plain[name] = HeldChain(chain).base_load(Hold(springs, *self._poses(rows, 1)))
-        return self._plain[name]
+            pull = self._gravity(name, np.ones(1), 1, rows) if heavy else None
+            hold = Hold(springs, *self._poses(rows, 1), pull)
+            self._plain[name, heavy] = HeldChain(chain).base_load(hold)
+        return self._plain[name, heavy]
 
     def _rows_of(self, specimen: str) -> Indices:
         runs = [index for index, run in enumerate(self._data.runs) if run.specimen == specimen]
@@ -141,16 +149,11 @@ class BaseTorque:
         position, orientation = self._position[:, rows], self._orientation[:, :, rows]
         return np.tile(position, (1, lanes)), np.tile(orientation, (1, 1, lanes))
 
-    def _gravity(
-        self, specimen: str, staged: StagedEffects, lanes: int, rows: Indices
-    ) -> Array | None:
-        """Gravity (3, points) [m/s2] times the scale of the mass; none without the effect."""
-        scales = [np.ravel(e.values["mass_scale"]) for e in staged.load if e.name == "gravity"]
-        if not scales:
-            return None
+    def _gravity(self, specimen: str, scale: Array, lanes: int, rows: Indices) -> Array:
+        """Gravity (3, points) [m/s2] times the scale of the mass."""
         require_keys(self._data, self._data.specimens[specimen], ("mass",), "the effect gravity")
         down = np.reshape(DOWN[self._data.specimens[specimen].mount], (3, 1))
-        pull = STANDARD_GRAVITY * np.broadcast_to(scales[0], lanes)
+        pull = STANDARD_GRAVITY * np.broadcast_to(np.ravel(scale), lanes)
         return np.asarray(down * np.repeat(pull, len(rows)))
 
     def _in_order(self, torques: list[Array]) -> Array:
@@ -187,14 +190,22 @@ class BaseTorque:
             )
 
 
-def held_in_lanes(chain: HeldChain, hold: Hold, lanes: int, like: BaseLoad) -> Array:
-    """Torques (3, points) [N m]: the first lane's search begins at a like load, that of the others
-    at the first lane's.
-    """
-    samples = np.arange(hold.position.shape[1] // lanes)
-    first = chain.base_load(hold.take(samples), like)
-    others = [
-        chain.base_load(hold.take(samples + lane * len(samples)), first).torque
-        for lane in range(1, lanes)
-    ]
-    return np.concatenate([first.torque, *others], axis=1)
+@dataclass(frozen=True)
+class Solved:
+    """Loads that have been found in lanes of such values (lanes, k), lane after lane."""
+
+    values: Array
+    loads: BaseLoad
+
+    def others(self, chain: HeldChain, hold: Hold, values: Array) -> Solved:
+        """Loads of holds in other lanes, each sought from the one of the lanes nearest to it."""
+        lanes = np.concatenate([self.values, values])
+        samples = np.arange(hold.position.shape[1] // len(values))
+        found = BaseLoad.unknown(len(lanes) * len(samples))
+        found.put(np.arange(self.loads.settled.size), self.loads)
+        first = len(self.values) * len(samples)
+        for wave, starts in waves(lanes, len(self.values)):
+            points = (wave[:, None] * len(samples) + samples).ravel()
+            begin = (starts[:, None] * len(samples) + samples).ravel()
+            found.put(points, chain.base_load(hold.take(points - first), found.take(begin)))
+        return Solved(values, found.take(np.arange(first, len(lanes) * len(samples))))

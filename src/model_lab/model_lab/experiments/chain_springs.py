@@ -53,16 +53,24 @@ def _factor(effects: Sequence[StructureEffect], samples: int) -> Factor | None:
     if not scaling:
         return None
 
+    at_points: tuple[Indices | None, list[StructureEffect]] = None, []
+
     def factor(bend: Array, rest: Array, points: Indices) -> Array:
+        nonlocal at_points
+        if at_points[0] is not points:  # which stay for many calls
+            at_points = points, [_at_points(effect, points // samples) for effect in scaling]
         shape = (len(points), 1, 1)
         total = np.ones(shape)
-        for effect in scaling:
-            values = {key: _of(value, points // samples) for key, value in effect.values.items()}
-            own = type(effect).in_lanes(values)
-            total = total * own.stiffness_factor(bend.reshape(shape), rest.reshape(shape))
+        for effect in at_points[1]:
+            total = total * effect.stiffness_factor(bend.reshape(shape), rest.reshape(shape))
         return total[:, 0, 0]
 
     return factor
+
+
+def _at_points(effect: StructureEffect, lanes: Indices) -> StructureEffect:
+    """The effect with the values of the lanes to which points belong, each a lane of its own."""
+    return type(effect).in_lanes({key: _of(value, lanes) for key, value in effect.values.items()})
 
 
 def _of(value: float | Array, lane: Indices) -> Array:
