@@ -48,7 +48,10 @@ def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str |
 
 
 def trial_values(effect: type[Effect]) -> Array:
-    """Trial values (trials, k) over the typical ranges of an effect's parameters."""
+    """Trial values (trials, k) over the typical ranges of an effect's parameters.
+
+    A single parameter is tried at its bounds too: an effect may be far stronger than usual.
+    """
     count = len(effect.parameters)
     points = [_points(parameter, GRID.get(count, 2)) for parameter in effect.parameters]
     if not points:
@@ -61,10 +64,10 @@ def trial_values(effect: type[Effect]) -> Array:
 
 def _points(parameter: Parameter, count: int) -> Array:
     low, high = parameter.typical or (parameter.low, parameter.high)
-    if parameter.logarithmic:
-        return np.geomspace(low, high, count)
-    points = np.linspace(low, high, count)
-    return points[points != parameter.neutral]
+    points = (np.geomspace if parameter.logarithmic else np.linspace)(low, high, count)
+    if count == GRID[1]:
+        points = np.unique([parameter.low, *points, parameter.high])
+    return np.asarray(points[points != parameter.neutral])
 
 
 def signature(problem: Problem, fit: Fit, effect: type[Effect]) -> Signature:

@@ -13,7 +13,7 @@ from scipy.stats import f as variance_ratio
 from scipy.stats import t as student
 
 from model_lab.axes import axes_of
-from model_lab.candidates import inapplicable
+from model_lab.candidates import inapplicable, names
 from model_lab.diagnosis import (
     ADEQUATE,
     EFFECTS_MISSING,
@@ -33,11 +33,13 @@ from model_lab.loading import load_measurements
 from model_lab.localise import localise
 from model_lab.measurement import MeasurementSet
 from model_lab.noise import noise_floor
+from model_lab.plan import proposal
 from model_lab.rivals import Rival, fit_rivals
 from model_lab.search import Question, Scored, base_starts
 from model_lab.selection import Selection, excess, material, select
 from model_lab.series import series_of
 from model_lab.spectrum import make_spectrum
+from model_lab.thinning import thinned
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model, load_model
 
@@ -46,10 +48,13 @@ Array = NDArray[np.float64]
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave
 LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
-STILL_NEAR = 3.0  # held-out error over the floor beyond which nothing counts as explained
+MERE_REST = 0.12  # the same whatever the calibration
+RIVAL_REST = 0.15  # error that such a black box may leave, over the error before
+STILL_NEAR = 5.0  # held-out error over the floor beyond which nothing counts as explained
 RIVAL_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
 RIVAL_FAR = 0.65  # the same where the model is within the floor
-SURE = 1e-3  # chance at which errors are taken to exceed the scatter of repeats
+SHAPE_MARGIN = 1.25  # held-out error but for gains over a floor that knows nothing of gains
+SURE = 5e-3  # chance at which errors are taken to exceed the scatter of repeats
 LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
 CONFIDENCE = 0.975
 SMALLEST_SHOWN = 0.5  # rms of an effect over the floor that makes an error material
@@ -75,9 +80,10 @@ def diagnose(
     """Compare a model with a set, search the effects for what is missing, and judge the rest.
 
     classes: effects that take part, the built-in ones if None. Effects of the model file that carry
-    standard errors are fitted along, the others stay as they are. Same seed, same answer.
-    Raises ValueError for data that the model cannot use.
+    standard errors are fitted along, the others stay as they are. Same seed, same answer. Long
+    recordings are thinned. Raises ValueError for data that the model cannot use.
     """
+    data = thinned(data)
     question, given = pose_question(data, model, effect_classes() if classes is None else classes)
     present = {effect.name for effect in model.effects}
     hidden, tried = [], []
@@ -89,11 +95,11 @@ def diagnose(
             tried.append(name)
         else:
             hidden.append(NotVisible(name, reason))
-    names = [effect.name for effect in given]
-    selection = select(question, tried, names, seed, jobs)
+    fitted = [effect.name for effect in given]
+    selection = select(question, tried, fitted, seed, jobs)
     sharper = _sharper(question, selection)
     if sharper is not None:
-        question, selection = sharper, select(sharper, tried, names, seed, jobs)
+        question, selection = sharper, select(sharper, tried, fitted, seed, jobs)
     return _outcome(question, selection, hidden, seed)
 
 
@@ -171,6 +177,8 @@ def _outcome(
         rmse_after=named.held_out.rmse,
         unit=question.data.unit,
         failures=failures,
+        next_experiment=proposal(question, named, selection.ties) if added else None,
+        correlation=correlation_of(named),
         unexplained=Unexplained(rest, _dependence(question.data, final, rivals, failures, verdict)),
     )
     return Outcome(diagnosis, question, selection, rivals)
@@ -192,12 +200,15 @@ def _another_form(question: Question, base: Scored, final: Scored, rivals: Seque
     down to the floor.
     """
     floor = question.floor.total
+    share = excess(question, final) / excess(question, base)
+    if share <= MERE_REST and final.held_out.rmse <= STILL_NEAR * floor:
+        return True
     if final.held_out.rmse > STILL_NEAR * floor or bool(np.any(final.fit.at_limit)):
         return False
-    share = excess(question, final) / excess(question, base)
     remembers = any(question.classes[name].has_memory for name in final.effects)
     same_kind = bool(rivals) and rivals[0].remembers == remembers
-    mended = same_kind and rivals[0].rmse <= NEAR_FLOOR * floor
+    rest = rivals[0].rmse / floor if same_kind else np.inf
+    mended = rest <= max(NEAR_FLOOR, RIVAL_REST * base.held_out.rmse / floor)
     return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER)
 
 
@@ -207,13 +218,24 @@ def _fails(question: Question, scored: Scored, rivals: Sequence[Rival]) -> bool:
     A rival that is far better counts even where repeats scatter as much as the model errs.
     """
     share = rivals[0].rmse / scored.held_out.rmse if rivals else 1.0
+    if scored.held_out.rmse <= question.floor.total:
+        return False
     if share < RIVAL_FAR:
         return True
     if not material(question, scored):
         return False
-    if not question.floor.gain_known:
-        return share < RIVAL_MARGIN or scored.held_out.rmse > 1.2 * question.floor.upper
-    return _beyond_repeats(question, scored) < SURE
+    if question.floor.gain_known:
+        return _beyond_repeats(question, scored) < SURE
+    return _shape_error(question, scored) > SHAPE_MARGIN * question.floor.total
+
+
+def _shape_error(question: Question, scored: Scored) -> float:
+    """Held-out root mean square error but for the gains of runs, of which nothing is known."""
+    spectrum = question.spectrum
+    power = spectrum.power(spectrum.coefficients(scored.held_out.residual[None]))[0]
+    gains = np.searchsorted(spectrum.band_output, np.unique(spectrum.band_output))
+    power[gains] = 0.0
+    return float(np.sqrt(power.sum() / spectrum.counts().sum()))
 
 
 def _beyond_repeats(question: Question, scored: Scored) -> float:
@@ -290,6 +312,17 @@ def calibration_of(scored: Scored) -> dict[str, Any]:
             else:
                 found[name] = value
     return found
+
+
+def correlation_of(scored: Scored) -> dict[str, dict[str, float]]:
+    """Correlation of every two parameters of a fitted model, by their names."""
+    spread = np.sqrt(np.maximum(np.diag(scored.fit.covariance), 0.0))
+    size = np.where(spread > 0.0, spread, 1.0)
+    matrix = scored.fit.covariance / np.outer(size, size)
+    known = names(scored.fit.problem)
+    return {
+        a: dict(zip(known, row, strict=True)) for a, row in zip(known, matrix.tolist(), strict=True)
+    }
 
 
 def _ranked(question: Question, base: Scored, scored: Scored, selection: Selection) -> Ranked:

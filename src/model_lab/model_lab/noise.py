@@ -7,6 +7,7 @@ lies in the first bands, the noise of the sensor in all of them.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -23,7 +24,9 @@ Array = NDArray[np.float64]
 
 REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
 UPPER_LEVEL = 0.95
-SMALLEST_SPLINE = 5  # samples that a smoothing spline needs
+SMALLEST_SPLINE = 20  # samples of a piece that tell noise from course
+NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
+WHITE_BEND = 6.0  # variance of second differences of white noise of variance 1
 SPLINE_PIECE = 250  # samples of one, as its cross-validation takes a millisecond for each
 SPLINE_PIECES = 12  # of each output
 SLOW_BANDS = 3  # bands after that of the gain in which odd repeats show
@@ -32,6 +35,8 @@ ALIKE_DRAWS = 4000
 UNLIKE = 0.002  # chance at which all groups are kept though one differs
 FAR_ABOVE = 4.0  # mean square of an odd group over the usual one
 SMALLEST_SHARE = 1e-9  # of the measured scale: a floor is never exactly zero
+
+SMALLEST_LEVEL = 1e-15  # in the unit of the outputs; masses of pulses are above 1e-9 kg
 
 
 @dataclass(frozen=True)
@@ -60,9 +65,10 @@ class NoiseFloor:
 def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:
     """The floor of a set, given the residual (samples,) of a model fitted to it.
 
-    A model that is wrong in the same way for all repeats does not change it.
+    A model that is wrong in the same way for all repeats does not change it. Raises ValueError for
+    sets that do not tell it.
     """
-    scale = SMALLEST_SHARE * float(np.abs(residual).max() + 1e-300)
+    scale = max(SMALLEST_SHARE * float(np.abs(residual).max()), SMALLEST_LEVEL)
     power, dof = _contrasts(spectrum, residual)
     counts = spectrum.counts()
     if dof.sum() > 0.0:
@@ -214,29 +220,47 @@ def _repeated(series: tuple[Series, ...]) -> list[list[Series]]:
 def _spline_levels(spectrum: Spectrum, residual: Array) -> Array:
     """One sigma (outputs,) of what smoothing splines through pieces of the series leave."""
     outputs = int(spectrum.band_output.max()) + 1
-    spread = float(np.mean(residual**2))
     levels = []
     for output in range(outputs):
         pieces = [
             residual[start:stop]
-            for part in spectrum.layout.series
-            if part.output == output
-            for start, stop in _pieces(part)
+            for whole in _whole_series(spectrum.layout.series, output)
+            for start, stop in _pieces(*whole)
         ]
         chosen = pieces[:: -(-len(pieces) // SPLINE_PIECES)] if pieces else []
         squares = [_spline_square(piece) for piece in chosen]
-        levels.append(float(np.median(squares or [spread])))
+        if not squares:
+            raise ValueError(
+                "noise floor: expected repeats, `noise` in experiment.yaml, or runs of at least "
+                f"{SMALLEST_SPLINE} samples that tell noise from course, got none of them"
+            )
+        levels.append(float(np.median(squares)))
     return np.sqrt(np.array(levels))
 
 
-def _pieces(part: Series) -> list[tuple[int, int]]:
+def _whole_series(series: Sequence[Series], output: int) -> list[tuple[int, int]]:
+    """Start and stop of an output of every run, blocks of a run together."""
+    ends: dict[int, tuple[int, int]] = {}
+    for part in series:
+        if part.output == output:
+            start, _ = ends.get(part.run, (part.start, part.stop))
+            ends[part.run] = (start, part.stop)
+    return list(ends.values())
+
+
+def _pieces(start: int, stop: int) -> list[tuple[int, int]]:
     """Starts and ends of neighbouring pieces of a series that are long enough for a spline."""
-    count = max((part.stop - part.start) // SPLINE_PIECE, 1)
-    edges = np.linspace(part.start, part.stop, count + 1).astype(int).tolist()
+    count = max((stop - start) // SPLINE_PIECE, 1)
+    edges = np.linspace(start, stop, count + 1).astype(int).tolist()
     return [(low, high) for low, high in pairwise(edges) if high - low >= SMALLEST_SPLINE]
 
 
 def _spline_square(values: Array) -> float:
-    """Mean square of what a smoothing spline by cross-validation leaves of values (n,)."""
+    """Mean square of what a smoothing spline by cross-validation leaves of values (n,).
+
+    Where the values have a kink a spline follows the noise; second differences do not.
+    """
     order = np.arange(len(values), dtype=float)
-    return float(np.mean((values - make_smoothing_spline(order, values)(order)) ** 2))
+    left = float(np.mean((values - make_smoothing_spline(order, values)(order)) ** 2))
+    bend = float(np.median(np.abs(np.diff(values, 2))))
+    return max(left, (NORMAL_MEDIAN * bend) ** 2 / WHITE_BEND)

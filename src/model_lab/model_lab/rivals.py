@@ -23,6 +23,7 @@ SPLINE_PIECES = 6
 PLAY_SHARES = (0.05, 0.15, 0.3, 0.6)  # widths of the plays over the range of the input
 FILTERS = 6  # time constants, evenly in their logarithm
 FEWEST_RUNS, WAVES = 6, 6  # for a drift over the session; half periods in it
+FEWEST_SAMPLES = 3  # of a run, for slopes
 RIDGE = 1e-4  # of the coefficients, with features scaled to unit mean square
 
 
@@ -165,7 +166,7 @@ def _pulse(inputs: _Inputs) -> Array | None:
 
 
 def _rate(inputs: _Inputs) -> Array | None:
-    if inputs.time is None:
+    if inputs.time is None or any(run.samples < FEWEST_SAMPLES for run in inputs.data.runs):
         return None
     slope = np.asarray(np.gradient(inputs.driving, inputs.time + _strictly(inputs.time)))
     rate = slope / (np.abs(slope).max() or 1.0)
@@ -178,7 +179,7 @@ def _strictly(time: Array) -> Array:
 
 def _memory_of_time(inputs: _Inputs) -> Array | None:
     """What slow filters of the prediction lag behind it, over the time constants of the runs."""
-    if inputs.time is None:
+    if inputs.time is None or any(run.samples < FEWEST_SAMPLES for run in inputs.data.runs):
         return None
     longest = max(run.columns["time"][-1] - run.columns["time"][0] for run in inputs.data.runs)
     shortest = min(float(np.median(np.diff(run.columns["time"]))) for run in inputs.data.runs)

@@ -29,6 +29,8 @@ from softhand_model.effects import Effect
 
 Array = NDArray[np.float64]
 
+KNOWN, KNOWN_FACTOR = 0.6, 0.8  # standard error over a value, or of its logarithm
+
 
 @dataclass(frozen=True)
 class Question:
@@ -52,13 +54,14 @@ class Question:
 class Scored:
     """A fitted model with what it says of held-out data.
 
-    improvement: fall of the deviance against the model it came from. signature: of the effect that
-    was added last, if one was; invisible: why that effect cannot be seen (then nothing was fitted).
+    known: whether every effect has a parameter that the data tell. improvement: fall of the
+    deviance against the model it came from. signature: of the effect that was added last.
     """
 
     effects: tuple[str, ...]
     fit: Fit
     held_out: HeldOut
+    known: bool = True
     improvement: float = 0.0
     signature: Signature | None = None
 
@@ -69,12 +72,11 @@ class Scored:
 
     @property
     def plausible(self) -> bool:
-        """Whether the parameters of its effects are off their limits."""
+        """Whether the parameters of its effects are off their limits, and known at all."""
         parameters = self.fit.problem.forward.parameters
-        return not any(
-            limit and parameter.effect is not None
-            for limit, parameter in zip(self.fit.at_limit, parameters, strict=True)
-        )
+        if any(p.effect and limit for p, limit in zip(parameters, self.fit.at_limit, strict=True)):
+            return False
+        return self.known
 
     def parameters_of(self, effect: str) -> list[int]:
         """Indices of an effect's parameters."""
@@ -120,7 +122,26 @@ def score_with(question: Question, before: Scored, effect: str) -> Scored | Unse
     first = with_trials(problem, before.fit, effect, starts(found, before.fit))
     after = fit(problem, first)
     gained = before.fit.deviance - after.deviance
-    return Scored(effects, after, hold_out(after), gained, found)
+    known = before.known and is_known(after, question.classes[effect])
+    return Scored(effects, after, hold_out(after), known, gained, found)
+
+
+def is_known(fit: Fit, effect: type[Effect]) -> bool:
+    """Whether any parameter of an effect is known: its standard error tells it from no effect.
+
+    Where none is, a term grows without bound against another, and stands for neither.
+    """
+    scales, spread = fit.problem.scales, np.sqrt(np.diag(fit.covariance))
+    place = {
+        parameter.name: index for index, parameter in enumerate(fit.problem.forward.parameters)
+    }
+    for parameter in effect.parameters:
+        index = place[f"{effect.name}.{parameter.name}"]
+        distance = abs(fit.values[index] - (parameter.neutral or 0.0))
+        allowed = KNOWN_FACTOR if scales.logarithmic[index] else KNOWN * distance
+        if spread[index] < allowed:
+            return True
+    return not effect.parameters
 
 
 def score_without(question: Question, before: Scored, effect: str) -> Scored:
@@ -128,7 +149,7 @@ def score_without(question: Question, before: Scored, effect: str) -> Scored:
     kept = tuple(name for name in before.effects if name != effect)
     problem = question.problem(kept)
     values = dict(zip(names(before.fit.problem), before.fit.values, strict=True))
-    start = np.array([values[name] for name in names(problem)])
+    start = np.array([values.get(p.name, p.start) for p in problem.forward.parameters])
     return score_base(question, kept, start)
 
 

@@ -25,8 +25,8 @@ class TemperatureModulus(LoadEffect):
         Parameter(
             "coefficient",
             "1/K",
-            -0.02,
-            0.02,
+            -0.045,
+            0.045,
             "relative change of the modulus per kelvin",
             typical=(-0.01, 0.01),
             neutral=0.0,
