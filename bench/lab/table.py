@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from bench.lab.planning import broken, proposed, tied_with_truth
 from bench.lab.scoring import after_over_floor, coverage, groups, mean_tie, right, wilson
 
 Record = Mapping[str, Any]
@@ -16,6 +17,7 @@ TARGETS = {
     "nothing": 0.95,
     "outside": 0.90,
     "one rate": 0.90,
+    "plan": 0.90,
 }
 TITLES = {
     "catalogue": "catalogue: right effect named, or in the tie",
@@ -24,6 +26,7 @@ TITLES = {
     "nothing": "nothing hidden: adequate",
     "outside": "outside the catalogue: unexplained",
     "one rate": "one rate only: the loops come out tied",
+    "plan": "plan: the proposed experiment breaks the tie",
 }
 AFTER = {"catalogue": 1.2, "other form": 2.0}
 COVERED = 0.90
@@ -46,12 +49,19 @@ def rows_of(records: Sequence[Record]) -> list[Row]:
     rows = []
     for row, target in TARGETS.items():
         of_row = [record for record in counted if record["row"] == row]
-        if of_row:
+        if row == "plan":
+            rows.append(rate(TITLES[row], [broken(r) for r in of_row if _done(r)], target))
+        elif of_row:
             rows.append(rate(TITLES[row], [right(record) for record in of_row], target))
             rows += _by(of_row, "experiment", row) if row == "catalogue" else []
             rows += _by(of_row, "noise", row) if row in ("catalogue", "nothing") else []
     rows += _after(counted) + _covered(counted)
     return [row for row in rows if row["n"]]
+
+
+def _done(record: Record) -> bool:
+    """Whether a proposed experiment was done on a set that held the truth in a tie."""
+    return "before" in record and tied_with_truth(record) and proposed(record)
 
 
 def _by(records: Sequence[Record], field: str, row: str) -> list[Row]:
@@ -106,7 +116,7 @@ def notes_of(records: Sequence[Record]) -> list[str]:
     named = [record for record in answered if record["row"] in ("catalogue", "other form", "pairs")]
     seconds = sorted(record["seconds"] for record in answered)
     floors = [r["answer"]["noise_floor"] / r["truth"]["floor"] for r in answered]
-    lines = [f"mean size of ties (names a group): {mean_tie(named):.2f}"]
+    lines = [f"mean size of ties (names a group): {mean_tie(named):.2f}", *_plan_notes(records)]
     if seconds:
         middle, longest = seconds[len(seconds) // 2], seconds[-1]
         lines.append(f"seconds a diagnosis: median {middle:.1f}, longest {longest:.1f}")
@@ -120,16 +130,44 @@ def notes_of(records: Sequence[Record]) -> list[str]:
     return lines
 
 
+def _plan_notes(records: Sequence[Record]) -> list[str]:
+    """How many sets of the row `plan` end in a tie, and for how many nothing is proposed."""
+    before = [record for record in records if "before" in record]
+    if not before:
+        return []
+    tied = [record for record in before if tied_with_truth(record)]
+    refused = sum(not proposed(record) for record in tied)
+    return [
+        f"plan: {len(tied)} of {len(before)} sets hold the truth in a tie; of these {refused} "
+        "are said to need more than one more experiment of the same kind"
+    ]
+
+
 def misses_of(records: Sequence[Record]) -> list[str]:
     """One line for each set that was not right, with what was said instead."""
     lines = []
     for record in sorted(records, key=lambda r: (r["row"], r["case"], r["noise"], r["seed"])):
-        if record["visible"] and not right(record):
+        if record["row"] == "plan":
+            lines += [_still_tied(record)] if _done(record) and not broken(record) else []
+        elif record["visible"] and not right(record):
             lines.append(
                 f"{record['case']:52s} noise {record['noise']:g} seed {record['seed']} "
                 f"ratio {record['truth']['ratio']:.1f}: {_said(record)}"
             )
     return lines
+
+
+def _still_tied(record: Record) -> str:
+    """A tie that the proposed experiment did not break."""
+    said = [
+        " + ".join("/".join(sorted(group)) for group in groups(answer)) or answer["verdict"]
+        for answer in (record["before"], record["after"])
+    ]
+    planned = record["planned"]
+    return (
+        f"{record['case']:52s} noise {record['noise']:g} seed {record['seed']}: {said[0]} -> "
+        f"{said[1]} by {planned['protocol']} {planned['changes']} {planned['separation']:.1f} sigma"
+    )
 
 
 def _said(record: Record) -> str:

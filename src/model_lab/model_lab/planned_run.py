@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,8 +27,13 @@ def plan_text(diagnosis: Diagnosis, planned: Experiment | None) -> str:
     said = [verdict_sentence(diagnosis), *tie_sentences(diagnosis)]
     if planned is None:
         return "\n".join([*said, _nothing(diagnosis)]) + "\n"
-    rows = [["next experiment", ""], *([name, value] for name, value in _facts(planned))]
-    return "\n".join([*said, "", text_table(rows, indent=""), "", *_promise(planned)]) + "\n"
+    return "\n".join([*said, "", proposal_text(planned.as_json())]) + "\n"
+
+
+def proposal_text(planned: Mapping[str, Any]) -> str:
+    """A proposed experiment, as `Experiment.as_json` gives it, in the units of the bench."""
+    rows = [["next experiment", ""], *(list(row) for row in _facts(planned))]
+    return f"{text_table(rows, indent='')}\n\n{_promise(planned)}"
 
 
 def plan_json(
@@ -80,28 +86,27 @@ def _nothing(diagnosis: Diagnosis) -> str:
     return "Nothing is tied: there is no experiment to propose."
 
 
-def _facts(planned: Experiment) -> list[tuple[str, str]]:
-    trial, facts = planned.trial, planned.as_json()
+def _facts(planned: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [
-        ("protocol", f"{trial.protocol}: {trial.description}"),
-        ("specimen", trial.specimen.name),
-        ("mount", trial.specimen.mount.replace("_", " ")),
-        ("temperature", display_of("K").shown(trial.temperature)),
+        ("protocol", f"{planned['protocol']}: {planned['description']}"),
+        ("specimen", planned["specimen"]),
+        ("mount", planned["mount"].replace("_", " ")),
+        ("temperature", display_of("K").shown(planned["temperature"])),
     ]
-    if facts["duration"] is not None:
-        rows.append(("duration", f"{facts['duration']:.3g} s"))
-    if facts["peak"] is not None:
-        driving = next(name for name in ("pressure", "stretch") if name in trial.columns)
-        rows.append((f"peak {driving}", shown_as(driving).shown(facts["peak"])))
-    return [*rows, ("what is new", "; ".join(trial.changes) or "the protocol alone")]
+    if planned["duration"] is not None:
+        rows.append(("duration", f"{planned['duration']:.3g} s"))
+    if planned["peak"] is not None:
+        driving = next(name for name in ("pressure", "stretch") if name in planned)
+        rows.append((f"peak {driving}", shown_as(driving).shown(planned["peak"])))
+    return [*rows, ("what is new", "; ".join(planned["changes"]) or "the protocol alone")]
 
 
-def _promise(planned: Experiment) -> list[str]:
-    groups = [listed(names) for names in planned.separates]
-    apart = f"{listed(groups)} {planned.separation:.2g} sigma of the noise of a run apart"
-    if planned.separation >= BREAKS:
-        return [f"It keeps {apart}, and so breaks the tie. Do it twice."]
-    return [
-        f"It keeps {apart}, which is too little to rely on ({BREAKS:g} break a tie): "
-        "within these limits they do not differ more."
-    ]
+def _promise(planned: Mapping[str, Any]) -> str:
+    groups = "; ".join(listed(names) for names in planned["separates"])
+    apart = f"It keeps {groups} {planned['separation']:.2g} sigma of the noise of a run apart"
+    if planned["breaks"]:
+        return f"{apart}, and so breaks the tie. Do it twice."
+    return (
+        f"{apart}, which is too little to rely on ({BREAKS:g} break a tie): within these limits "
+        "they do not differ more."
+    )

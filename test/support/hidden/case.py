@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from hidden.design import ExtraRun
 from hidden.laws import Parameters
 from hidden.sets import make_set
 
@@ -41,8 +42,11 @@ class Case:
     options: Mapping[str, Any] = field(default_factory=dict)
     noises: tuple[float, ...] = NOISES
 
-    def make(self, folder: Path, seed: int, noise: float) -> dict[str, Any]:
+    def make(
+        self, folder: Path, seed: int, noise: float, extra: tuple[ExtraRun, ...] = ()
+    ) -> dict[str, Any]:
         """Write the set and return its truth, see `make_set`."""
+        more = {"extra": extra} if extra else {}
         return make_set(
             folder,
             self.experiment,
@@ -51,6 +55,7 @@ class Case:
             noise=noise,
             ratio=self.ratio,
             **self.options,
+            **more,
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -104,6 +104,34 @@ def specimen(wall: float, mount: str = "bending_plane_level", **more: Any) -> di
     return entry | {"mount": mount, "batch": "A"} | more
 
 
+@dataclass(frozen=True)
+class ExtraRun:
+    """A run beyond the design: times [s] and drive ([Pa] or stretch minus one) of its course.
+
+    changes: of the specimen's entry against the first one of the design, if it is another.
+    """
+
+    protocol: str
+    specimen: str
+    temperature: float
+    times: Array
+    drive: Array
+    changes: dict[str, Any] = field(default_factory=dict)
+
+
+def extended(scene: Scene, extra: tuple[ExtraRun, ...]) -> Scene:
+    """The scene with more runs behind its own."""
+    specimens, runs = dict(scene.specimens), list(scene.runs)
+    first = next(iter(scene.specimens.values()))
+    for one in extra:
+        specimens.setdefault(one.specimen, {**first, **one.changes})
+        share = protocols.through(list(one.times), list(np.asarray(one.drive) / scene.peak))
+        course = Protocol(one.protocol, float(one.times[-1]), share)
+        runs.append(PlannedRun(one.specimen, course, one.temperature))
+    gains = np.concatenate([scene.gains, np.ones(len(extra))])
+    return replace(scene, specimens=specimens, runs=tuple(runs), gains=gains)
+
+
 Make = Callable[[np.random.Generator, list[Protocol], int], tuple[dict[str, Any], list[PlannedRun]]]
 
 
@@ -189,5 +217,10 @@ DESIGNS: dict[str, Make] = {
     "mounts": mounts,
     "tapered": tapered,
 }
-DRIVES = {"standard": protocols.standard, "one_rate": protocols.one_rate}
+DRIVES = {
+    "standard": protocols.standard,
+    "one_rate": protocols.one_rate,
+    "above": protocols.above,
+    "slow": protocols.slow,
+}
 SECTIONS = {"mounts": 24, "tapered": 30}

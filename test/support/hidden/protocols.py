@@ -100,3 +100,27 @@ def one_rate(rng: np.random.Generator) -> list[Protocol]:
     rate = float(rng.uniform(0.05, 0.07))
     made = [(number, triangles([1.0] * number, rate)) for number in (4, 5, 6, 10, 12, 15)]
     return [Protocol(f"triangles_{n}", length, drive) for n, (length, drive) in made]
+
+
+LEAST = 0.3  # of the peak, below which `above` never goes
+
+
+def above(rng: np.random.Generator) -> list[Protocol]:
+    """The standard protocols between 0.3 and 1, as of an actuator that is never emptied."""
+
+    def lifted(drive: Callable[[Array], Array]) -> Callable[[Array], Array]:
+        return lambda time: LEAST + (1.0 - LEAST) * drive(time)
+
+    return [
+        Protocol(f"{one.name}_above", one.duration, lifted(one.drive), one.peak)
+        for one in standard(rng)
+    ]
+
+
+def slow(rng: np.random.Generator) -> list[Protocol]:
+    """One slow ramp to each of six peaks, so that no loop and no lag shows its own course."""
+    made = []
+    for share in (0.5, 0.6, 0.7, 0.8, 0.9, 1.0):
+        length, drive = ramp(float(rng.uniform(14, 18)) * share, 0.0, 0.0)
+        made.append(Protocol(f"ramp_to_{100 * share:.0f}", length, drive, share))
+    return made

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hidden import laws_catalogue, laws_other_forms, laws_outside  # noqa: F401  (they register)
-from hidden.design import DESIGNS, DRIVES, SECTIONS, Scene
+from hidden.design import DESIGNS, DRIVES, SECTIONS, ExtraRun, Scene, extended
 from hidden.laws import LAWS, build
 from hidden.measure import Shown, measure
 from hidden.pulse_sets import make_pulse_set
@@ -40,6 +40,7 @@ class Options:
     strongest). design, drives: of `hidden.design`. samples: a run (the total of twelve such runs
     is kept when a design has more). correlation: of the noise from sample to sample. jitter: of
     the peak pressure from repeat to repeat, relative. adjacent: repeats follow one another at once.
+    extra: runs behind those of the design, which have no part in the laws' strength.
     """
 
     noise: float = 0.006
@@ -55,6 +56,7 @@ class Options:
     correlation: float = 0.0
     jitter: float = 0.0
     adjacent: bool = False
+    extra: tuple[ExtraRun, ...] = ()
 
 
 def make_set(
@@ -93,6 +95,7 @@ def make_set(
     scale = float(rng.uniform(0.92, 1.08))
     completed = [(name, LAWS[name].complete(given, rng)) for name, given in hidden]
     entries, ratios = _tune(experiment, scene, completed, hidden, scale, chosen)
+    scene = extended(scene, chosen.extra)
     truth = _measured(Path(folder), experiment, scene, entries, scale, chosen, rng)
     return truth | {"ratios": ratios, "hidden": [{"name": n, "parameters": p} for n, p in entries]}
 

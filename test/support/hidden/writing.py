@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,19 @@ def write_set(
         _write_columns(folder / f"{name}.csv", columns, units)
     text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120)
     (folder / "experiment.yaml").write_text(text)
+
+
+def append_runs(folder: Path, longer: Path) -> None:
+    """Put into a set the runs and specimens that a longer one of the same design has besides."""
+    paths = [place / "experiment.yaml" for place in (folder, longer)]
+    document, other = (yaml.safe_load(path.read_text()) for path in paths)
+    for name, entry in other["runs"].items():
+        if name not in document["runs"]:
+            document["runs"][name] = entry
+            shutil.copy(longer / entry["file"], folder / entry["file"])
+    document["specimens"] = {**other["specimens"], **document["specimens"]}
+    text = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120)
+    paths[0].write_text(text)
 
 
 def _write_columns(path: Path, columns: dict[str, Array], units: dict[str, str]) -> None:

@@ -62,13 +62,23 @@ def add_force(parser: argparse.ArgumentParser) -> None:
 
 def add_seed(parser: argparse.ArgumentParser) -> None:
     """What is drawn at random; same seed, same answer."""
-    parser.add_argument("--seed", type=int, default=0, help="of all that is drawn at random")
+    parser.add_argument(
+        "--seed",
+        type=_seed,
+        default=0,
+        metavar="N",
+        help="of all that is drawn at random (default: %(default)s)",
+    )
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
     """Number of processes."""
     parser.add_argument(
-        "--jobs", type=_positive, default=_processors(), help="processes (default: %(default)s)"
+        "--jobs",
+        type=_positive,
+        default=_processors(),
+        metavar="N",
+        help="processes (default: %(default)s)",
     )
 
 
@@ -135,9 +145,20 @@ def save_json(arguments: argparse.Namespace, content: dict[str, Any]) -> None:
 
 
 def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"expected a number from 1, got {text}")
+    return _whole(text, 1)
+
+
+def _seed(text: str) -> int:
+    return _whole(text, 0)
+
+
+def _whole(text: str, least: int) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = least - 1
+    if value < least:
+        raise argparse.ArgumentTypeError(f"expected a whole number from {least}, got {text}")
     return value
 
 
