@@ -1,17 +1,24 @@
 """The lab's whole story over ROS, on plans as short as it allows: real processes, real bags."""
 
 import json
+import math
 import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
+import matplotlib.image
+import numpy as np
 import pytest
 from leftover import nodes_logging_to
 
 from softhand_bringup.bags.reading import Bag
+from softhand_bringup.lab_story.recorded import live_residual, still_stamps
+from softhand_bringup.lab_story.session import Played
 from softhand_bringup.launcher import wait_until
+from softhand_model.actuator import load_actuator
 
 LIMIT = 240.0  # [s] of wall time for all of it, on a machine that does other things too
 SHORT = """
@@ -28,6 +35,24 @@ Story(
     check=Plan((steps,), repeats=1, rest=0.6),
     report=False,
 ).run()
+"""
+
+OWN_EFFECT = Path(__file__).parents[2] / "examples" / "own_effect.py"
+OWN_MODEL = """
+format: softhand-model/1
+base: pneuflex
+effects:
+  - {{name: stretching_layer, file: {file}, parameters: {{compliance: 5.0e-6}}}}
+"""
+OWN = """
+import sys
+from pathlib import Path
+from softhand_bringup.lab_story.measuring import Measurement, Plan
+from softhand_bringup.lab_story.session import Session
+
+folder, model = Path(sys.argv[1]), Path(sys.argv[2])
+plan = Plan((Measurement("stairs", (15e3, 29e3, 0.0), 0.9),), repeats=1, rest=0.6)
+Session(folder / "own", plan, model, str(model), 3, print).run()
 """
 
 
@@ -71,14 +96,21 @@ def test_the_monitor_sees_the_error_fall_with_the_new_model(story):
     assert story.result["live_after"] < 1.6 * story.result["diagnosis"]["rmse_after"]
 
 
-def test_the_monitors_residual_is_what_it_was_given_less_what_it_predicts(story):
-    for session in ("measured", "mended"):
-        with Bag(story.folder / session / "bag") as bag:
-            residual, measured = bag.joints("/model/residual"), bag.joints("/hand/tip_angles")
-        angle = dict(zip(measured.time, measured.position[:, 0], strict=True))
-        assert len(residual.time) > 0.9 * len(measured.time)
-        assert all(time in angle for time in residual.time)
-        assert residual.names == measured.names == ("finger",)
+def test_every_angle_of_a_run_is_compared_with_the_model_at_the_pressure_of_its_stamp(story):
+    with Bag(story.folder / "measured" / "bag") as bag:
+        state, measured = bag.joints("/pneumaticbox/state"), bag.joints("/hand/tip_angles")
+        residual = bag.joints("/model/residual")
+    assert residual.names == measured.names == ("finger",)
+    angle = dict(zip(measured.time, measured.position[:, 0], strict=True))
+    pressure = np.interp(residual.time, state.time, state.effort[:, 0])
+    base = load_actuator("P10.finger").tip_angle(pressure)
+    expected = np.array([angle[time] for time in residual.time]) - base
+    assert residual.position[:, 0] == pytest.approx(expected, abs=1e-5)
+    compared = set(residual.time)
+    for run in story.result["runs"]["measured"]:
+        inside = [time for time in measured.time if run["start"] <= time <= run["end"]]
+        assert len(inside) > 200
+        assert compared.issuperset(inside[:-1])  # the last may be on its way when it ends
 
 
 def test_the_story_names_its_commands_and_opens_the_seal_at_its_end(story):
@@ -87,6 +119,38 @@ def test_the_story_names_its_commands_and_opens_the_seal_at_its_end(story):
     assert any(line.startswith("$ model-lab add") for line in lines)
     assert lines[-1] == "What was hidden: gent_stiffening, jm = 4."
     assert "times smaller" in lines[-2]
+
+
+def test_the_picture_shows_a_run_before_and_after(story):
+    image = matplotlib.image.imread(story.folder / "live.png")
+    assert min(image.shape[:2]) > 300
+    assert image[..., :3].std() > 0.05
+    names = [{run["name"] for run in runs} for runs in story.result["runs"].values()]
+    assert names == [{"stairs_1", "stairs_2", "steps_1", "steps_2"}, {"steps_1"}]
+
+
+def test_an_effect_of_the_users_own_acts_in_simulator_and_monitor_alike(domain, tmp_path):
+    model = tmp_path / "own.yaml"
+    model.write_text(OWN_MODEL.format(file=OWN_EFFECT))
+    told = subprocess.run(
+        [sys.executable, "-c", OWN, str(tmp_path), str(model)],
+        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+    )
+    assert told.returncode == 0, told.stdout + told.stderr
+    session = tmp_path / "own"
+    still = still_stamps(session / "bag")
+    everything = [Played("all", "all", 0.0, 1e6)]
+    assert math.degrees(live_residual(session / "bag", everything, still)) < 0.8
+    # with the base model in its place the monitor would be off by degrees
+    with Bag(session / "bag") as bag:
+        state, angles = bag.joints("/pneumaticbox/state"), bag.joints("/hand/tip_angles")
+    at = np.isin(angles.time.round(6), np.round(np.array(still) * 1e-9, 6))
+    pressure = np.interp(angles.time[at], state.time, state.effort[:, 0])
+    base = load_actuator("P10.finger").tip_angle(pressure)
+    assert math.degrees(np.abs(angles.position[at, 0] - base).max()) > 4.0
 
 
 def test_ctrl_c_ends_the_story_and_its_nodes(domain, tmp_path):

@@ -8,15 +8,22 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from threading import Event
 from typing import Any
 
 from model_lab.model_writing import write_model
 from softhand_bringup.lab_story.measuring import CHECK, WHOLE, Plan
+from softhand_bringup.lab_story.picture import draw
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps, write_set
-from softhand_bringup.lab_story.session import Interrupted, Session, StoryFailed, finger
+from softhand_bringup.lab_story.session import (
+    Interrupted,
+    Played,
+    Session,
+    StoryFailed,
+    finger,
+)
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
@@ -30,13 +37,21 @@ HIDDEN: Mapping[str, Mapping[str, float]] = {
 }
 
 
+@dataclass(frozen=True)
+class Watched:
+    """A session: its runs, and the monitor's residual in them, rms [rad]."""
+
+    runs: list[Played]
+    residual: float
+
+
 @dataclass
 class Story:
     """Measure, diagnose, add, watch.
 
     Args:
-        folder: gets hidden.yaml, measured/, set/, diagnosis.json, report.html, model.yaml, mended/
-            and result.json.
+        folder: gets hidden.yaml, measured/, set/, diagnosis.json, report.html, model.yaml, mended/,
+            result.json and live.png.
         hidden: name of the effect that the simulator hides, of HIDDEN.
         seed: of noise and jitter.
         say: prints one line.
@@ -67,30 +82,50 @@ class Story:
         before = self._measure(truth)
         self.say("2. What does the model lack? The lab sees the bags alone.")
         found = self._diagnose()
+        runs = {"measured": [asdict(run) for run in before.runs]}
         result = {
-            "hidden": [{"name": self.hidden, "parameters": dict(HIDDEN[self.hidden])}]
-            if self.hidden != NOTHING
-            else [],
+            "hidden": self._hidden(),
             "diagnosis": found,
-            "live_before": before,
+            "live_before": before.residual,
+            "runs": runs,
         }
         if found["effects"]:
             self.say("3. The model gets what it lacks.")
             mended = self._add([effect["name"] for effect in found["effects"]])
             self.say("4. The same finger again; the monitor has the mended model.")
-            after = result["live_after"] = self._watch(truth, mended)
+            after = self._watch("mended", self.check, truth, mended)
+            runs["mended"] = [asdict(run) for run in after.runs]
+            result["live_after"] = after.residual
+        self._write(result)
+        self._conclude(result)
+        return result
+
+    def _hidden(self) -> list[dict[str, Any]]:
+        if self.hidden == NOTHING:
+            return []
+        return [{"name": self.hidden, "parameters": dict(HIDDEN[self.hidden])}]
+
+    def _write(self, result: dict[str, Any]) -> None:
+        text = json.dumps(result, indent=2) + "\n"
+        (self.folder / "result.json").write_text(text, encoding="utf-8")
+        if "live_after" in result:
+            draw(self.folder, self.folder / "live.png")
+
+    def _conclude(self, result: dict[str, Any]) -> None:
+        before, after = result["live_before"], result.get("live_after")
+        if after is None:
+            verdict = result["diagnosis"]["verdict"]
             self.say(
-                f"Live residual where the pressure stands: {_degrees(before)} before, "
-                f"{_degrees(after)} after, {before / after:.1f} times smaller."
+                f"The verdict is {verdict}: there is nothing to add. "
+                f"Live residual {_degrees(before)}."
             )
         else:
             self.say(
-                f"The verdict is {found['verdict']}: there is nothing to add. "
-                f"Live residual {_degrees(before)}."
+                f"Live residual where the pressure stands: {_degrees(before)} before, "
+                f"{_degrees(after)} after, {before / after:.1f} times smaller; "
+                f"drawn in {self.folder / 'live.png'}."
             )
         self.say(f"What was hidden: {self._revealed()}.")
-        (self.folder / "result.json").write_text(json.dumps(result, indent=2) + "\n")
-        return result
 
     def _revealed(self) -> str:
         values = ", ".join(f"{key} = {value:g}" for key, value in HIDDEN[self.hidden].items())
@@ -104,14 +139,13 @@ class Story:
         write_model(path, Model(effects=effects), "What the simulator does and the lab must find")
         return path
 
-    def _measure(self, truth: Path) -> float:
-        """Record, and cut the measurement set; the monitor's residual [rad] meanwhile."""
-        session = self._session("measured", self.plan, truth, BASE)
-        runs = session.run()
-        still = still_stamps(session.bag)
-        write_set(self.folder / "set", session.bag, runs, still, finger())
-        self.say(f"{len(runs)} runs, a bag each, in {self.folder}/set")
-        return live_residual(session.bag, runs, still)
+    def _measure(self, truth: Path) -> Watched:
+        """Record under the base model, and cut the measurement set."""
+        watched = self._watch("measured", self.plan, truth, BASE)
+        bag = self.folder / "measured" / "bag"
+        write_set(self.folder / "set", bag, watched.runs, still_stamps(bag), finger())
+        self.say(f"{len(watched.runs)} runs, a bag each, in {self.folder}/set")
+        return watched
 
     def _diagnose(self) -> dict[str, Any]:
         path = self.folder / "diagnosis.json"
@@ -128,14 +162,11 @@ class Story:
             model = str(out)
         return model
 
-    def _watch(self, truth: Path, model: str) -> float:
-        """Play again under the mended model; the monitor's residual [rad]."""
-        session = self._session("mended", self.check, truth, model)
+    def _watch(self, name: str, plan: Plan, truth: Path, model: str) -> Watched:
+        """Play a plan; the monitor has that model."""
+        session = Session(self.folder / name, plan, truth, model, self.seed, self.say, self.stopped)
         runs = session.run()
-        return live_residual(session.bag, runs, still_stamps(session.bag))
-
-    def _session(self, name: str, plan: Plan, truth: Path, model: str) -> Session:
-        return Session(self.folder / name, plan, truth, model, self.seed, self.say, self.stopped)
+        return Watched(runs, live_residual(session.bag, runs, still_stamps(session.bag)))
 
     def _lab(self, *arguments: object) -> None:
         """Run a command of the lab.
