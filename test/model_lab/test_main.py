@@ -111,6 +111,23 @@ def test_an_effect_of_ones_own_is_added_and_the_error_falls(pulls, tmp_path, cap
     assert compared["rmse_heldout"] == pytest.approx(200.0, rel=0.1)
 
 
+def test_plan_says_what_it_proposes_or_that_nothing_is_tied(pulls, tmp_path, capsys):
+    out = tmp_path / "next"
+    command = ["plan", str(pulls), "--out", str(out), "--jobs", "1"]
+    assert main([*command, "--json", str(tmp_path / "p.json")]) == 0
+    shown = capsys.readouterr().out
+    content = json.loads((tmp_path / "p.json").read_text())
+    assert content["format"] == "softhand-plan/1"
+    assert any(content["tied"]) == (content["next_experiment"] is not None)
+    if content["next_experiment"] is None:
+        assert "Nothing is tied" in shown
+        assert content["files"] == [] and not out.exists()
+    else:
+        assert "next experiment" in shown
+        assert content["files"] == [str(out / "next.csv"), str(out / "experiment-part.yaml")]
+        assert (out / "next.csv").is_file()
+
+
 def test_a_sealed_effect_is_revealed(tmp_path, capsys):
     folder = tmp_path / "set"
     assert main(["synthesize", "uniaxial", "--hide", "--seed", "1", "--out", str(folder)]) == 0
