@@ -124,3 +124,12 @@ def test_a_bag_without_a_finger_is_refused(tmp_path):
     folder = recorded_run.write_bag(tmp_path / "bag", [(STATE, "sensor_msgs/msg/JointState")])
     with pytest.raises(ValueError, match="expected messages on /pneumaticbox/state"):
         still_stamps(folder)
+
+
+def test_where_the_pressure_was_not_recorded_nothing_is_still(tmp_path):
+    times = [START + 0.005 * k for k in range(500) if not 200 <= k < 300]
+    messages = [(STATE, t, recorded_run.joint_state(t, ["a"], effort=[0.0])) for t in times]
+    angles = [START + t for t in (0.5, 0.9, 1.2, 1.6, 2.0)]  # the gap is from 1.0 to 1.5
+    messages += [(ANGLES, t, recorded_run.joint_state(t, [FINGER], [0.0])) for t in angles]
+    still = still_stamps(recorded_run.write_bag(tmp_path / "bag", messages))
+    assert [round(stamp / SECOND - START, 3) for stamp in still] == [0.5, 2.0]

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from leftover import nodes_logging_to
 
+from softhand_bringup import suite
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps
 from softhand_bringup.lab_story.session import Played
@@ -168,3 +169,17 @@ def test_ctrl_c_ends_the_story_and_its_nodes(domain, tmp_path):
     assert process.wait(30.0) == 130
     assert "interrupted" in rest
     assert wait_until(lambda: not nodes_logging_to(tmp_path), 5.0)
+
+
+def test_a_second_simulator_in_the_domain_ends_the_story_with_one_line(launcher, domain, tmp_path):
+    launcher.start(suite.simulator(suite.SuiteOptions(hand="single_finger", scene="stand")))
+    told = subprocess.run(
+        [sys.executable, "-m", "softhand_bringup.lab_story", "--out", str(tmp_path / "out")],
+        env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+    )
+    assert told.returncode == 1
+    assert "another simulator runs in this ROS domain" in told.stdout.splitlines()[-1]
+    assert told.stderr == ""

@@ -72,6 +72,10 @@ class Commander:
         ]
         return missing + [f"recording of {t}" for t in self._recorded if not self._is_recorded(t)]
 
+    def simulators(self) -> int:
+        """How many there are in this ROS domain."""
+        return int(self._node.count_publishers("/clock"))
+
     def command(self, course: Sequence[tuple[float, float]]) -> None:
         """Command air masses [kg above rest] at times [s] from now, straight lines between."""
         points = []

@@ -20,6 +20,7 @@ PROFILE_PIECES = 8  # straight lines for the taper: the tip angle is exact withi
 BATCH = "bench"
 STILL = 250_000_000  # [ns]; the finger swings for 150 ms after a pulse of the valves
 BAND = 2000.0  # [Pa]; a pulse of the valves moves it by 2500, creep under enclosed air by less
+GAP = 50_000_000  # [ns] without a pressure, in which it may have done anything
 SPACING = 100_000_000  # [ns]
 
 
@@ -39,12 +40,12 @@ def still_stamps(bag: Path) -> list[int]:
         raise ValueError(f"{bag}: expected messages on {STATE} and {ANGLES}, got none")
     stamps, pressures = np.array([s for s, _ in states]), np.array([p for _, p in states])
     known = angles[(angles - STILL >= stamps[0]) & (angles + STILL <= stamps[-1])]
-    first = np.searchsorted(stamps, known - STILL)
-    last = np.searchsorted(stamps, known + STILL, side="right")
+    first = np.searchsorted(stamps, known - STILL, side="right") - 1
+    last = np.searchsorted(stamps, known + STILL) + 1
     return [
         int(angle)
         for angle, i, j in zip(known, first, last, strict=True)
-        if np.ptp(pressures[i:j]) <= BAND
+        if np.ptp(pressures[i:j]) <= BAND and np.diff(stamps[i:j]).max() <= GAP
     ]
 
 

@@ -157,6 +157,10 @@ class Session:
             self._check(launcher)
             if commander.simulated_time != before:
                 before, wall = commander.simulated_time, time.monotonic()
+            if commander.simulators() > 1:
+                raise StoryFailed(
+                    "another simulator runs in this ROS domain: end it, or set ROS_DOMAIN_ID"
+                )
             if time.monotonic() - wall > STALL_LIMIT:
                 raise StoryFailed(f"simulated time has stood still for {STALL_LIMIT:.0f} s")
             commander.spin(0.02)
