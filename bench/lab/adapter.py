@@ -20,17 +20,3 @@ def comparison_of(folder: Path) -> object:
     from softhand_model.model_file import load_model
 
     return compare(load_measurements(folder), load_model("base"))
-
-
-def plan_of(folder: Path, seed: int, jobs: int = 1) -> dict[str, Any]:
-    """The JSON of `model-lab plan` for a set, the base model given."""
-    from model_lab.diagnose import diagnose
-    from model_lab.loading import load_measurements
-    from model_lab.plan import explanations, next_experiment
-    from model_lab.planned_run import plan_json
-    from softhand_model.model_file import load_model
-
-    outcome = diagnose(load_measurements(folder), load_model("base"), seed=seed, jobs=jobs)
-    groups = explanations(outcome.question, outcome.selection.final, outcome.diagnosis.tied)
-    planned = next_experiment(outcome.question, groups)
-    return plan_json(outcome.diagnosis, planned, [])

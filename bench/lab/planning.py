@@ -12,7 +12,7 @@ from hidden.case import Case
 from hidden.design import ExtraRun
 from hidden.writing import append_runs
 
-from bench.lab.adapter import diagnosis_of, plan_of
+from bench.lab.adapter import diagnosis_of
 from bench.lab.scoring import groups
 
 REPEATS = 2
@@ -24,10 +24,9 @@ def answers(case: Case, folder: Path, seed: int, noise: float) -> dict[str, Any]
 
     Without `after` nothing was proposed, or nothing that was said to break a tie.
     """
-    before = plan_of(folder, seed)
-    before["effects"] = [{"name": name} for name in before["effects"]]
-    planned = before.pop("next_experiment")
-    record: dict[str, Any] = {"before": before}
+    before = diagnosis_of(folder, seed)
+    planned = before["next_experiment"]
+    record: dict[str, Any] = {"before": {name: before[name] for name in SAID}}
     if planned is None:
         return record
     inputs = ("time", "pressure", "stretch")

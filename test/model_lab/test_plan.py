@@ -12,7 +12,7 @@ from hidden.writing import append_runs
 from model_lab.diagnose import diagnose
 from model_lab.loading import load_measurements
 from model_lab.main import main
-from model_lab.plan import BREAKS, _separation, explanations, next_experiment, proposal
+from model_lab.plan import BREAKS, _separation, proposal
 from model_lab.planned_run import plan_json, plan_text, write_template
 from softhand_model.model_file import load_model
 
@@ -52,14 +52,8 @@ def outcome(one_rate):
 
 
 @pytest.fixture(scope="module")
-def experiment(outcome):
-    groups = explanations(outcome.question, outcome.selection.final, outcome.diagnosis.tied)
-    return next_experiment(outcome.question, groups)
-
-
-@pytest.fixture(scope="module")
-def planned(experiment):
-    return experiment.as_json()
+def planned(outcome):
+    return outcome.diagnosis.next_experiment
 
 
 def names_of(diagnosis):
@@ -113,16 +107,15 @@ def test_readings_that_an_offset_rules_out_separate_nothing(tmp_path):
     CASES["plan/free_bending/above/pressure_offset/4"].make(tmp_path / "set", 0, 0.006)
     found = diagnose(load_measurements(tmp_path / "set"), load_model("base"))
     assert names_of(found.diagnosis) == {"pressure_offset", "dead_zone"}
-    groups = explanations(found.question, found.selection.final, found.diagnosis.tied)
-    best = next_experiment(found.question, groups)
-    assert best.separation < BREAKS
-    assert not best.as_json()["breaks"]
+    best = found.diagnosis.next_experiment
+    assert best["separation"] < BREAKS
+    assert not best["breaks"]
 
 
-def test_the_template_becomes_runs_of_the_set(one_rate, outcome, experiment, planned, tmp_path):
+def test_the_template_becomes_runs_of_the_set(one_rate, outcome, planned, tmp_path):
     place = tmp_path / "set"
     one_rate[1].make(place, 0, 0.006)
-    files = write_template(experiment, outcome.question.data, tmp_path)
+    files = write_template(planned, outcome.question.data, tmp_path)
     course = np.genfromtxt(files[0], delimiter=",", names=True)
     np.testing.assert_allclose(course["pressure"] * 1e3, planned["pressure"], rtol=1e-6)
     np.testing.assert_allclose(course["time"], planned["time"], rtol=1e-6)
@@ -141,14 +134,23 @@ def test_the_template_becomes_runs_of_the_set(one_rate, outcome, experiment, pla
     assert [len(group) for group in groups] == [2] * 7
 
 
-def test_it_is_told_in_the_units_of_the_bench(outcome, experiment):
-    text = plan_text(outcome.diagnosis, experiment)
+def test_it_is_told_in_the_units_of_the_bench(outcome):
+    text = plan_text(outcome.diagnosis)
     assert "temperature      20 degC" in text
     assert "peak pressure" in text and "kPa" in text
     assert "breaks the tie" in text
-    content = plan_json(outcome.diagnosis, experiment, [])
+    content = plan_json(outcome.diagnosis, [])
     assert content["next_experiment"]["peak"] > 1e4
     assert content["tied"] == [list(names) for names in outcome.diagnosis.tied]
+
+
+def test_a_new_specimen_is_entered_like_the_first(outcome, planned, tmp_path):
+    new = {**planned, "specimen": "finger_base_up", "mount": "base_up", "wall": 0.004}
+    files = write_template(new, outcome.question.data, tmp_path)
+    part = yaml.safe_load(files[1].read_text())
+    entry = part["specimens"]["finger_base_up"]
+    assert (entry["mount"], entry["wall"], entry["length"]) == ("base_up", 0.004, 0.09)
+    assert part["runs"]["next_b"]["specimen"] == "finger_base_up"
 
 
 def test_a_folder_with_files_is_not_written_into(one_rate, tmp_path, capsys):

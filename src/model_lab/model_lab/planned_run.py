@@ -7,27 +7,29 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from model_lab.diagnosis import ADEQUATE, Diagnosis
 from model_lab.display import display_of
-from model_lab.measurement import OUTPUTS, MeasurementSet, Run
-from model_lab.plan import BREAKS, Experiment
+from model_lab.measurement import OUTPUTS, MeasurementSet, Run, Specimen
+from model_lab.plan import BREAKS
 from model_lab.report.sentence import listed, tie_sentences, verdict_sentence
 from model_lab.set_writing import column_entries, run_entry, shown_as, specimen_entry, write_csv
 from model_lab.text_table import text_table
+from model_lab.units import COLUMN_UNITS
 
 FORMAT = "softhand-plan/1"
 COURSE, PART = "next.csv", "experiment-part.yaml"
 REPEATS = ("next_a", "next_b")
 
 
-def plan_text(diagnosis: Diagnosis, planned: Experiment | None) -> str:
+def plan_text(diagnosis: Diagnosis) -> str:
     """What is printed."""
     said = [verdict_sentence(diagnosis), *tie_sentences(diagnosis)]
-    if planned is None:
+    if diagnosis.next_experiment is None:
         return "\n".join([*said, _nothing(diagnosis)]) + "\n"
-    return "\n".join([*said, "", proposal_text(planned.as_json())]) + "\n"
+    return "\n".join([*said, "", proposal_text(diagnosis.next_experiment)]) + "\n"
 
 
 def proposal_text(planned: Mapping[str, Any]) -> str:
@@ -36,9 +38,7 @@ def proposal_text(planned: Mapping[str, Any]) -> str:
     return f"{text_table(rows, indent='')}\n\n{_promise(planned)}"
 
 
-def plan_json(
-    diagnosis: Diagnosis, planned: Experiment | None, files: list[Path]
-) -> dict[str, Any]:
+def plan_json(diagnosis: Diagnosis, files: list[Path]) -> dict[str, Any]:
     """What `--json` writes; all in SI units."""
     return {
         "format": FORMAT,
@@ -46,36 +46,50 @@ def plan_json(
         "verdict": diagnosis.verdict,
         "effects": [effect.name for effect in diagnosis.effects],
         "tied": [list(names) for names in diagnosis.tied],
-        "next_experiment": None if planned is None else planned.as_json(),
+        "next_experiment": diagnosis.next_experiment,
         "files": [str(path) for path in files],
     }
 
 
-def write_template(planned: Experiment, data: MeasurementSet, folder: Path) -> list[Path]:
+def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Path) -> list[Path]:
     """Write the course of the inputs, and what experiment.yaml gets when it has been measured.
 
-    The folder must exist. Returns the files.
+    planned: `next_experiment` of a diagnosis. The folder must exist. Returns the files.
     """
-    trial = planned.trial
-    run = Run(REPEATS[0], trial.specimen.name, trial.protocol, trial.temperature, trial.columns)
+    specimen = _specimen(planned, data)
+    columns = {
+        name: np.array(values)
+        for name, values in planned.items()
+        if name in COLUMN_UNITS and isinstance(values, list)
+    }
+    run = Run("", specimen.name, planned["protocol"], planned["temperature"], columns)
     write_csv(run, folder / COURSE)
     outputs = OUTPUTS[data.experiment]
-    whole = replace(
-        run, columns={**run.columns, **dict.fromkeys(outputs, next(iter(run.columns.values())))}
-    )
-    document: dict[str, Any] = {"columns": column_entries(whole)}
-    if trial.specimen.name not in data.specimens:
-        document["specimens"] = {trial.specimen.name: specimen_entry(trial.specimen)}
+    entries = column_entries([*columns, *outputs])
+    document: dict[str, Any] = {"columns": entries}
+    if specimen.name not in data.specimens:
+        document["specimens"] = {specimen.name: specimen_entry(specimen)}
     document["runs"] = {name: run_entry(replace(run, name=name)) for name in REPEATS}
+    measured = [f"{name} [{entries[name]['unit']}]" for name in outputs]
     comment = [
         f"To be merged into experiment.yaml once {COURSE} has been played twice and recorded as",
         f"{listed([f'{name}.csv' for name in REPEATS])}, each with the measured columns besides:",
-        f"{listed([f'{name} [{shown_as(name).unit}]' for name in outputs])}.",
+        f"{listed(measured)}.",
     ]
     text = "".join(f"# {line}\n" for line in comment)
     text += yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
     (folder / PART).write_text(text, encoding="utf-8")
     return [folder / COURSE, folder / PART]
+
+
+def _specimen(planned: Mapping[str, Any], data: MeasurementSet) -> Specimen:
+    """The specimen of the set, or the new one that is like its first."""
+    name = planned["specimen"]
+    if name in data.specimens:
+        return data.specimens[name]
+    first = data.specimens[data.runs[0].specimen]
+    values = {**first.values, "wall": planned["wall"]}
+    return replace(first, name=name, mount=planned["mount"], values=values)
 
 
 def _nothing(diagnosis: Diagnosis) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
         "experiment": data.experiment,
         "title": data.title,
         "specimens": {name: specimen_entry(entry) for name, entry in data.specimens.items()},
-        "columns": column_entries(data.runs[0]),
+        "columns": column_entries(data.runs[0].columns),
         "noise": {name: float(level * shown_as(name).factor) for name, level in data.noise.items()},
         "runs": {run.name: run_entry(run) for run in data.runs},
     }
@@ -54,9 +55,9 @@ def shown_as(name: str) -> Display:
     return display_of(COLUMN_UNITS.get(name, ""))
 
 
-def column_entries(run: Run) -> dict[str, dict[str, str]]:
-    """Entries `columns` of experiment.yaml for the CSV files."""
-    return {name: {"unit": shown_as(name).unit} for name in run.columns}
+def column_entries(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Entries `columns` of experiment.yaml for CSV files with columns of these names."""
+    return {name: {"unit": shown_as(name).unit} for name in names}
 
 
 def specimen_entry(specimen: Specimen) -> dict:

@@ -32,9 +32,8 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Diagnose, plan, print, and write template and JSON."""
+    """Diagnose, print what to do next, and write template and JSON."""
     from model_lab.diagnose import diagnose
-    from model_lab.plan import explanations, next_experiment
     from model_lab.planned_run import plan_json, plan_text, write_template
     from model_lab.progress import Progress
     from model_lab.set_writing import check_folder
@@ -45,16 +44,12 @@ def run(arguments: argparse.Namespace) -> None:
     model = options.model(arguments)
     classes = options.classes(arguments, model)
     data = options.measurements(arguments)
-    with Progress("diagnosing and planning") as progress:
-        outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs)
-        progress(0.8, "planning")
-        diagnosis, final = outcome.diagnosis, outcome.selection.final
-        groups = explanations(outcome.question, final, diagnosis.tied)
-        planned = next_experiment(outcome.question, groups)
-    print(plan_text(diagnosis, planned), end="")
+    with Progress("diagnosing and planning"):
+        diagnosis = diagnose(data, model, classes, arguments.seed, arguments.jobs).diagnosis
+    print(plan_text(diagnosis), end="")
     files = []
-    if planned is not None and arguments.out is not None:
+    if diagnosis.next_experiment is not None and arguments.out is not None:
         arguments.out.mkdir(parents=True, exist_ok=True)
-        files = write_template(planned, data, arguments.out)
+        files = write_template(diagnosis.next_experiment, data, arguments.out)
         print(f"Written: {', '.join(map(str, files))}")
-    options.save_json(arguments, plan_json(diagnosis, planned, files))
+    options.save_json(arguments, plan_json(diagnosis, files))
