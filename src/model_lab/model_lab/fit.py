@@ -30,7 +30,7 @@ IMPROVEMENT = 0.1  # of the deviance at which the search ends
 PSEUDO_OBSERVATIONS = 4.0
 GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have in any case
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
-AT_LIMIT = 1e-3  # of the range: a parameter this near to a bound lies on it
+AT_LIMIT = 3e-3  # of the usual range: a parameter this near to a bound lies on it
 FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
 DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the same time
 
@@ -296,7 +296,7 @@ def held(scales: Scales, coordinates: Array, gradient: Array) -> NDArray[np.bool
 def _finished(problem: Problem, point: _Point) -> Fit:
     normal, _ = _normal_equations(problem, point) if len(point.values) else (np.zeros((0, 0)), None)
     scales = problem.scales
-    span = np.where(np.isfinite(scales.high - scales.low), scales.high - scales.low, scales.width)
+    span = np.minimum(scales.high - scales.low, scales.width)
     distance = np.minimum(point.coordinates - scales.low, scales.high - point.coordinates)
     return Fit(
         problem,
