@@ -141,7 +141,9 @@ def bending_sets():
         "three_samples_a_run": Nasty(
             [bench.bend(*triangle(3, q), protocol=f"to_{q:g}") for q in (10.0, 30.0, 40.0)] * 2
         ),
-        "many_short_runs": Nasty([bench.bend(*triangle(12, 5.0 + n)) for n in range(24)]),
+        "many_short_runs": Nasty(
+            [bench.bend(*triangle(12, 5.0 + n)) for n in range(24)], noise={"tip_angle": 0.3}
+        ),
         "absurd_values": Nasty([bench.bend(time, 1e6 * triangle()[1])] * 2),
         "tiny_values": Nasty([bench.bend(time, 1e-9 * triangle()[1], noise=1e-12)] * 2),
         "seconds_since_1970": Nasty([bench.bend(1.7e9 + triangle()[0], triangle()[1])] * 2),
@@ -180,7 +182,9 @@ def other_sets():
         "modulus_far_off": Nasty([bench.pull(ramp, factor=30.0)] * 2, **pull),
         "pulses": Nasty([bench.pulses(20) for _ in range(3)], **whole),
         "pulses_one_way": Nasty([bench.pulses(20, (1.0,)) for _ in range(3)], **whole),
-        "one_pulse_a_run": Nasty([bench.pulses(1) for _ in range(12)], **whole),
+        "one_pulse_a_run": Nasty(
+            [bench.pulses(1) for _ in range(12)], **whole, noise={"mass": 0.05}
+        ),
         "pulses_without_integrals": Nasty(
             [bench.pulses(20, integrals=False) for _ in range(2)], **pulse, columns=PULSES
         ),
@@ -197,6 +201,12 @@ def refused_sets():
     pull = {"experiment": "uniaxial", "columns": PULL}
     unread = {name: unit for name, unit in BENDING.items() if name != "pressure"}
     return {
+        "five_samples": Nasty([bench.bend(*triangle(5))], refused="noise floor: expected repeats"),
+        "one_sample": Nasty([bench.bend([0.0], [20.0])], refused="noise floor: expected repeats"),
+        "one_sample_a_run": Nasty(
+            [bench.bend([0.0], [q]) for q in (10.0, 20.0, 30.0)],
+            refused="noise floor: expected repeats",
+        ),
         "unsorted": Nasty([bench.bend(time[::-1], pressure)], refused="r0.csv: row 2 "),
         "time_stands_still": Nasty([bench.bend(np.floor(time), pressure)], refused="again"),
         "column_missing": Nasty([run], columns=BENDING | {"tip_z": {"unit": "m"}}, refused="tip_z"),
