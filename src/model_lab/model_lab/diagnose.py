@@ -54,6 +54,7 @@ STILL_NEAR = 5.0  # held-out error over the floor beyond which nothing counts as
 RIVAL_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
 RIVAL_FAR = 0.65  # the same where the model is within the floor
 SHAPE_MARGIN = 1.25  # held-out error but for gains over a floor that knows nothing of gains
+LIKELY = 0.02  # chance from which on they are taken for it
 SURE = 5e-3  # chance at which errors are taken to exceed the scatter of repeats
 LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
 CONFIDENCE = 0.975
@@ -189,6 +190,8 @@ def _verdict(question: Question, selection: Selection, rivals: Sequence[Rival]) 
     if final is base:
         return UNEXPLAINED if _fails(question, base, rivals) else ADEQUATE
     near = final.held_out.rmse <= NEAR_FLOOR * question.floor.total
+    if not near and question.floor.gain_known:
+        near = _beyond_repeats(question, final) >= LIKELY
     explained = near or _another_form(question, base, final, rivals)
     return EFFECTS_MISSING if explained else UNEXPLAINED
 

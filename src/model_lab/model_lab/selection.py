@@ -27,6 +27,7 @@ REMOVED = 0.5  # share of the excess error that an effect must remove
 BEAM = 3  # single effects from which pairs are tried
 FITTED = 6  # second effects that are fitted for each of them
 TIE = 8.0  # deviance within which two explanations are not told apart
+TIE_SHARE = 0.01  # the same over what they gain: equations are no better than that
 LARGEST_SET = 3
 
 
@@ -123,6 +124,7 @@ def _ties(
     question: Question, final: Scored, base: Scored, singles: Sequence[Scored], jobs: int
 ) -> tuple[tuple[str, ...], ...]:
     added = [name for name in final.effects if name not in base.effects]
+    margin = max(TIE, TIE_SHARE * (_criterion(base) - _criterion(final)))
     result = []
     for effect in added:
         if len(added) == 1:
@@ -135,7 +137,7 @@ def _ties(
         near = [
             s
             for s in sorted(rivals, key=_criterion)
-            if s.added != effect and _criterion(s) - _criterion(final) < TIE
+            if s.added != effect and s.plausible and _criterion(s) - _criterion(final) < margin
         ]
         result.append(tuple(s.added for s in near))
     return tuple(result)
