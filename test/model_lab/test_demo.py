@@ -17,7 +17,7 @@ def told(tmp_path_factory):
     """The folder of a demonstration and what it printed."""
     folder = tmp_path_factory.mktemp("demo") / "lab-demo"
     command = [sys.executable, "-m", "model_lab.demo", "--seed", str(SEED), "--out", str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=400, check=False)
     assert done.returncode == 0, done.stderr
     return folder, done.stdout
 
