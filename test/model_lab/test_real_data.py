@@ -17,7 +17,7 @@ from softhand_model.model_file import load_model
 FOLDER = os.environ.get("SOFTHAND_MEASUREMENTS")
 SETS = sorted(path.parent for path in Path(FOLDER).glob("*/experiment.yaml")) if FOLDER else []
 VERDICTS = {"adequate", "effects_missing", "unexplained"}
-MOST_SAMPLES = 900  # of a set that is diagnosed here; others are thinned
+MOST_SAMPLES = 450  # of a set that is diagnosed here; others are thinned
 SCRIPT = Path(__file__).parents[2] / "scripts" / "measure_real_data.py"
 
 pytestmark = pytest.mark.skipif(not SETS, reason="SOFTHAND_MEASUREMENTS names no measurement sets")
@@ -33,8 +33,8 @@ def _model(data):
 
 
 def _thinned(data):
-    """The set with every n-th sample of each run, and at most six runs."""
-    runs = data.runs[:: -(-len(data.runs) // 6)]
+    """The set with every n-th sample of each run, and at most four runs."""
+    runs = data.runs[:: -(-len(data.runs) // 4)]
     step = -(-sum(run.samples for run in runs) // MOST_SAMPLES)
     return replace(
         data,
