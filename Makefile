@@ -2,7 +2,7 @@
 PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src test examples bench scripts
 
-.PHONY: setup demo lab-demo lab-story test lint bench bench-lab docs figures lab-figure clean
+.PHONY: setup demo lab-demo lab-story test lint bench bench-lab docs figures lab-figure live-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -46,6 +46,10 @@ figures: setup
 # The picture of the lab, from the latest run of its demo.
 lab-figure: setup
 	@$(PYTHON_IN_VENV) -m model_lab.report.picture out/lab-demo/set base docs/figures/lab.png
+
+# The picture of the monitor, from the latest story over ROS.
+live-figure: setup
+	@$(PYTHON_IN_VENV) -m softhand_bringup.lab_story.picture out/lab-story docs/figures/live.png
 
 clean:
 	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache
