@@ -195,6 +195,18 @@ def test_lanes_are_independent_models():
         assert together[lane] / scale == pytest.approx(alone / scale, abs=1e-7)
 
 
+@pytest.mark.parametrize("name", ["gravity", "bend_twist_coupling", "passive_layer_slack"])
+def test_predictions_do_not_depend_on_those_before(name):
+    data = measured(pushed())
+    ranges = [parameter.typical for parameter in EFFECTS[name].parameters]
+    values = np.array([[1.0, *low_and_high] for low_and_high in zip(*ranges, strict=True)])
+    forward = Forward(data, effects=[EFFECTS[name]])
+    both = forward.predict(values)
+    assert forward.predict(values[::-1])[::-1] == pytest.approx(both, rel=1e-7, abs=1e-9)
+    alone = [Forward(data, effects=[EFFECTS[name]]).predict(lane[None])[0] for lane in values]
+    assert np.array(alone) == pytest.approx(both, rel=1e-7, abs=1e-9)
+
+
 def test_predictions_are_smooth_in_the_parameters():
     """Differences of 1e-4 of a parameter are those of 1e-3, as far as the curvature allows."""
     data = measured(pushed(), mount="base_up")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
 from model_lab.experiments.chain_springs import chain_springs
-from model_lab.experiments.lane_order import lane_values, waves
+from model_lab.experiments.lane_order import lane_values, neutral_lane, waves
 from model_lab.experiments.sample_rows import SampleRows, Step
 from model_lab.experiments.specimen_memory import SpecimenMemory
 from model_lab.experiments.specimen_segments import SpecimenSegments
@@ -35,6 +35,7 @@ DOWN = {
     "base_up": (0.0, 0.0, 1.0),
     "base_down": (0.0, 0.0, -1.0),
 }  # in the frame of the base: z along the actuator, x to the bending side
+HEAVY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
 OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
 
 
@@ -79,9 +80,11 @@ class BaseTorque:
             staged.chamber_pressure, remembers(staged.input), self._pressure
         )
         shape = at_modulus(self._segments.shape, modulus)
-        values = lane_values(calibration, [e for e in staged.all if e not in staged.output])
+        acting = [effect for effect in staged.all if effect not in staged.output]
+        values = lane_values(calibration, acting)
+        plain = neutral_lane(values, calibration, acting, HEAVY)
         angles = self._free_angles(staged, shape, pressure)
-        torque = self._torque(staged, values, modulus, angles)
+        torque = self._torque(staged, values, plain, modulus, angles)
         shown = [
             self._rows.through(
                 partial(staged.reading, name), remembers(staged.output), part[:, :, None]
@@ -110,8 +113,13 @@ class BaseTorque:
             pressure,
         )
 
-    def _torque(self, staged: StagedEffects, values: Array, modulus: Array, angles: Array) -> Array:
-        """Torques (3, lanes, rows) [N m] of all specimens, for lanes of such values."""
+    def _torque(
+        self, staged: StagedEffects, values: Array, plain: Array, modulus: Array, angles: Array
+    ) -> Array:
+        """Torques (3, lanes, rows) [N m] of all specimens, for lanes of such values.
+
+        plain (1, k): values of the base model.
+        """
         lanes = len(values)
         modulus = np.broadcast_to(modulus[:, :, 0], (lanes, modulus.shape[1]))[:, self._rows.run]
         angles = np.broadcast_to(angles, (lanes, *angles.shape[1:]))
@@ -125,7 +133,7 @@ class BaseTorque:
             before = self._solved.get(name)
             if before is None or before.values.shape[1] != values.shape[1]:
                 like = self._plain_load(name, chain, rows, heavy=bool(scales))
-                before = Solved(values[:1], like)
+                before = Solved(plain, like)
             self._solved[name] = before.others(HeldChain(chain), hold, values)
             torque[:, :, rows] = self._solved[name].loads.torque.reshape(3, lanes, len(rows))
         return torque

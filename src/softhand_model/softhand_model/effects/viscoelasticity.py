@@ -46,6 +46,7 @@ class Viscoelasticity(ElasticEffect):
     }
     has_memory = True
     adds = True
+    _decay: tuple[Array | float, Array, Array] | None = None
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -61,5 +62,7 @@ class Viscoelasticity(ElasticEffect):
 
     def _overstress(self, stress: Array, memory: Memory, dt: Array | float) -> Array:
         over, before = memory.get("state", (0.0, 0.0))
-        left, share = decay(dt, self.values["relaxation_time"])
+        if self._decay is None or self._decay[0] is not dt:  # the same in all calls of a step
+            self._decay = dt, *decay(dt, self.values["relaxation_time"])
+        _, left, share = self._decay
         return left * over + self.values["relative_modulus"] * share * (stress - before)
