@@ -29,8 +29,7 @@ def answers(case: Case, folder: Path, seed: int, noise: float) -> dict[str, Any]
     record: dict[str, Any] = {"before": {name: before[name] for name in SAID}}
     if planned is None:
         return record
-    inputs = ("time", "pressure", "stretch")
-    record["planned"] = {name: value for name, value in planned.items() if name not in inputs}
+    record["planned"] = {name: value for name, value in planned.items() if name != "inputs"}
     if not planned["breaks"]:
         return record
     with tempfile.TemporaryDirectory(prefix="bench-lab-") as place:
@@ -43,7 +42,8 @@ def answers(case: Case, folder: Path, seed: int, noise: float) -> dict[str, Any]
 
 def _extra(planned: Mapping[str, Any]) -> ExtraRun:
     """The proposed run as the generator takes it."""
-    drive = planned["pressure"] if "pressure" in planned else np.array(planned["stretch"]) - 1.0
+    inputs = planned["inputs"]
+    drive = inputs["pressure"] if "pressure" in inputs else np.array(inputs["stretch"]) - 1.0
     changes = {"mount": planned["mount"]}
     if planned["wall"] is not None:
         changes["wall"] = planned["wall"]
@@ -51,7 +51,7 @@ def _extra(planned: Mapping[str, Any]) -> ExtraRun:
         planned["protocol"],
         planned["specimen"],
         planned["temperature"],
-        np.array(planned["time"]),
+        np.array(inputs["time"]),
         np.array(drive),
         changes,
     )

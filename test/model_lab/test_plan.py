@@ -70,7 +70,7 @@ def test_loops_of_one_rate_are_separated_by_another_rate(outcome, planned):
         np.abs(np.diff(run.columns["pressure"]) / np.diff(run.columns["time"])).max()
         for run in outcome.question.data.runs
     ]
-    rate = np.abs(np.diff(planned["pressure"]) / np.diff(planned["time"])).max()
+    rate = np.abs(np.diff(planned["inputs"]["pressure"]) / np.diff(planned["inputs"]["time"])).max()
     assert rate > 3.0 * max(rates)
     assert set(planned["separates"][0]) <= names_of(outcome.diagnosis)
     json.dumps(planned, allow_nan=False)
@@ -82,8 +82,8 @@ def test_done_and_added_it_breaks_the_tie(one_rate, outcome, planned, tmp_path):
         planned["protocol"],
         planned["specimen"],
         planned["temperature"],
-        np.array(planned["time"]),
-        np.array(planned["pressure"]),
+        np.array(planned["inputs"]["time"]),
+        np.array(planned["inputs"]["pressure"]),
     )
     case.make(tmp_path / "longer", 0, 0.006, (extra, extra))
     append_runs(folder, tmp_path / "longer")
@@ -117,8 +117,8 @@ def test_the_template_becomes_runs_of_the_set(one_rate, outcome, planned, tmp_pa
     one_rate[1].make(place, 0, 0.006)
     files = write_template(planned, outcome.question.data, tmp_path)
     course = np.genfromtxt(files[0], delimiter=",", names=True)
-    np.testing.assert_allclose(course["pressure"] * 1e3, planned["pressure"], rtol=1e-6)
-    np.testing.assert_allclose(course["time"], planned["time"], rtol=1e-6)
+    np.testing.assert_allclose(course["pressure"] * 1e3, planned["inputs"]["pressure"], rtol=1e-6)
+    np.testing.assert_allclose(course["time"], planned["inputs"]["time"], rtol=1e-6)
     part = yaml.safe_load(files[1].read_text())
     document = yaml.safe_load((place / "experiment.yaml").read_text())
     assert {name: entry["unit"] for name, entry in part["columns"].items()} == {

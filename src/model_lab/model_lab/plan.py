@@ -65,7 +65,7 @@ class Experiment:
             "separation": self.separation,
             "breaks": self.separation >= BREAKS,
             "separates": [list(group) for group in self.separates],
-            **{name: values.tolist() for name, values in trial.columns.items()},
+            "inputs": {name: values.tolist() for name, values in trial.columns.items()},
         }
 
 
@@ -124,7 +124,7 @@ def _lowest_reading(question: Question, scored: Scored) -> float:
     peaks = [
         run.columns["pressure"].max() for run in question.data.runs if "pressure" in run.columns
     ]
-    if not peaks or question.data.experiment == "base_torque":
+    if not peaks:
         return 0.0
     reading = np.linspace(0.0, float(max(peaks)), READINGS)
     chamber = reading

@@ -17,7 +17,6 @@ from model_lab.plan import BREAKS
 from model_lab.report.sentence import listed, tie_sentences, verdict_sentence
 from model_lab.set_writing import column_entries, run_entry, shown_as, specimen_entry, write_csv
 from model_lab.text_table import text_table
-from model_lab.units import COLUMN_UNITS
 
 FORMAT = "softhand-plan/1"
 COURSE, PART = "next.csv", "experiment-part.yaml"
@@ -57,11 +56,7 @@ def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Pat
     planned: `next_experiment` of a diagnosis. The folder must exist. Returns the files.
     """
     specimen = _specimen(planned, data)
-    columns = {
-        name: np.array(values)
-        for name, values in planned.items()
-        if name in COLUMN_UNITS and isinstance(values, list)
-    }
+    columns = {name: np.array(values) for name, values in planned["inputs"].items()}
     run = Run("", specimen.name, planned["protocol"], planned["temperature"], columns)
     write_csv(run, folder / COURSE)
     outputs = OUTPUTS[data.experiment]
@@ -101,16 +96,17 @@ def _nothing(diagnosis: Diagnosis) -> str:
 
 
 def _facts(planned: Mapping[str, Any]) -> list[tuple[str, str]]:
+    inputs = planned["inputs"]
     rows = [
         ("protocol", f"{planned['protocol']}: {planned['description']}"),
         ("specimen", planned["specimen"]),
-        ("mount", planned["mount"].replace("_", " ")),
+        *([("mount", planned["mount"].replace("_", " "))] if "pressure" in inputs else []),
         ("temperature", display_of("K").shown(planned["temperature"])),
     ]
     if planned["duration"] is not None:
         rows.append(("duration", f"{planned['duration']:.3g} s"))
     if planned["peak"] is not None:
-        driving = next(name for name in ("pressure", "stretch") if name in planned)
+        driving = next(name for name in ("pressure", "stretch") if name in inputs)
         rows.append((f"peak {driving}", shown_as(driving).shown(planned["peak"])))
     return [*rows, ("what is new", "; ".join(planned["changes"]) or "the protocol alone")]
 

@@ -29,11 +29,12 @@ def proposal(view: View) -> Drawing | None:
 
 def _draw(figure: Figure, view: View) -> None:
     planned = view.diagnosis.next_experiment or {}
-    name = "stretch" if "stretch" in planned else "pressure"
+    inputs = planned["inputs"]
+    name = "stretch" if "stretch" in inputs else "pressure"
     display = display_of("" if name == "stretch" else "Pa")
     axes = figure.subplots()
     light_grid(axes)
-    shown = [display.factor * value for value in planned[name]]
-    axes.plot(planned["time"], shown, color=COLOURS["after"], linewidth=1.6)
+    shown = [display.factor * value for value in inputs[name]]
+    axes.plot(inputs["time"], shown, color=COLOURS["after"], linewidth=1.6)
     axes.set_xlabel("time [s]")
     axes.set_ylabel(f"{name} [{display.unit or '-'}]")
