@@ -139,7 +139,7 @@ def _plan_notes(records: Sequence[Record]) -> list[str]:
     refused = sum(not proposed(record) for record in tied)
     return [
         f"plan: {len(tied)} of {len(before)} sets hold the truth in a tie; of these {refused} "
-        "are said to need more than one more experiment of the same kind"
+        "are said to be told apart by no experiment within the limits"
     ]
 
 
