@@ -28,8 +28,8 @@ from pathlib import Path
 from softhand_bringup.lab_story.measuring import Measurement, Plan
 from softhand_bringup.lab_story.story import Story
 
-stairs = Measurement("stairs", (10e3, 20e3, 30e3, 15e3, 0.0), 0.8)
-steps = Measurement("steps", (15e3, 5e3, 29e3, 22e3, 0.0), 0.8)
+stairs = Measurement("stairs", (10e3, 20e3, 30e3, 15e3, 0.0), 1.3)
+steps = Measurement("steps", (15e3, 5e3, 29e3, 22e3, 0.0), 1.3)
 Story(
     Path(sys.argv[1]), "gent_stiffening", 3, lambda line: print(line, flush=True),
     plan=Plan((stairs, steps), repeats=2, rest=0.6),
