@@ -36,7 +36,7 @@ from model_lab.noise import noise_floor
 from model_lab.plan import proposal
 from model_lab.rivals import Rival, fit_rivals
 from model_lab.search import Question, Scored, base_starts
-from model_lab.selection import Selection, excess, material, select
+from model_lab.selection import Selection, error_of, excess, material, select
 from model_lab.series import series_of
 from model_lab.spectrum import make_spectrum
 from model_lab.thinning import thinned
@@ -189,7 +189,7 @@ def _verdict(question: Question, selection: Selection, rivals: Sequence[Rival]) 
     base, final = selection.base, selection.final
     if final is base:
         return UNEXPLAINED if _fails(question, base, rivals) else ADEQUATE
-    near = final.held_out.rmse <= NEAR_FLOOR * question.floor.total
+    near = error_of(question, final) <= NEAR_FLOOR * question.floor.total
     if not near and question.floor.gain_known:
         near = _beyond_repeats(question, final) >= LIKELY
     explained = near or _another_form(question, base, final, rivals)
@@ -204,14 +204,15 @@ def _another_form(question: Question, base: Scored, final: Scored, rivals: Seque
     """
     floor = question.floor.total
     share = excess(question, final) / excess(question, base)
-    if share <= MERE_REST and final.held_out.rmse <= STILL_NEAR * floor:
+    error = error_of(question, final)
+    if share <= MERE_REST and error <= STILL_NEAR * floor:
         return True
-    if final.held_out.rmse > STILL_NEAR * floor or bool(np.any(final.fit.at_limit)):
+    if error > STILL_NEAR * floor or bool(np.any(final.fit.at_limit)):
         return False
     remembers = any(question.classes[name].has_memory for name in final.effects)
     same_kind = bool(rivals) and rivals[0].remembers == remembers
     rest = rivals[0].rmse / floor if same_kind else np.inf
-    mended = rest <= max(NEAR_FLOOR, RIVAL_REST * base.held_out.rmse / floor)
+    mended = rest <= max(NEAR_FLOOR, RIVAL_REST * error_of(question, base) / floor)
     return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER)
 
 
@@ -220,10 +221,9 @@ def _fails(question: Question, scored: Scored, rivals: Sequence[Rival]) -> bool:
 
     A rival that is far better counts even where repeats scatter as much as the model errs.
     """
-    share = rivals[0].rmse / scored.held_out.rmse if rivals else 1.0
     if scored.held_out.rmse <= question.floor.total:
         return False
-    if share < RIVAL_FAR:
+    if rivals and rivals[0].rmse < RIVAL_FAR * scored.held_out.rmse:
         return True
     if not material(question, scored):
         return False

@@ -22,13 +22,13 @@ Array = NDArray[np.float64]
 
 SIGNIFICANCE = 0.01  # against the best of all candidates in mere noise
 PARAMETER_PENALTY = 3.0  # deviance that a parameter must bring when effects compete
+FEWEST_FOLDS = 3
 MATERIAL = 1.12  # held-out error over the floor beyond which something is worth looking for
 REMOVED = 0.5  # share of the excess error that an effect must remove
 BEAM = 3  # single effects from which pairs are tried
 FITTED = 6  # second effects that are fitted for each of them
 TIE = 8.0  # deviance within which two explanations are not told apart
-TIE_SHARE = 0.01  # the same over what they gain: equations are no better than that
-LARGEST_SET = 3
+TIE_SHARE = 0.02  # the same over what they gain: equations are no better than that
 
 
 @dataclass(frozen=True)
@@ -65,14 +65,24 @@ def select(
     return Selection(base, singles, unseen, final, p_values, threshold, ties)
 
 
+def error_of(question: Question, scored: Scored) -> float:
+    """Error by which a model is judged: the held-out one; with few folds, that of the fit.
+
+    Of two protocols one says little about the other: what is held out then is extrapolated.
+    """
+    few = len(question.spectrum.layout.folds) < FEWEST_FOLDS
+    return scored.fit.rmse if few else scored.held_out.rmse
+
+
 def excess(question: Question, scored: Scored) -> float:
-    """Held-out error beyond the noise floor, in the unit of the outputs."""
-    return float(np.sqrt(max(scored.held_out.rmse**2 - question.floor.total**2, 0.0)))
+    """Error beyond the noise floor, in the unit of the outputs."""
+    beyond = error_of(question, scored) ** 2 - question.floor.total**2
+    return float(np.sqrt(max(beyond, 0.0)))
 
 
 def material(question: Question, scored: Scored) -> bool:
-    """Whether a model's held-out error is so far above the floor that something may be missing."""
-    return scored.held_out.rmse > MATERIAL * question.floor.total
+    """Whether a model's error is so far above the floor that something may be missing."""
+    return error_of(question, scored) > MATERIAL * question.floor.total
 
 
 def _criterion(scored: Scored) -> float:
@@ -90,11 +100,18 @@ def _grow(
     names = [s.added for s in singles]
     if material(question, best):
         pairs = _pairs(question, good[:BEAM], names, threshold, jobs)
-        if pairs and excess(question, pairs[0]) < (1.0 - REMOVED) * excess(question, best):
+        if pairs and _is_better(question, pairs[0], best, threshold):
             return _without_idle(question, pairs[0])
     if excess(question, best) > (1.0 - REMOVED) * excess(question, base):
         return base
     return best
+
+
+def _is_better(question: Question, pair: Scored, single: Scored, threshold: float) -> bool:
+    """Whether a pair explains so much more than the best single effect that it takes two."""
+    gained = single.fit.deviance - pair.fit.deviance
+    removed = excess(question, pair) < (1.0 - REMOVED) * excess(question, single)
+    return removed and gained > threshold
 
 
 def _pairs(
@@ -137,7 +154,7 @@ def _ties(
         near = [
             s
             for s in sorted(rivals, key=_criterion)
-            if s.added != effect and s.plausible and _criterion(s) - _criterion(final) < margin
+            if s.added != effect and _criterion(s) - _criterion(final) < margin
         ]
         result.append(tuple(s.added for s in near))
     return tuple(result)
