@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from model_lab.candidates import inapplicable, invisible, signature, with_trials
-from model_lab.diagnose import calibration_of, named_effect, pose_question
+from model_lab.diagnose import calibration_of, named_effect, pose_question, sharper
 from model_lab.diagnosis import NamedEffect
 from model_lab.fit import Problem, fit
 from model_lab.holdout import hold_out
@@ -44,10 +44,7 @@ def add_effect(
     if reason is not None:
         raise ValueError(f"effect {name}: expected one that these data show, but: {reason}")
     question, given = pose_question(data, model, classes)
-    before = score_base(question, [effect.name for effect in given])
-    after = _scored(question, before, name)
-    if isinstance(after, Unseen):
-        raise ValueError(f"effect {name}: expected one that these data show, but: {after.reason}")
+    question, before, after = _before_and_after(question, [effect.name for effect in given], name)
     named = [named_effect(after, effect) for effect in after.effects]
     kept = tuple(effect for effect in model.effects if effect.name not in after.effects)
     fitted = tuple(_instance(question, entry) for entry in named)
@@ -58,6 +55,21 @@ def add_effect(
     }
     new = Model(model.base, calibration_of(after), (*kept, *fitted), std)
     return Addition(question, before, after, named[-1], new)
+
+
+def _before_and_after(
+    question: Question, given: Sequence[str], name: str
+) -> tuple[Question, Scored, Scored]:
+    """The model without and with an effect; the question with the floor that is then seen.
+
+    Raises ValueError when the data do not show the effect.
+    """
+    before = score_base(question, given)
+    after = _scored(question, before, name)
+    if isinstance(after, Unseen):
+        raise ValueError(f"effect {name}: expected one that these data show, but: {after.reason}")
+    clearer = sharper(question, after)
+    return (question, before, after) if clearer is None else _before_and_after(clearer, given, name)
 
 
 def _scored(question: Question, before: Scored, name: str) -> Scored | Unseen:

@@ -29,6 +29,7 @@ from model_lab.diagnosis import (
 )
 from model_lab.fit import Problem, fit
 from model_lab.forward import Forward
+from model_lab.input_noise import steadied
 from model_lab.loading import load_measurements
 from model_lab.localise import localise
 from model_lab.measurement import MeasurementSet
@@ -117,8 +118,10 @@ def pose_question(
 ) -> tuple[Question, tuple[Effect, ...]]:
     """The question with its noise floor, and the model's effects that are fitted along.
 
-    The floor is seen from the residual of the model as it is, with its calibration fitted.
+    The floor is seen from the residual of the model as it is, with its calibration fitted. Noise of
+    the input is taken off first.
     """
+    data = steadied(data)
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
@@ -135,14 +138,17 @@ def pose_question(
 
 
 def _sharper(question: Question, selection: Selection) -> Question | None:
-    """The question with the floor below the best single effect, where that is clearly lower.
+    """The question with the floor below the best single effect, where that is clearly lower."""
+    proven = [s for s in selection.singles if s.plausible and s.improvement > selection.threshold]
+    return sharper(question, proven[0]) if proven else None
+
+
+def sharper(question: Question, scored: Scored) -> Question | None:
+    """The question with the floor below a better model, where that is clearly lower.
 
     Repeats may differ by an effect, such as what earlier runs have left in the rubber.
     """
-    proven = [s for s in selection.singles if s.plausible and s.improvement > selection.threshold]
-    if not proven:
-        return None
-    floor = noise_floor(question.data, question.spectrum, proven[0].fit.residual)
+    floor = noise_floor(question.data, question.spectrum, scored.fit.residual)
     return replace(question, floor=floor) if floor.total < LOWER * question.floor.total else None
 
 

@@ -55,6 +55,7 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -
     tell: is told the part that is done. Raises ValueError for data that the model cannot use.
     """
     question, given = pose_question(data, model, {})
+    data = question.data
     tell(0.4)
     scored = score_base(question, [effect.name for effect in given])
     tell(0.9)

@@ -1,0 +1,78 @@
+"""Noise of a recorded input, taken off before it passes for memory.
+
+A lag, a play and a viscous branch all average the noise of the pressure that drives them, so a
+model with one of them predicts better than one without, though nothing lags. Here every sample of
+the input is replaced by the middle of a parabola through its neighbours: through as many as the
+noise, which is known from fourth differences, allows. Steps, kinks and inputs without noise stay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from model_lab.measurement import MeasurementSet, Run
+
+Array = NDArray[np.float64]
+
+DRIVING = ("pressure", "stretch")
+WINDOWS = (5, 7, 11, 17, 25)  # samples; the widest that fits is taken
+CURVATURE = 2  # order of the polynomials
+FEWEST = 40  # samples of a run from which its noise is known
+NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
+FOURTH_DIFFERENCE = np.sqrt(70.0)  # of white noise, over its standard deviation
+LIKELY = 1.35  # root mean square about a parabola over what noise alone would leave
+QUIET = 1e-5  # of the input's range: less noise than that is none
+
+
+def steadied(data: MeasurementSet) -> MeasurementSet:
+    """The set with the noise of the input taken off, in experiments that an input drives."""
+    if not data.has_time:
+        return data
+    return replace(data, runs=tuple(_steadied_run(run) for run in data.runs))
+
+
+def _steadied_run(run: Run) -> Run:
+    columns = dict(run.columns)
+    for name in DRIVING:
+        if name in columns and run.samples >= FEWEST:
+            columns[name] = smoothed(columns[name])
+    return replace(run, columns=columns)
+
+
+def noise_of(values: Array) -> float:
+    """Standard deviation of the white noise on an otherwise smooth course (n,)."""
+    bends = np.abs(np.diff(values, 4))
+    return float(NORMAL_MEDIAN * np.median(bends) / FOURTH_DIFFERENCE)
+
+
+def smoothed(values: Array) -> Array:
+    """The course (n,) below the noise of values (n,)."""
+    level = noise_of(values)
+    if level <= QUIET * float(np.ptp(values)):
+        return values
+    result = values.copy()
+    for width in WINDOWS:
+        if width > len(values):
+            break
+        middle, spread = _parabolas(values, width)
+        half = width // 2
+        fits = spread <= LIKELY * level
+        place = np.arange(half, len(values) - half)[fits]
+        result[place] = middle[fits]
+    return result
+
+
+def _parabolas(values: Array, width: int) -> tuple[Array, Array]:
+    """Middle (n - width + 1,) of a parabola through each window, and the spread about it, unbiased
+    for white noise.
+    """
+    place = np.linspace(-1.0, 1.0, width)
+    basis = np.linalg.qr(np.vander(place, CURVATURE + 1))[0]
+    windows = sliding_window_view(values - values.mean(), width)
+    fitted = windows @ basis @ basis.T
+    rest = np.sum((windows - fitted) ** 2, axis=1) / (width - CURVATURE - 1)
+    return fitted[:, width // 2] + values.mean(), np.sqrt(rest)
