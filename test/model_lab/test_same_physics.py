@@ -34,6 +34,7 @@ STRONG = {
     "hysteresis": {"relative_pressure": 0.2, "stretch_scale": 0.1},
     "side_wall_integral": {},
     "actuation_nonlinearity": {"a": 6.0, "p0": 60e3},
+    "discrepancy": {"a1": 0.3, "a2": -0.2, "a3": 0.4, "a4": 0.1, "a5": 0.0, "a6": 0.0, "a7": 0.0},
     "angle_offset": {"offset": 0.1},
     "angle_sensor_lag": {"time_constant": 0.1},
 }

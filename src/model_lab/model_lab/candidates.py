@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 GRID = {0: 1, 1: 7, 2: 4, 3: 3}  # trial values of each parameter, by their number
 LARGEST_GRID = 16
+ROUNDING = 1e-9
 SMALLEST_SIGNATURE = 0.25  # of the noise floor: what an effect must change to be seen at all
 
 
@@ -25,10 +26,12 @@ class Signature:
 
     values (trials, k): its parameters. change (trials, samples): whitened coefficients, less what
     the model's own parameters take up. size (trials,): root mean square of that in the outputs'
-    unit; raw (trials,): before the model's parameters take their part.
+    unit; raw (trials,): before the model's parameters take their part. usual (2, k): ends of the
+    usual ranges.
     """
 
     values: Array
+    usual: Array
     change: Array
     size: Array
     raw: Array
@@ -87,7 +90,9 @@ def signature(problem: Problem, fit: Fit, effect: type[Effect]) -> Signature:
     basis = np.linalg.qr(own.T)[0] if len(own) else np.zeros((change.shape[1], 0))
     change = change - (change @ basis) @ basis.T
     size = np.sqrt(np.mean((change / weight) ** 2, axis=1))
-    return Signature(trials, change, size, raw)
+    ends = np.array([p.typical or (p.low, p.high) for p in effect.parameters], float)
+    usual = ends.reshape(-1, 2).T + ROUNDING * np.ptp(ends.reshape(-1, 2), axis=1) * [[-1], [1]]
+    return Signature(trials, usual, change, size, raw)
 
 
 def with_trials(problem: Problem, fit: Fit, effect: str, trials: Array) -> Array:
@@ -106,9 +111,11 @@ def names(problem: Problem) -> list[str]:
 
 
 def starts(found: Signature, fit: Fit) -> Array:
-    """Trial values (n, k) of the effect from which the search begins: at most two of them."""
+    """Trial values (n, k) of the effect from which the search begins: at most two usual ones."""
     as_it_is, scaled = _improvements(found, fit)
-    best = dict.fromkeys([int(np.argmax(as_it_is)), int(np.argmax(scaled))])
+    usual = np.all((found.values >= found.usual[0]) & (found.values <= found.usual[1]), axis=1)
+    scores = (np.where(usual, score, -np.inf) for score in (as_it_is, scaled))
+    best = dict.fromkeys(int(np.argmax(score)) for score in scores)
     return found.values[list(best)]
 
 

@@ -31,7 +31,7 @@ from model_lab.fit import Problem, fit
 from model_lab.forward import Forward
 from model_lab.input_noise import steadied
 from model_lab.loading import load_measurements
-from model_lab.localise import localise
+from model_lab.localise import Localisation, localise
 from model_lab.measurement import MeasurementSet
 from model_lab.noise import noise_floor
 from model_lab.plan import proposal
@@ -163,9 +163,10 @@ def _outcome(
     added = [name for name in named.effects if name not in base.effects]
     floor = question.floor
     rest = excess(question, final)
+    localised = localise(question.data, base.held_out.residual, seed)
     failures = tuple(
         Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
-        for axis in localise(question.data, base.held_out.residual, seed).failures
+        for axis in localised.failures
     )
     diagnosis = Diagnosis(
         experiment=question.data.experiment,
@@ -186,7 +187,9 @@ def _outcome(
         failures=failures,
         next_experiment=proposal(question, named, selection.ties) if added else None,
         correlation=correlation_of(named),
-        unexplained=Unexplained(rest, _dependence(question.data, final, rivals, failures, verdict)),
+        unexplained=Unexplained(
+            rest, _dependence(question.data, final, rivals, localised, verdict)
+        ),
     )
     return Outcome(diagnosis, question, selection, rivals)
 
@@ -264,10 +267,12 @@ def _dependence(
     data: MeasurementSet,
     final: Scored,
     rivals: Sequence[Rival],
-    failures: Sequence[Failure],
+    localised: Localisation,
     verdict: str,
 ) -> tuple[str, ...]:
-    """What the rest varies with: the rivals that beat the model, best first; else its failures."""
+    """What the rest varies with: the rivals that beat the model, best first; else the axes against
+    which the model fails, or the one that comes nearest to that.
+    """
     if verdict != UNEXPLAINED:
         return ()
     varied = {axis.name for axis in axes_of(data)}
@@ -276,7 +281,8 @@ def _dependence(
         for rival in rivals
         if rival.rmse < RIVAL_MARGIN * final.held_out.rmse and rival.against in varied
     ]
-    return tuple(dict.fromkeys(beaten or [failure.against for failure in failures]))[:3]
+    failing = localised.failures or localised.axes[:1]
+    return tuple(dict.fromkeys(beaten or [axis.against for axis in failing]))[:3]
 
 
 def named_effect(scored: Scored, effect: str) -> NamedEffect:

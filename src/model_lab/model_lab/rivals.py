@@ -24,6 +24,7 @@ PLAY_SHARES = (0.05, 0.15, 0.3, 0.6)  # widths of the plays over the range of th
 FILTERS = 6  # time constants, evenly in their logarithm
 FEWEST_RUNS, WAVES = 6, 6  # for a drift over the session; half periods in it
 FEWEST_SAMPLES = 3  # of a run, for slopes
+REWEIGHTED = 4  # times
 RIDGE = 1e-4  # of the coefficients, with features scaled to unit mean square
 
 
@@ -121,22 +122,34 @@ def _in_block(columns: Array, output: int, outputs: int) -> Array:
 
 
 def _held_out(fit: Fit, columns: Array) -> Array:
-    """Held-out residual (samples,) of the model, linearised, and the features together."""
+    """Held-out residual (samples,) of the model, linearised, and the features together.
+
+    Weighted by what both together leave, which is found by turns.
+    """
     spectrum = fit.problem.spectrum
     design = np.hstack([fit.jacobian, columns])
     rows = spectrum.coefficients(np.ascontiguousarray(design.T))
     weight = 1.0 / fit.variance[spectrum.bands]
-    ridge = np.concatenate([1e-12 + 1.0 / fit.problem.prior**2, np.zeros(columns.shape[1])])
-    size = np.sum(rows**2 * weight, axis=1)
-    ridge[fit.jacobian.shape[1] :] = RIDGE * size[fit.jacobian.shape[1] :]
+    for _ in range(REWEIGHTED):
+        left = fit.coefficients - _solved(fit, rows, weight) @ rows
+        weight = 1.0 / fit.problem.variance(spectrum.power(left[None]))[0][spectrum.bands]
     fold_of = spectrum.layout.fold_of()
     residual = fit.residual.copy()
     for fold in range(len(spectrum.layout.folds)):
-        kept = np.where(fold_of != fold, weight, 0.0)
-        normal = (rows * kept) @ rows.T + np.diag(ridge)
-        solved = inverse(normal, 1e-12) @ (rows @ (kept * fit.coefficients))
-        residual[fold_of == fold] -= design[fold_of == fold] @ solved
+        mine = fold_of == fold
+        residual[mine] -= design[mine] @ _solved(fit, rows, np.where(mine, 0.0, weight))
     return residual
+
+
+def _solved(fit: Fit, rows: Array, weight: Array) -> Array:
+    """Changes of the model's parameters, and coefficients of the features, from coefficients
+    (k, samples) of both with weights (samples,).
+    """
+    own = len(fit.values)
+    size = np.sum(rows**2 * weight, axis=1)
+    ridge = np.concatenate([1.0 / fit.problem.prior**2, RIDGE * size[own:]])
+    normal = (rows * weight) @ rows.T + np.diag(ridge)
+    return np.asarray(inverse(normal, 1e-12) @ (rows @ (weight * fit.coefficients)))
 
 
 def _spline(position: Array) -> Array:
