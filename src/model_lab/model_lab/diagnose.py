@@ -48,8 +48,9 @@ Array = NDArray[np.float64]
 
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave
+LEFT_OVER_OF_KIND = 0.4  # the same where the rest depends on memory, or not, as the effect does
 LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
-MERE_REST = 0.12  # the same whatever the calibration
+MERE_REST = 0.2  # the same whatever the calibration
 RIVAL_REST = 0.15  # error that such a black box may leave, over the error before
 STILL_NEAR = 5.0  # held-out error over the floor beyond which nothing counts as explained
 RIVAL_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
@@ -219,10 +220,10 @@ def _another_form(question: Question, base: Scored, final: Scored, rivals: Seque
     if error > STILL_NEAR * floor or bool(np.any(final.fit.at_limit)):
         return False
     remembers = any(question.classes[name].has_memory for name in final.effects)
-    same_kind = bool(rivals) and rivals[0].remembers == remembers
-    rest = rivals[0].rmse / floor if same_kind else np.inf
-    mended = rest <= max(NEAR_FLOOR, RIVAL_REST * error_of(question, base) / floor)
-    return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER)
+    if not rivals or rivals[0].remembers != remembers:
+        return share <= LEFT_OVER
+    mended = rivals[0].rmse <= max(NEAR_FLOOR * floor, RIVAL_REST * error_of(question, base))
+    return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER_OF_KIND)
 
 
 def _fails(question: Question, scored: Scored, rivals: Sequence[Rival]) -> bool:

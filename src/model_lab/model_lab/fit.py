@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-4  # step of the Jacobian in units of a parameter's scale
 ITERATIONS = 15
-IMPROVEMENT = 0.1  # of the deviance at which the search ends
+IMPROVEMENT = 0.3  # of the deviance at which the search ends
 PSEUDO_OBSERVATIONS = 4.0
 GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have in any case
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %

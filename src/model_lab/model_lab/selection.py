@@ -26,7 +26,8 @@ FEWEST_FOLDS = 3
 MATERIAL = 1.12  # held-out error over the floor beyond which something is worth looking for
 REMOVED = 0.5  # share of the excess error that an effect must remove
 BEAM = 3  # single effects from which pairs are tried
-FITTED = 6  # second effects that are fitted for each of them
+WORTHWHILE = 0.2  # of the largest improvement, that such an effect must bring
+FITTED = 5  # second effects that are fitted for each of them
 TIE = 8.0  # deviance within which two explanations are not told apart
 TIE_SHARE = 0.02  # the same over what they gain: equations are no better than that
 
@@ -99,7 +100,8 @@ def _grow(
     best = good[0]
     names = [s.added for s in singles]
     if material(question, best):
-        pairs = _pairs(question, good[:BEAM], names, threshold, jobs)
+        firsts = [s for s in good[:BEAM] if s.improvement > WORTHWHILE * best.improvement]
+        pairs = _pairs(question, firsts, names, threshold, jobs)
         if pairs and _is_better(question, pairs[0], best, threshold):
             return _without_idle(question, pairs[0])
     if excess(question, best) > (1.0 - REMOVED) * excess(question, base):
@@ -118,8 +120,10 @@ def _pairs(
     question: Question, firsts: Sequence[Scored], names: Sequence[str], threshold: float, jobs: int
 ) -> list[Scored]:
     """Plausible pairs that begin with one of `firsts`, the best first."""
-    found = []
+    found: list[Scored] = []
     for first in firsts:
+        if found and not material(question, min(found, key=_criterion)):
+            break  # they reach the floor
         others = [name for name in names if name not in first.effects]
         tried = score_all(question, first, others, jobs, FITTED)
         found += [
