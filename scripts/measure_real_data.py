@@ -23,9 +23,10 @@ from scipy.optimize import least_squares
 
 from model_lab.axes import driving_input, resting_share
 from model_lab.compare import Comparison, compare
-from model_lab.diagnose import Outcome, diagnose, named_effect
+from model_lab.diagnose import Outcome, diagnose
 from model_lab.diagnosis import NamedEffect
 from model_lab.display import display_of
+from model_lab.estimates import named_effect
 from model_lab.loading import load_measurements
 from model_lab.measurement import MeasurementSet
 from model_lab.progress import Progress

@@ -34,6 +34,12 @@ def test_a_course_without_noise_stays_as_it_is(name):
     assert np.array_equal(smoothed(COURSES[name]), COURSES[name])
 
 
+@pytest.mark.parametrize("half", [3, 5, 6, 8, 20])
+def test_corners_that_follow_closely_are_no_noise(half):
+    course = 1e4 * np.abs((np.arange(300) / half) % 2.0 - 1.0)
+    assert np.array_equal(smoothed(course), course)
+
+
 def test_a_step_stays_where_it_is():
     course = 1e4 * (TIME > 5.0)
     left = smoothed(noisy(course)) - course

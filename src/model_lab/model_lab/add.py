@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_lab.candidates import inapplicable, invisible, signature, with_trials
-from model_lab.diagnose import calibration_of, named_effect, pose_question, sharper
 from model_lab.diagnosis import NamedEffect
+from model_lab.estimates import calibration_of, named_effect
 from model_lab.fit import Problem, fit
 from model_lab.holdout import hold_out
 from model_lab.measurement import MeasurementSet
-from model_lab.search import Question, Scored, Unseen, score_base, score_with
+from model_lab.question import Question, pose_question, sharper
+from model_lab.search import Scored, Unseen, score_base, score_with
 from softhand_model.effects import Effect
 from softhand_model.model_file import Model
 
@@ -68,7 +69,7 @@ def _before_and_after(
     after = _scored(question, before, name)
     if isinstance(after, Unseen):
         raise ValueError(f"effect {name}: expected one that these data show, but: {after.reason}")
-    clearer = sharper(question, after)
+    clearer = sharper(question, after.fit)
     return (question, before, after) if clearer is None else _before_and_after(clearer, given, name)
 
 

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.accuracy import Accuracy, accuracy
-from model_lab.diagnose import calibration_of, pose_question
+from model_lab.estimates import calibration_of
 from model_lab.forward import Forward
 from model_lab.measurement import MeasurementSet
 from model_lab.noise import NoiseFloor
+from model_lab.question import pose_question
 from model_lab.search import Scored, score_base
 from softhand_model.model_file import Model
 

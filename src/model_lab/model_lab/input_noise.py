@@ -25,7 +25,9 @@ FEWEST = 40  # samples of a run from which its noise is known
 NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
 FOURTH_DIFFERENCE = np.sqrt(70.0)  # of white noise, over its standard deviation
 LIKELY = 1.35  # root mean square about a parabola over what noise alone would leave
-QUIET = 1e-5  # of the input's range: less noise than that is none
+QUIET, LOUD = 1e-5, 0.01  # of the input's range: what is less, or more, is no noise of a sensor
+OPPOSED = -0.5  # correlation of neighbouring fourth differences, of which noise has -0.8
+ALIKE = 8.0  # autocorrelation of fourth differences, over its error, that noise never has
 
 
 def steadied(data: MeasurementSet) -> MeasurementSet:
@@ -51,8 +53,8 @@ def noise_of(values: Array) -> float:
 
 def smoothed(values: Array) -> Array:
     """The course (n,) below the noise of values (n,)."""
-    level = noise_of(values)
-    if level <= QUIET * float(np.ptp(values)):
+    level, span = noise_of(values), float(np.ptp(values))
+    if not QUIET * span < level < LOUD * span or not _is_noise(values):
         return values
     result = values.copy()
     for width in WINDOWS:
@@ -64,6 +66,21 @@ def smoothed(values: Array) -> Array:
         place = np.arange(half, len(values) - half)[fits]
         result[place] = middle[fits]
     return result
+
+
+def _is_noise(values: Array) -> bool:
+    """Whether fourth differences are those of white noise.
+
+    Neighbours are then correlated by -56/70; those of a smooth course are alike, and those of
+    corners that follow closely come again later.
+    """
+    bends = np.diff(values, 4)
+    largest = 4.0 * float(np.median(np.abs(bends)))
+    bends = np.clip(bends, -largest, largest)
+    power = np.abs(np.fft.rfft(bends, 2 * len(bends))) ** 2
+    alike = np.fft.irfft(power)[: len(bends) // 2] / (power.mean() or 1.0)
+    later = float(np.max(np.abs(alike[5:]), initial=0.0))
+    return bool(alike[1] < OPPOSED * alike[0] and later < ALIKE / np.sqrt(len(bends)))
 
 
 def _parabolas(values: Array, width: int) -> tuple[Array, Array]:

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from model_lab.fit import DIFFERENCE
 from model_lab.measurement import OUTPUTS, MeasurementSet, Run
-from model_lab.search import Question, Scored, score_with, score_without
+from model_lab.question import Question
+from model_lab.search import Scored, score_with, score_without
 from model_lab.series import series_of
 from model_lab.spectrum import Spectrum, make_spectrum
 from model_lab.trials import Trial, run_of, trials

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,35 +18,14 @@ from model_lab.candidates import (
     starts,
     with_trials,
 )
-from model_lab.fit import Fit, Problem, fit
-from model_lab.forward import Forward
+from model_lab.fit import Fit, fit
 from model_lab.holdout import HeldOut, hold_out
-from model_lab.measurement import MeasurementSet
-from model_lab.noise import NoiseFloor
-from model_lab.spectrum import Spectrum
+from model_lab.question import Question, base_starts
 from softhand_model.effects import Effect
 
 Array = NDArray[np.float64]
 
 KNOWN, KNOWN_FACTOR = 0.6, 0.8  # standard error over a value, or of its logarithm
-
-
-@dataclass(frozen=True)
-class Question:
-    """What is asked of a set: base model, effects that stay, and how noise is judged."""
-
-    data: MeasurementSet
-    base: str
-    fixed: tuple[Effect, ...]
-    classes: Mapping[str, type[Effect]]
-    spectrum: Spectrum
-    floor: NoiseFloor
-
-    def problem(self, effects: Iterable[str]) -> Problem:
-        """The fitting problem with these effects free."""
-        chosen = [self.classes[name] for name in effects]
-        forward = Forward(self.data, self.base, chosen, self.fixed)
-        return Problem(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
 
 
 @dataclass(frozen=True)
@@ -100,15 +78,6 @@ def score_base(
     starts = base_starts(problem.forward.parameters) if start is None else start[None]
     found = fit(problem, starts)
     return Scored(tuple(effects), found, hold_out(found))
-
-
-def base_starts(parameters: Sequence[Any]) -> Array:
-    """Starts (n, k) of a search: parameters as they are, and with softer and stiffer batches."""
-    start = np.array([p.start for p in parameters], float)
-    scales = np.array([p.name.startswith("modulus_scale") for p in parameters], bool)
-    if not scales.any():
-        return start[None]
-    return np.stack([np.where(scales, factor * start, start) for factor in (1.0, 0.9, 1.1)])
 
 
 def score_with(question: Question, before: Scored, effect: str) -> Scored | Unseen:

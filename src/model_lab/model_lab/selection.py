@@ -9,14 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.null import null_maxima, p_value
-from model_lab.search import (
-    Question,
-    Scored,
-    Unseen,
-    score_all,
-    score_base,
-    score_without,
-)
+from model_lab.question import Question
+from model_lab.search import Scored, Unseen, score_all, score_base, score_without
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from model_lab.diagnose import estimate
 from model_lab.diagnosis import Estimate
+from model_lab.estimates import estimate
 from model_lab.report.drawing import COLOURS, Drawing
 from model_lab.report.view import View
 

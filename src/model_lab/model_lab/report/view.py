@@ -14,7 +14,8 @@ from model_lab.diagnose import Outcome
 from model_lab.diagnosis import EFFECTS_MISSING, Diagnosis
 from model_lab.display import Display, display_of
 from model_lab.measurement import DEFLATE, INFLATE, MeasurementSet
-from model_lab.search import Question, Scored, Unseen, score_with
+from model_lab.question import Question
+from model_lab.search import Scored, Unseen, score_with
 
 Array = NDArray[np.float64]
 
