@@ -26,7 +26,10 @@ LOWER = 0.9  # floor after an effect over the floor before, from which on the lo
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of a set: base model, effects that stay, and how noise is judged."""
+    """What is asked of a set: base model, effects that stay, and how noise is judged.
+
+    fitted: values of the parameters of the model as it is, by name, as found on the way.
+    """
 
     data: MeasurementSet
     base: str
@@ -34,6 +37,7 @@ class Question:
     classes: Mapping[str, type[Effect]]
     spectrum: Spectrum
     floor: NoiseFloor
+    fitted: Mapping[str, float]
 
     def problem(self, effects: Iterable[str]) -> Problem:
         """The fitting problem with these effects free."""
@@ -63,7 +67,9 @@ def pose_question(
     better = fit(Problem(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(layout, forward.measured - better.residual)
     floor = noise_floor(data, spectrum, better.residual)
-    return Question(data, model.base, fixed, known, spectrum, floor), given
+    names = [parameter.name for parameter in forward.parameters]
+    fitted = dict(zip(names, better.values.tolist(), strict=True))
+    return Question(data, model.base, fixed, known, spectrum, floor, fitted), given
 
 
 def sharper(question: Question, better: Fit) -> Question | None:

@@ -73,10 +73,12 @@ class Unseen:
 def score_base(
     question: Question, effects: Sequence[str] = (), start: Array | None = None
 ) -> Scored:
-    """The model with some effects, fitted from a start (k,) or from where parameters start."""
+    """The model with some effects, fitted from a start (k,) or from what is known of it."""
     problem = question.problem(effects)
-    starts = base_starts(problem.forward.parameters) if start is None else start[None]
-    found = fit(problem, starts)
+    parameters = problem.forward.parameters
+    if start is None and all(p.name in question.fitted for p in parameters):
+        start = np.array([question.fitted[p.name] for p in parameters], float)
+    found = fit(problem, base_starts(parameters) if start is None else start[None])
     return Scored(tuple(effects), found, hold_out(found))
 
 
