@@ -118,6 +118,9 @@ def bending_sets():
     snap = [bench.bend(*triangle(peak=q), protocol=f"to_{q:g}") for q in (20.0, 30.0, 40.0)]
     no_time = {name: unit for name, unit in BENDING.items() if name != "time"}
     return {
+        "nothing_at_all": Nasty(
+            [_with(bench.bend(time, 0.0 * time), tip_angle=0.0 * time) for _ in range(2)]
+        ),
         "single_run": Nasty([bench.bend(*triangle())]),
         "no_time": Nasty([_without(bench.bend(*triangle()), "time")] * 2, columns=no_time),
         "no_noise": Nasty([bench.bend(*triangle(peak=q), noise=0.0) for q in (20.0, 40.0)]),
