@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from hidden import cases_catalogue, cases_flow, cases_other, cases_tied
+from hidden import cases_catalogue, cases_flow, cases_other, cases_tied, cases_torque
 from hidden.case import Case
 
 
@@ -20,4 +20,5 @@ def all_cases() -> tuple[Case, ...]:
         *cases_other.one_rate(),
         *cases_flow.pulses(),
         *cases_tied.tied(),
+        *cases_torque.torques(),
     )
