@@ -1,8 +1,9 @@
 """Errors on data that were not fitted: every fold is predicted by parameters fitted to the others.
 
-Around the fit of all data the parameters of each fold follow from one Gauss-Newton step of ordinary
-least squares, shortened where the whole non-linear model says that it went too far; the predictions
-are those of the whole model.
+Around the fit of all data the parameters of each fold follow from one Gauss-Newton step, shortened
+where the whole non-linear model says that it went too far; the predictions are those of the whole
+model. Two weights are tried, that of the banded noise and none: the first is right for a model that
+explains the data, the second for one that does not; the one that predicts better counts.
 """
 
 from __future__ import annotations
@@ -40,22 +41,31 @@ def hold_out(fit: Fit) -> HeldOut:
     count = np.maximum(np.bincount(fold_of, minlength=folds), 1)
     if not len(fit.values):
         return HeldOut(fit.residual, np.bincount(fold_of, fit.residual**2, folds) / count)
-    values = np.stack([_values_without(fit, fold_of != fold) for fold in range(folds)])
+    found = [_held_out(fit, weighted) for weighted in (False, True)]
+    residual = min(found, key=lambda rest: float(np.sum(rest**2)))
+    return HeldOut(residual, np.bincount(fold_of, residual**2, folds) / count)
+
+
+def _held_out(fit: Fit, weighted: bool) -> Array:
+    """Held-out residual (samples,) by steps with, or without, the weights of banded noise."""
+    layout = fit.problem.spectrum.layout
+    fold_of, folds = layout.fold_of(), len(layout.folds)
+    values = np.stack([_values_without(fit, fold_of != fold, weighted) for fold in range(folds)])
     residuals = fit.problem.residuals(values.reshape(-1, len(fit.values)))
     residuals = residuals.reshape(folds, len(STEP_SHARES), -1)
     residual = np.empty_like(fit.residual)
     for fold in range(folds):
         mine = fold_of == fold
         errors = np.mean(residuals[fold][:, ~mine] ** 2, axis=1)
-        residual[mine] = residuals[fold, int(np.argmin(errors)), mine]
-    return HeldOut(residual, np.bincount(fold_of, residual**2, folds) / count)
+        chosen = 0 if weighted else int(np.argmin(errors))
+        residual[mine] = residuals[fold, chosen, mine]
+    return residual
 
 
-def _values_without(fit: Fit, kept: NDArray[np.bool_]) -> Array:
+def _values_without(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> Array:
     """Parameters (shares, k) fitted to the kept samples, by shares of one step."""
     problem, scales = fit.problem, fit.problem.scales
-    scale = fit.rmse or 1.0
-    rows, rest = fit.jacobian[kept] / scale, fit.residual[kept] / scale
+    rows, rest = _equations(fit, kept, weighted)
     prior = 1.0 / problem.prior**2
     normal = rows.T @ rows + np.diag(prior)
     gradient = rows.T @ rest - prior * (fit.values - 1.0)
@@ -68,3 +78,17 @@ def _values_without(fit: Fit, kept: NDArray[np.bool_]) -> Array:
     step = np.clip(move, -scales.width, scales.width)
     tried = np.stack([center + share * step for share in STEP_SHARES])
     return scales.outward(np.clip(tried, scales.low, scales.high))
+
+
+def _equations(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> tuple[Array, Array]:
+    """Jacobian (n, k) and residual (n,) of what is kept, over their errors.
+
+    A fold is whole series, and so are its coefficients.
+    """
+    if not weighted:
+        scale = fit.rmse or 1.0
+        return fit.jacobian[kept] / scale, fit.residual[kept] / scale
+    spectrum = fit.problem.spectrum
+    errors = np.sqrt(fit.variance)[spectrum.bands][kept]
+    rows = spectrum.coefficients(np.ascontiguousarray(fit.jacobian.T)).T[kept]
+    return rows / errors[:, None], fit.coefficients[kept] / errors

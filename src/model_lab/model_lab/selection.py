@@ -60,19 +60,53 @@ def select(
     return Selection(base, singles, unseen, final, p_values, threshold, ties)
 
 
-def error_of(question: Question, scored: Scored) -> float:
-    """Error by which a model is judged: the held-out one; with few folds, that of the fit.
+def has_few_folds(question: Question) -> bool:
+    """Whether what is held out is extrapolated: of two protocols one says little of the other."""
+    return len(question.spectrum.layout.folds) < FEWEST_FOLDS
 
-    Of two protocols one says little about the other: what is held out then is extrapolated.
-    """
-    few = len(question.spectrum.layout.folds) < FEWEST_FOLDS
-    return scored.fit.rmse if few else scored.held_out.rmse
+
+def error_of(question: Question, scored: Scored) -> float:
+    """Error by which a model is judged: the held-out one; with few folds, that of the fit."""
+    return scored.fit.rmse if has_few_folds(question) else scored.held_out.rmse
+
+
+def shape_error(question: Question, scored: Scored) -> float:
+    """The same but for the gains of runs, in which they scatter most."""
+    residual = scored.fit.residual if has_few_folds(question) else scored.held_out.residual
+    spectrum = question.spectrum
+    power = spectrum.power(spectrum.coefficients(residual[None]))[0]
+    return float(np.sqrt(power[~_gains(question)].sum() / spectrum.layout.samples))
+
+
+def _gains(question: Question) -> NDArray[np.bool_]:
+    """Bands (bands,) of the gains of runs: the first of every output."""
+    output = question.spectrum.band_output
+    return np.asarray(np.searchsorted(output, output) == np.arange(len(output)))
 
 
 def excess(question: Question, scored: Scored) -> float:
     """Error beyond the noise floor, in the unit of the outputs."""
-    beyond = error_of(question, scored) ** 2 - question.floor.total**2
-    return float(np.sqrt(max(beyond, 0.0)))
+    return _beyond(error_of(question, scored), question.floor.total)
+
+
+def share_left(question: Question, after: Scored, before: Scored) -> float:
+    """Share of a model's excess error that another leaves: of all of it, or of that of its shape,
+    whichever is less. Where runs scatter in gain, the shape tells more.
+    """
+    counts = question.spectrum.counts() * ~_gains(question)
+    shape = float(np.sqrt(counts @ question.floor.variance / question.spectrum.layout.samples))
+    left = [
+        (excess(question, after), excess(question, before)),
+        (
+            _beyond(shape_error(question, after), shape),
+            _beyond(shape_error(question, before), shape),
+        ),
+    ]
+    return min(part / whole if whole > 0.0 else 1.0 for part, whole in left)
+
+
+def _beyond(error: float, floor: float) -> float:
+    return float(np.sqrt(max(error**2 - floor**2, 0.0)))
 
 
 def material(question: Question, scored: Scored) -> bool:
@@ -98,16 +132,13 @@ def _grow(
         pairs = _pairs(question, firsts, names, threshold, jobs)
         if pairs and _is_better(question, pairs[0], best, threshold):
             return _without_idle(question, pairs[0])
-    if excess(question, best) > (1.0 - REMOVED) * excess(question, base):
-        return base
-    return best
+    return best if share_left(question, best, base) <= 1.0 - REMOVED else base
 
 
 def _is_better(question: Question, pair: Scored, single: Scored, threshold: float) -> bool:
     """Whether a pair explains so much more than the best single effect that it takes two."""
     gained = single.fit.deviance - pair.fit.deviance
-    removed = excess(question, pair) < (1.0 - REMOVED) * excess(question, single)
-    return removed and gained > threshold
+    return gained > threshold and share_left(question, pair, single) < 1.0 - REMOVED
 
 
 def _pairs(
@@ -130,7 +161,7 @@ def _without_idle(question: Question, scored: Scored) -> Scored:
     """The same without effects that, once the others are there, remove little."""
     for effect in scored.effects:
         fewer = score_without(question, scored, effect)
-        if excess(question, scored) > (1.0 - REMOVED) * excess(question, fewer):
+        if share_left(question, scored, fewer) > 1.0 - REMOVED:
             return fewer
     return scored
 

@@ -14,7 +14,14 @@ from model_lab.measurement import MeasurementSet
 from model_lab.question import Question
 from model_lab.rivals import Rival
 from model_lab.search import Scored
-from model_lab.selection import Selection, error_of, excess, material
+from model_lab.selection import (
+    Selection,
+    error_of,
+    excess,
+    has_few_folds,
+    material,
+    shape_error,
+)
 
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave
@@ -69,33 +76,27 @@ def _fails(question: Question, scored: Scored, rivals: Sequence[Rival]) -> bool:
     """
     if scored.held_out.rmse <= question.floor.total:
         return False
-    if rivals and rivals[0].rmse < RIVAL_FAR * scored.held_out.rmse:
+    far = bool(rivals) and rivals[0].rmse < RIVAL_FAR * scored.held_out.rmse
+    if far and not has_few_folds(question):
         return True
     if not material(question, scored):
         return False
     if question.floor.gain_known:
         return _beyond_repeats(question, scored) < SURE
-    return _shape_error(question, scored) > SHAPE_MARGIN * question.floor.total
-
-
-def _shape_error(question: Question, scored: Scored) -> float:
-    """Held-out root mean square error but for the gains of runs, of which nothing is known."""
-    spectrum = question.spectrum
-    power = spectrum.power(spectrum.coefficients(scored.held_out.residual[None]))[0]
-    gains = np.searchsorted(spectrum.band_output, np.unique(spectrum.band_output))
-    power[gains] = 0.0
-    return float(np.sqrt(power.sum() / spectrum.counts().sum()))
+    return shape_error(question, scored) > SHAPE_MARGIN * question.floor.total
 
 
 def _beyond_repeats(question: Question, scored: Scored) -> float:
-    """Chance (p-value) at which held-out errors exceed the scatter of repeats, over all bands."""
+    """Chance (p-value) at which the errors of a fit exceed the scatter of repeats, over all bands.
+
+    Of the fit: with few parameters it flatters little, and what is held out differs from it by what
+    the scatter of few runs does to the parameters.
+    """
     spectrum, floor = question.spectrum, question.floor
-    power = spectrum.power(spectrum.coefficients(scored.held_out.residual[None]))[0]
+    power = spectrum.power(scored.fit.coefficients[None])[0]
     counts = spectrum.counts()
-    runs = len(question.data.runs)
-    allowed = 1.0 + len(scored.fit.values) / max(runs - len(scored.fit.values), 1)
     seen = floor.dof > 0.0
-    ratio = power[seen] / counts[seen] / (allowed * floor.variance[seen])
+    ratio = power[seen] / counts[seen] / floor.variance[seen]
     chances = variance_ratio.sf(ratio, counts[seen], floor.dof[seen])
     return float(min(np.min(chances) * len(chances), 1.0))
 
