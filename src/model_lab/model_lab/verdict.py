@@ -42,11 +42,18 @@ def verdict_of(question: Question, selection: Selection, rivals: Sequence[Rival]
     base, final = selection.base, selection.final
     if final is base:
         return UNEXPLAINED if _fails(question, base, rivals) else ADEQUATE
-    near = error_of(question, final) <= NEAR_FLOOR * question.floor.total
-    if not near and question.floor.gain_known:
-        near = _beyond_repeats(question, final) >= LIKELY
-    explained = near or _another_form(question, base, final, rivals)
+    explained = _is_noise(question, final) or _another_form(question, base, final, rivals)
     return EFFECTS_MISSING if explained else UNEXPLAINED
+
+
+def _is_noise(question: Question, scored: Scored) -> bool:
+    """Whether what a model leaves may be noise, as far as the floor is known."""
+    floor = question.floor
+    if error_of(question, scored) <= NEAR_FLOOR * floor.total:
+        return True
+    if floor.gain_known:
+        return _beyond_repeats(question, scored) >= LIKELY
+    return shape_error(question, scored) <= SHAPE_MARGIN * floor.total
 
 
 def _another_form(question: Question, base: Scored, final: Scored, rivals: Sequence[Rival]) -> bool:
