@@ -103,9 +103,11 @@ class HeldChain:
         """
         points = hold.position.shape[1]
         found = BaseLoad.unknown(points)
-        for first in range(0, points, AT_ONCE):
-            part = np.arange(first, min(first + AT_ONCE, points))
-            found.put(part, self._base_load(hold.take(part), like and like.take(part)))
+        # points that have no equilibrium run away before they are given up as not settled
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            for first in range(0, points, AT_ONCE):
+                part = np.arange(first, min(first + AT_ONCE, points))
+                found.put(part, self._base_load(hold.take(part), like and like.take(part)))
         return found
 
     def _base_load(self, hold: Hold, like: BaseLoad | None) -> BaseLoad:
