@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import f as variance_ratio
 
 from model_lab.axes import axes_of
@@ -22,6 +23,8 @@ from model_lab.selection import (
     material,
     shape_error,
 )
+
+Array = NDArray[np.float64]
 
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave
@@ -52,7 +55,8 @@ def _is_noise(question: Question, scored: Scored) -> bool:
     if error_of(question, scored) <= NEAR_FLOOR * floor.total:
         return True
     if floor.gain_known:
-        return _beyond_repeats(question, scored) >= LIKELY
+        # of the fit: what is held out differs by what few runs do to the parameters
+        return _beyond_repeats(question, scored.fit.residual) >= LIKELY
     return shape_error(question, scored) <= SHAPE_MARGIN * floor.total
 
 
@@ -89,21 +93,21 @@ def _fails(question: Question, scored: Scored, rivals: Sequence[Rival]) -> bool:
     if not material(question, scored):
         return False
     if question.floor.gain_known:
-        return _beyond_repeats(question, scored) < SURE
+        lost = len(scored.fit.values) / max(len(question.data.runs) - len(scored.fit.values), 1)
+        return _beyond_repeats(question, scored.held_out.residual, lost) < SURE
     return shape_error(question, scored) > SHAPE_MARGIN * question.floor.total
 
 
-def _beyond_repeats(question: Question, scored: Scored) -> float:
-    """Chance (p-value) at which the errors of a fit exceed the scatter of repeats, over all bands.
+def _beyond_repeats(question: Question, residual: Array, lost: float = 0.0) -> float:
+    """Chance (p-value) at which a residual (samples,) exceeds the scatter of repeats, in any band.
 
-    Of the fit: with few parameters it flatters little, and what is held out differs from it by what
-    the scatter of few runs does to the parameters.
+    lost: share by which the mean square of noise is larger in what was held out.
     """
     spectrum, floor = question.spectrum, question.floor
-    power = spectrum.power(scored.fit.coefficients[None])[0]
+    power = spectrum.power(spectrum.coefficients(residual[None]))[0]
     counts = spectrum.counts()
     seen = floor.dof > 0.0
-    ratio = power[seen] / counts[seen] / floor.variance[seen]
+    ratio = power[seen] / counts[seen] / ((1.0 + lost) * floor.variance[seen])
     chances = variance_ratio.sf(ratio, counts[seen], floor.dof[seen])
     return float(min(np.min(chances) * len(chances), 1.0))
 
