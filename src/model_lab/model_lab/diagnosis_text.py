@@ -58,7 +58,7 @@ def _ranking(diagnosis: Diagnosis) -> str:
             display.number(entry.rmse_heldout),
             f"{entry.delta_bic:.0f}",
             f"{entry.p_value:.2g}",
-            "" if entry.plausible else "at the limit of its parameters",
+            "" if entry.plausible else "parameters at a limit, or not known",
         ]
         for entry in diagnosis.ranking[:MOST_RANKED]
     ]

@@ -92,7 +92,7 @@ def ranking(view: View) -> Drawing | None:
     more = f" {len(rows) - len(shown)} more are in the table." if len(rows) > len(shown) else ""
     caption = (
         "Held-out error when one effect alone is added and everything is fitted again. Filled: its "
-        "parameters are plausible; open: one of them lies on its limit. The dashed line is the "
+        "parameters are plausible; open: one lies on its limit, or none is known. The dashed line is the "
         "error without any; what explains the data comes down to the green strip. With several "
         f"effects missing no single one does.{more}"
     )
