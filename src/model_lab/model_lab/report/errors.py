@@ -92,9 +92,9 @@ def ranking(view: View) -> Drawing | None:
     more = f" {len(rows) - len(shown)} more are in the table." if len(rows) > len(shown) else ""
     caption = (
         "Held-out error when one effect alone is added and everything is fitted again. Filled: its "
-        "parameters are plausible; open: one lies on its limit, or none is known. The dashed line is the "
-        "error without any; what explains the data comes down to the green strip. With several "
-        f"effects missing no single one does.{more}"
+        "parameters are plausible; open: one lies on its limit, or none is known. The dashed line "
+        "is the error without any; what explains the data comes down to the green strip. With "
+        f"several effects missing no single one does.{more}"
     )
     alt = "Best first: " + ", ".join(
         f"{row.name} {view.display.shown(row.rmse)}" for row in shown[:5]
