@@ -32,9 +32,9 @@ def cross(first: Array, second: Array) -> Array:
     """
     (ax, ay, az), (bx, by, bz) = first, second
     result = np.empty((3, *np.broadcast_shapes(first.shape[1:], second.shape[1:])))
-    for out, (p, q, r, s) in zip(
-        result, ((ay, bz, az, by), (az, bx, ax, bz), (ax, by, ay, bx)), strict=True
-    ):
+    terms = ((ay, bz, az, by), (az, bx, ax, bz), (ax, by, ay, bx))
+    for index, (p, q, r, s) in enumerate(terms):
+        out = result[index, ...]
         np.multiply(p, q, out=out)
         out -= r * s
     return result

@@ -74,7 +74,7 @@ def enclosed_air(actuator: Actuator, pressure: float) -> float:
 
     >>> from softhand_model.actuator import load_actuator
     >>> round(1e6 * enclosed_air(load_actuator("P10.finger"), 30e3), 1)
-    18.3
+    15.6
     """
     x, weight = actuator.quadrature()
     rest = actuator.chamber_volume() + actuator.supply_volume
