@@ -103,6 +103,7 @@ class _RunReader:
         self.bag_units: Units = {}
 
     def runs(self, node: Node, tell: Tell) -> tuple[Run, ...]:
+        """The runs of the document, in its order."""
         entries = named_entries(node)
         if not entries:
             raise node.error("at least one run")
