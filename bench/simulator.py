@@ -18,9 +18,9 @@ import pybullet
 from bench.row import at_least, at_most, stated
 from grasp_strategies.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
-from pneuflex_sim.compiled_plant import PLANT
 from pneuflex_sim.contacts import Contact
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from softhand_model.pneumatics.compiled_plant import PLANT
 
 STEPS = (0.001, 0.002, 0.005, 0.01)
 SEGMENTS = (5, 15)

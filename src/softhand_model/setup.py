@@ -20,6 +20,6 @@ setup(
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
     install_requires=["setuptools", "numpy", "scipy", "PyYAML"],
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest"], "speed": ["numba"]},
     zip_safe=False,
 )

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.compiled import compiled
 from pneuflex_sim.layout import HandLayout
+from softhand_model.compiled import compiled
 
 Array = NDArray[np.float64]
 

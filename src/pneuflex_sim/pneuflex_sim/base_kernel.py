@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneuflex_sim.compiled import compiled
 from pneuflex_sim.spatial import cross, quaternion_product
+from softhand_model.compiled import compiled
 
 
 @compiled

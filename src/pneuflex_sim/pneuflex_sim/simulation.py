@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.air_coupling import BEND, AirCoupling
-from pneuflex_sim.compiled_plant import PLANT
 from pneuflex_sim.contacts import OBJECT, Contact, ContactNames
 from pneuflex_sim.hand_bodies import ENVIRONMENT, HandBodies
 from pneuflex_sim.hand_shape import HandShape
@@ -27,6 +26,7 @@ from softhand_model.effects.gravity import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hands import load_hand
 from softhand_model.model_file import load_model
+from softhand_model.pneumatics.compiled_plant import PLANT
 
 Array = NDArray[np.float64]
 

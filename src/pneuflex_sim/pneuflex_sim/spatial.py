@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.compiled import compiled
+from softhand_model.compiled import compiled
 
 Array = NDArray[np.float64]
 

@@ -23,7 +23,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.compiled import compiled
 from pneuflex_sim.spatial import (
     apply,
     apply_transposed,
@@ -36,6 +35,7 @@ from pneuflex_sim.spatial import (
     rotation_between,
     rotation_matrix,
 )
+from softhand_model.compiled import compiled
 
 Array = NDArray[np.float64]
 

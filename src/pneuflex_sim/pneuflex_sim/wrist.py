@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.compiled import compiled
 from pneuflex_sim.spatial import quaternion_of_rotation, quaternion_product
+from softhand_model.compiled import compiled
 
 Array = NDArray[np.float64]
 

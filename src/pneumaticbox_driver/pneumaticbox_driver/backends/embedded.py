@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softhand_model.pneumatics import CommandWatch, PneumaticPlant, Pneumatics
+from softhand_model.pneumatics import CommandWatch, Pneumatics
 
 Floats = NDArray[np.float64]
 
@@ -32,10 +32,20 @@ class EmbeddedBench:
         parameters: Pneumatics | None = None,
         seed: int = 0,
     ) -> None:
-        self.plant = PneumaticPlant(channels, volumes, parameters, seed)
+        # imported here, for it takes numba along
+        from softhand_model.pneumatics.compiled_plant import PLANT
+
+        self.plant = PLANT(channels, volumes, parameters, seed)
         self._volumes = np.asarray(volumes, dtype=float)
+        self._compile()
         self._watch = CommandWatch(len(channels))
         self._rest = self.plant.rest_mass(self._volumes)
+
+    def _compile(self) -> None:
+        # a step and back, so that nothing has to be compiled between two samples
+        start = self.plant.save()
+        self.plant.step(1e-3, np.zeros(len(self._volumes)), self._volumes)
+        self.plant.restore(start)
 
     @property
     def time(self) -> float:

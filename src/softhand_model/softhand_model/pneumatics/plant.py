@@ -7,13 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softhand_model.gas import (
-    GAS_CONSTANT,
-    line_conductance,
-    orifice_conductance,
-    series_flow,
-)
+from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
 from softhand_model.pneumatics.command_watch import checked_valves
+from softhand_model.pneumatics.flow import Contents, Paths, move_air
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 from softhand_model.pneumatics.sensors import build_sensors
 from softhand_model.pneumatics.valves import Valves
@@ -21,7 +17,6 @@ from softhand_model.pneumatics.valves import Valves
 Floats = NDArray[np.float64]
 SLOTS = 8  # channels of one Pneumaticbox
 LONGEST_SUBSTEP = 1e-3  # [s]
-IN, OUT = 0, 1  # rows of the arrays over flow paths
 
 
 class PneumaticPlant:
@@ -50,6 +45,8 @@ class PneumaticPlant:
     True
     """
 
+    _move_air = staticmethod(move_air)  # the one thing that the compiled plant replaces
+
     def __init__(
         self,
         channels: Sequence[str],
@@ -75,11 +72,11 @@ class PneumaticPlant:
         )
         diameter = np.array([[p.choke.inlet_diameter], [p.choke.outlet_diameter]])
         foil = tolerances.uniform(*p.choke.discharge_coefficient, (2, SLOTS))[:, :n]
-        self._choke = orifice_conductance(foil * np.pi / 4 * diameter**2, p.temperature)
+        choke = orifice_conductance(foil * np.pi / 4 * diameter**2, p.temperature)
         valve = orifice_conductance(np.pi / 4 * p.valve.diameter**2, p.temperature)
-        self._choke_and_valve = 1 / np.sqrt(self._choke**-2 + valve**-2)
         length = tolerances.uniform(*p.line.length, SLOTS)[:n]
-        self._line = line_conductance(p.line.diameter, length, p.temperature)
+        line = line_conductance(p.line.diameter, length, p.temperature)
+        self._paths = Paths(choke, 1 / np.sqrt(choke**-2 + valve**-2), line)
         self._dead_capacity = p.choke.dead_volume / self._gas  # [kg/Pa]
         self._supply_capacity = p.supply.volume / self._gas
 
@@ -98,9 +95,9 @@ class PneumaticPlant:
         self._sensors.reset()
         self.set_supply(self.parameters.supply.pressure)
         self.supply_pressure = self._supply_setpoint
-        self._net_flow: Floats = np.zeros(n)
-        self.inflow: Floats = np.zeros(n)
-        self.outflow: Floats = np.zeros(n)
+        self._contents = Contents(
+            *(np.zeros((2, n) if f == "dead" else n) for f in Contents._fields)
+        )
         self.fill(self.rest_mass(self._volumes))
         self._sensors.filtered[-1] = self.supply_pressure
 
@@ -124,18 +121,28 @@ class PneumaticPlant:
         """Put a total `mass` (n,) [kg] behind the valves at once, evened out, valves apart."""
         share = np.asarray(mass, dtype=float)
         pressure = share / (self._volumes / self._gas + 2 * self._dead_capacity)
-        self._air: Floats = np.asarray(pressure * self._volumes / self._gas)
-        self._dead: Floats = np.vstack([pressure, pressure]) * self._dead_capacity
+        self._contents.air[:] = pressure * self._volumes / self._gas
+        self._contents.dead[:] = pressure * self._dead_capacity
 
     @property
     def mass(self) -> Floats:
         """Air behind the valves per channel, dead volumes included (n,) [kg]."""
-        return np.asarray(self._air + self._dead.sum(axis=0))
+        return np.asarray(self._contents.air + self._contents.dead.sum(axis=0))
+
+    @property
+    def inflow(self) -> Floats:
+        """Air that has come from the supply since the start (n,) [kg]."""
+        return self._contents.inflow.copy()
+
+    @property
+    def outflow(self) -> Floats:
+        """Air that has left through the outlets since the start (n,) [kg]."""
+        return self._contents.outflow.copy()
 
     @property
     def pressures(self) -> Floats:
         """Absolute pressure in the actuators (n,) [Pa]."""
-        return np.asarray(self._air * self._gas / self._volumes)
+        return np.asarray(self._contents.air * self._gas / self._volumes)
 
     @property
     def valve_states(self) -> NDArray[np.int8]:
@@ -182,45 +189,22 @@ class PneumaticPlant:
 
     def _substep(self, dt: float) -> None:
         state = self._valves.advance(self.time + dt / 2)
-        capacity = self._volumes / self._gas
-        pressure = self._air / capacity
-        opened = self._open_paths(state)
-        moved = self._moved(dt, opened, pressure, capacity)
-        net = moved[IN] + moved[OUT]
-        self._air = self._air + net
-        self._net_flow = net / dt
-        through = opened * moved
-        self._dead -= moved - through
-        self.inflow += through[IN]
-        self.outflow -= through[OUT]
-        self._supply_step(dt, float(through[IN].sum()))
-        self._follow(dt, self._air / capacity)
+        at_box = np.empty(len(state) + 1)
+        taken = self._move_air(
+            dt,
+            state,
+            (self.supply_pressure, self.parameters.ambient_pressure),
+            self._volumes / self._gas,
+            self._dead_capacity,
+            self._paths,
+            self._contents,
+            at_box[:-1],
+        )
+        self._supply_step(dt, taken)
+        # the sensors sit in the box: while air flows they see the drop along the tube too
+        at_box[-1] = self.supply_pressure
+        self._sensors.follow(dt, at_box)
         self.time += dt
-
-    def _open_paths(self, state: NDArray[np.int8]) -> NDArray[np.bool_]:
-        """Tell which paths (2, n) are open; their dead volumes take the outer pressure at once."""
-        opened = np.array([state > 0, state < 0])
-        if opened.any():
-            outer = np.array([[self.supply_pressure], [self.parameters.ambient_pressure]])
-            exchanged = opened * (outer * self._dead_capacity - self._dead)
-            self._dead += exchanged
-            self.inflow += exchanged[IN]
-            self.outflow -= exchanged[OUT]
-            self.supply_pressure -= float(exchanged[IN].sum()) / self._supply_capacity
-        return opened
-
-    def _moved(
-        self, dt: float, opened: NDArray[np.bool_], pressure: Floats, capacity: Floats
-    ) -> Floats:
-        """Mass that flows from the dead volumes into the channels within `dt` (2, n) [kg]."""
-        inner = self._dead / self._dead_capacity
-        choke = np.where(opened, self._choke_and_valve, self._choke)
-        high, low = np.maximum(inner, pressure), np.minimum(inner, pressure)
-        flow = series_flow(high, low, choke, self._line)
-        # at most what evens out the two sides, or the step would overshoot the equilibrium
-        closed_capacity = capacity * self._dead_capacity / (capacity + self._dead_capacity)
-        most = (high - low) * np.where(opened, capacity, closed_capacity)
-        return np.asarray(np.copysign(np.minimum(flow * dt, most), inner - pressure))
 
     def _supply_step(self, dt: float, taken: float) -> None:
         """Let the regulator refill the reservoir for `dt` [s] after `taken` [kg] has left."""
@@ -229,20 +213,13 @@ class PneumaticPlant:
         rate = dt / (dt + supply.droop * self._supply_capacity)
         self.supply_pressure += rate * (self._supply_setpoint - self.supply_pressure)
 
-    def _follow(self, dt: float, pressure: Floats) -> None:
-        # the sensors sit in the box: while air flows they see the drop along the tube too
-        at_box = np.empty(len(pressure) + 1)
-        at_box[:-1] = np.sqrt(np.maximum(pressure * pressure + self._net_flow / self._line, 0.0))
-        at_box[-1] = self.supply_pressure
-        self._sensors.follow(dt, at_box)
-
     def save(self) -> dict[str, Any]:
         """Return a copy of the whole state, random generators included, for `restore`."""
-        arrays = ("_volumes", "_air", "_dead", "_net_flow", "inflow", "outflow")
         return {
             "time": self.time,
             "supply": (self.supply_pressure, self._supply_setpoint),
-            "arrays": {name: getattr(self, name).copy() for name in arrays},
+            "volumes": self._volumes.copy(),
+            "contents": Contents(*(array.copy() for array in self._contents)),
             "valves": self._valves.save(),
             "sensors": self._sensors.filtered.copy(),
             "noise": self._noise.bit_generator.state,
@@ -252,8 +229,8 @@ class PneumaticPlant:
         """Go back to what `save` returned; the run then repeats bit for bit."""
         self.time = saved["time"]
         self.supply_pressure, self._supply_setpoint = saved["supply"]
-        for name, values in saved["arrays"].items():
-            setattr(self, name, values.copy())
+        self._volumes = saved["volumes"].copy()
+        self._contents = Contents(*(array.copy() for array in saved["contents"]))
         self._valves.restore(saved["valves"])
         self._sensors.filtered = saved["sensors"].copy()
         self._noise.bit_generator.state = saved["noise"]

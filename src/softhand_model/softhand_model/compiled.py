@@ -6,15 +6,15 @@ from collections.abc import Callable
 from typing import Any
 
 try:
-    from numba import njit as _njit
+    import numba
 except ImportError:
-    _njit = None
+    numba = None
 
-COMPILED = _njit is not None
+COMPILED = numba is not None
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Decorate a numerical kernel: compiled and cached on disk by numba, or left as it is."""
-    if _njit is None:
+    if numba is None:
         return function
-    return _njit(cache=True, fastmath=False)(function)
+    return numba.njit(cache=True, fastmath=False)(function)

@@ -1,9 +1,12 @@
-"""The compiled plant against the numpy plant of softhand_model."""
+"""The compiled plant against the numpy plant."""
+
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
-from pneuflex_sim.compiled_plant import CompiledPlant
+from softhand_model.pneumatics.compiled_plant import CompiledPlant
 from softhand_model.pneumatics.plant import PneumaticPlant
 
 
@@ -23,3 +26,8 @@ def test_both_plants_run_alike_under_random_valves_and_volumes(step):
     assert pressures[0].max() > 105e3
     for name in ("mass", "inflow", "outflow", "supply_pressure"):
         np.testing.assert_allclose(getattr(plants[0], name), getattr(plants[1], name), rtol=1e-9)
+
+
+def test_the_pneumatics_alone_do_not_load_the_compiler():
+    script = "import sys, softhand_model.pneumatics; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script]).returncode == 0

@@ -1,0 +1,91 @@
+"""One step of the air between valves, dead volumes and channels, on arrays (numpy)."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.gas import series_flow
+
+Floats = NDArray[np.float64]
+IN, OUT = 0, 1  # rows of the arrays over flow paths
+
+
+class Paths(NamedTuple):
+    """What resists the air on the inlet and outlet path of `n` channels.
+
+    Conductances of the chokes and of chokes with open valves (2, n) [kg/(s Pa)], of the lines
+    (n,) [kg/(s Pa2)].
+    """
+
+    choke: Floats
+    choke_and_valve: Floats
+    line: Floats
+
+
+class Contents(NamedTuple):
+    """Air of `n` channels; a step changes these arrays in place.
+
+    `air` (n,) in the actuators, `dead` (2, n) in the dead volumes, `inflow` and `outflow` (n,)
+    through the valves since the start [kg]; `net_flow` (n,) along the lines, into the actuators
+    [kg/s].
+    """
+
+    air: Floats
+    dead: Floats
+    inflow: Floats
+    outflow: Floats
+    net_flow: Floats
+
+
+def move_air(
+    dt: float,
+    state: NDArray[np.int8],
+    outer: tuple[float, float],
+    capacity: Floats,
+    dead_capacity: float,
+    paths: Any,
+    contents: Any,
+    at_box: Floats,
+) -> float:
+    """Let air flow for `dt` [s] with the spools held; changes `contents` and `at_box` in place.
+
+    The dead volume of an open path takes the outer pressure at once. Through each choke flows
+    `softhand_model.gas.series_flow`, at most what evens out the two sides, or the step would
+    overshoot the equilibrium.
+
+    Args:
+        dt: step [s].
+        state: spools (n,): +1 inflating, -1 deflating, 0 closed.
+        outer: absolute pressure of supply and surroundings [Pa].
+        capacity: of the actuators (n,) [kg/Pa].
+        dead_capacity: of one dead volume [kg/Pa].
+        paths: `Paths`, or its fields as a tuple.
+        contents: `Contents`, or its fields as a tuple.
+        at_box: becomes the absolute pressure (n,) [Pa] at the box's end of the lines.
+
+    Returns:
+        Mass that has left the supply [kg].
+    """
+    choke, choke_and_valve, line = paths
+    air, dead, inflow, outflow, net_flow = contents
+    opened = np.array([state > 0, state < 0])
+    through = np.zeros(dead.shape)
+    if opened.any():
+        through = opened * (np.array(outer)[:, None] * dead_capacity - dead)
+        dead += through
+    pressure, inner = air / capacity, dead / dead_capacity
+    high, low = np.maximum(inner, pressure), np.minimum(inner, pressure)
+    flow = series_flow(high, low, np.where(opened, choke_and_valve, choke), line)
+    both = capacity * dead_capacity / (capacity + dead_capacity)
+    most = (high - low) * np.where(opened, capacity, both)
+    moved = np.copysign(np.minimum(flow * dt, most), inner - pressure)
+    dead -= np.where(opened, 0.0, moved)
+    through += np.where(opened, moved, 0.0)
+    inflow += through[IN]
+    outflow -= through[OUT]
+    net = moved[IN] + moved[OUT]
+    air += net
+    net_flow[:] = net / dt
+    at_box[:] = np.sqrt(np.maximum((air / capacity) ** 2 + net_flow / line, 0.0))
+    return float(through[IN].sum())
