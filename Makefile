@@ -2,7 +2,7 @@
 PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src test examples bench scripts
 
-.PHONY: setup demo lab-demo lab-story test lint bench bench-lab docs figures lab-figure live-figure clean
+.PHONY: setup demo lab-demo lab-story equilibrium test lint bench bench-lab docs figures lab-figure live-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -19,6 +19,10 @@ lab-demo: setup
 # is measured into bags, diagnosed, and watched by the monitor before and after; out/lab-story.
 lab-story: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.lab_story $(if $(HIDE),--hide $(HIDE)) $(if $(SEED),--seed $(SEED))
+
+# A finger pressed on a table under mass, pressure and volume control, over ROS; out/equilibrium.
+equilibrium: setup
+	@$(PYTHON_IN_VENV) -m softhand_bringup.equilibrium $(if $(SEED),--seed $(SEED))
 
 test: setup
 	@$(PYTHON_IN_VENV) -m pytest -q $(ARGS)

@@ -12,8 +12,9 @@ from pathlib import Path
 from threading import Event
 
 from grasp_strategies.placement import draw_placement
+from softhand_bringup.bench_link.waiting import Interrupted
 from softhand_bringup.demo.folder import make_run_folder
-from softhand_bringup.demo.run import Demo, DemoFailed, Interrupted
+from softhand_bringup.demo.run import Demo, DemoFailed
 from softhand_bringup.launcher import NodeDied
 from softhand_bringup.suite import SuiteOptions
 

@@ -10,6 +10,7 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from softhand_bringup import suite
+from softhand_bringup.bench_link.waiting import START_LIMIT, Interrupted
 from softhand_bringup.demo.verdict import Verdict, verdict_from
 from softhand_bringup.environment import node_environment
 from softhand_bringup.launcher import Launcher, wait_until
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from softhand_bringup.demo.node import GraspClient
 
 SERVICE = "grasp/surface_constrained"
-START_LIMIT = 90.0  # [s] of wall time; the first start compiles
 RECORDER_LIMIT = 20.0  # [s]
 GRASP_LIMIT = 300.0  # [s] of wall time
 DRAW_LIMIT = 120.0  # [s]
@@ -27,10 +27,6 @@ IDLE = "idle"
 
 class DemoFailed(RuntimeError):
     """The demo could not come to a verdict; the message says why."""
-
-
-class Interrupted(Exception):
-    """Somebody pressed Ctrl-C."""
 
 
 @dataclass

@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 from threading import Event
 
+from softhand_bringup.bench_link.waiting import Interrupted, RunFailed
 from softhand_bringup.demo.folder import make_run_folder
-from softhand_bringup.lab_story.session import Interrupted, StoryFailed
 from softhand_bringup.lab_story.story import HIDDEN, Story
 from softhand_bringup.launcher import NodeDied
 
@@ -30,7 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
         signal.signal(number, lambda *_: stopped.set())
     try:
         Story(folder, parsed.hide, parsed.seed, say, stopped).run()
-    except (StoryFailed, NodeDied, ValueError, OSError) as error:
+    except (RunFailed, NodeDied, ValueError, OSError) as error:
         say(str(error))
         return 1
     except Interrupted:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,6 +9,7 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from softhand_bringup import suite
+from softhand_bringup.bench_link.waiting import Patience
 from softhand_bringup.environment import node_environment
 from softhand_bringup.lab_story.measuring import Measurement, Plan, air_course
 from softhand_bringup.launcher import Launcher, ParameterValue
@@ -17,29 +17,17 @@ from softhand_model.actuator import Actuator
 from softhand_model.hands import load_hand
 
 if TYPE_CHECKING:
-    from softhand_bringup.lab_story.node import Commander
+    from softhand_bringup.bench_link.node import BenchLink
 
 HAND = "single_finger"
 FINGER = "finger"  # chain and actuator of that hand
 STATE, ANGLES, RESIDUAL = "/pneumaticbox/state", "/hand/tip_angles", "/model/residual"
 RECORDED = ("/clock", STATE, ANGLES, RESIDUAL)
 STEP = 0.005  # physics step [s]: the finger settles within 50 ms, and the bench runs fast
-START_LIMIT = 90.0  # [s] of wall time; the first start compiles
-RECORDER_LIMIT = 20.0  # [s]
-STALL_LIMIT = 30.0  # wall time without a tick of the simulated clock [s]
 WARM_UP = 1.0  # simulated time in which the driver averages its sensors [s]
 BEFORE = 0.5  # simulated time at rest with which a run begins [s]
-TARES, TARE_PERIOD = 10, 0.2  # how often taring is tried, simulated time between two [s]
 # when the monitor takes the finger to be settled: later than by default, for it is to be exact
 SETTLING: dict[str, ParameterValue] = {"settle_time": 0.2, "settle_band": 500.0}
-
-
-class StoryFailed(RuntimeError):
-    """The story cannot go on; the message says why."""
-
-
-class Interrupted(Exception):
-    """Somebody pressed Ctrl-C."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +76,7 @@ class Session:
         """Play the plan; the runs in their order.
 
         Raises:
-            StoryFailed: something did not start, or simulated time stands still.
+            RunFailed: something did not start, or simulated time stands still.
             NodeDied: a process ended by itself.
             Interrupted: `stopped` was set.
         """
@@ -105,67 +93,33 @@ class Session:
 
     def _play(self, launcher: Launcher) -> list[Played]:
         # imported late: with --help nobody should wait for ROS
-        from softhand_bringup.lab_story.node import Commander
+        from softhand_bringup.bench_link.node import BenchLink
 
         channel = load_hand(HAND).channels[0]
-        with Commander(channel, RECORDED) as commander:
-            self._wait_for_nodes(commander, launcher)
-            self._let_pass(commander, launcher, WARM_UP)
+        with BenchLink("lab_story", channel, RECORDED) as bench:
+            patience = Patience(launcher, bench, self.stopped)
+            patience.wait_for_nodes()
+            patience.let_pass(WARM_UP)
             played = []
             for repeat in range(1, self.plan.repeats + 1):
                 for measurement in self.plan.measurements:
-                    run = self._run(commander, launcher, measurement, repeat)
-                    told = commander.told.get(f"monitor: {FINGER}", "no word from the monitor")
+                    run = self._run(bench, patience, measurement, repeat)
+                    told = bench.told.get(f"monitor: {FINGER}", "no word from the monitor")
                     self.say(f"{run.start:6.1f} s  {run.name:<16} monitor: {told}")
                     played.append(run)
             return played
 
     def _run(
-        self, commander: Commander, launcher: Launcher, measurement: Measurement, repeat: int
+        self, bench: BenchLink, patience: Patience, measurement: Measurement, repeat: int
     ) -> Played:
         """Rest with open outlets, so that memory fades at ambient pressure, and play one run."""
-        commander.vent()
-        self._let_pass(commander, launcher, self.plan.rest)
-        commander.reset()
-        start = commander.simulated_time
-        self._let_pass(commander, launcher, BEFORE)
-        self._tare(commander, launcher)
-        commander.command(air_course(finger(), measurement))
-        self._let_pass(commander, launcher, measurement.duration)
+        bench.vent()
+        patience.let_pass(self.plan.rest)
+        bench.reset()
+        start = bench.simulated_time
+        patience.let_pass(BEFORE)
+        patience.tare()
+        bench.command(air_course(finger(), measurement))
+        patience.let_pass(measurement.duration)
         name = f"{measurement.protocol}_{repeat}"
-        return Played(name, measurement.protocol, start, commander.simulated_time)
-
-    def _tare(self, commander: Commander, launcher: Launcher) -> None:
-        """Zero the estimate of the air mass, which drifts while the outlets are open."""
-        for _ in range(TARES):
-            if commander.tare():
-                return
-            self._let_pass(commander, launcher, TARE_PERIOD)
-        raise StoryFailed("the driver cannot be tared: the pressure does not stand still at rest")
-
-    def _wait_for_nodes(self, commander: Commander, launcher: Launcher) -> None:
-        end = time.monotonic() + START_LIMIT
-        while missing := commander.missing():
-            self._check(launcher)
-            if time.monotonic() > end:
-                raise StoryFailed(f"not there after {START_LIMIT:.0f} s: {', '.join(missing)}")
-
-    def _let_pass(self, commander: Commander, launcher: Launcher, duration: float) -> None:
-        """Let so much simulated time [s] pass."""
-        end, wall, before = commander.simulated_time + duration, time.monotonic(), -1.0
-        while commander.simulated_time < end:
-            self._check(launcher)
-            if commander.simulated_time != before:
-                before, wall = commander.simulated_time, time.monotonic()
-            if commander.simulators() > 1:
-                raise StoryFailed(
-                    "another simulator runs in this ROS domain: end it, or set ROS_DOMAIN_ID"
-                )
-            if time.monotonic() - wall > STALL_LIMIT:
-                raise StoryFailed(f"simulated time has stood still for {STALL_LIMIT:.0f} s")
-            commander.spin(0.02)
-
-    def _check(self, launcher: Launcher) -> None:
-        launcher.check()
-        if self.stopped.is_set():
-            raise Interrupted
+        return Played(name, measurement.protocol, start, bench.simulated_time)

@@ -14,16 +14,11 @@ from threading import Event
 from typing import Any
 
 from model_lab.model_writing import write_model
+from softhand_bringup.bench_link.waiting import Interrupted, RunFailed
 from softhand_bringup.lab_story.measuring import CHECK, WHOLE, Plan
 from softhand_bringup.lab_story.picture import draw
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps, write_set
-from softhand_bringup.lab_story.session import (
-    Interrupted,
-    Played,
-    Session,
-    StoryFailed,
-    finger,
-)
+from softhand_bringup.lab_story.session import Played, Session, finger
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
@@ -73,7 +68,7 @@ class Story:
         """Tell the story; what result.json holds, angles in [rad].
 
         Raises:
-            StoryFailed: a session or a command of the lab failed.
+            RunFailed: a session or a command of the lab failed.
             NodeDied: a process ended by itself.
             Interrupted: `stopped` was set.
         """
@@ -179,7 +174,7 @@ class Story:
         if self.stopped.is_set():
             raise Interrupted
         if done.returncode != 0:
-            raise StoryFailed(f"{PROGRAM} {words[0]} ended with status {done.returncode}")
+            raise RunFailed(f"{PROGRAM} {words[0]} ended with status {done.returncode}")
 
 
 def _degrees(angle: float) -> str:
