@@ -20,7 +20,7 @@ setup(
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
     install_requires=["setuptools", "softhand_model", "numpy", "PyYAML"],
-    extras_require={"test": ["pytest"]},
+    extras_require={"hardware": ["gpiod>=2"], "test": ["pytest"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [

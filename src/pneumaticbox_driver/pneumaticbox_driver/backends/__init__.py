@@ -1,1 +1,1 @@
-"""What the box is connected to, beside the topics: the embedded bench."""
+"""What the box is connected to: topics, the embedded bench or real hardware."""

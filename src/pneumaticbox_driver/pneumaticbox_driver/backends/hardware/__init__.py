@@ -1,0 +1,1 @@
+"""A real box: valves on GPIO lines and pressure sensors on analog inputs, or another board."""

@@ -1,0 +1,39 @@
+"""What the driver asks of a valve board: switch valves, read pressures with their time."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Valves = NDArray[np.int8]
+
+
+class HardwareError(ValueError):
+    """A device that is not there, may not be used or has failed."""
+
+
+class ValveBoard(Protocol):
+    """A board with n channels; when it has been made, every coil is off.
+
+    Boards named in a hardware file are called with `outlets` (n,), the numbers of the outlets
+    that the channels use, from 1, with `ambient` [Pa], and with the file's `settings`.
+    """
+
+    def set_valves(self, valves: Valves) -> None:
+        """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed; at once, without waiting.
+
+        Raises:
+            OSError: the board cannot be reached (HardwareError will do, too).
+        """
+
+    def read(self) -> tuple[float, Floats]:
+        """Read the time [s], of a clock that is never set back, and the pressures then.
+
+        Returns:
+            The time and absolute pressures of the channels, then of the supply (n + 1,) [Pa];
+            NaN for a sensor that cannot be read.
+        """
+
+    def close(self) -> None:
+        """Give the board back; the valves were commanded before."""

@@ -1,0 +1,217 @@
+"""How a box is wired, read from one YAML file and checked."""
+
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from softhand_model.document import Node, read_document
+
+FORMAT = "pneumaticbox-hardware/1"
+LINUX = "linux"
+REFERENCES = ("gauge", "absolute")
+MOST_OUTLETS = 8
+LONGEST_VENT = 10.0  # [s]
+
+
+@dataclass(frozen=True)
+class Coil:
+    """A GPIO line: path of its chip, number or name on it; `place` in the file, for errors."""
+
+    place: str
+    chip: str
+    line: int | str
+    active_low: bool
+
+
+@dataclass(frozen=True)
+class SensorType:
+    """A sensor's line from output to pressure: `gain` [Pa/V] and `offset` [Pa].
+
+    `reference` is what it measures against, gauge or absolute; `output` the smallest and largest
+    voltage [V] that it gives when it is sound.
+    """
+
+    gain: float
+    offset: float
+    reference: str
+    output: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A sensor on analog input `input`, which gets `divider` [-] of the sensor's output."""
+
+    place: str
+    type: SensorType
+    input: int
+    divider: float
+
+
+@dataclass(frozen=True)
+class Outlet:
+    """An outlet of the box: the two coils of its valve and its pressure sensor."""
+
+    inflate: Coil
+    deflate: Coil
+    sensor: Sensor
+
+
+@dataclass(frozen=True)
+class Converter:
+    """The analog inputs: an IIO device by name, or by its folder, below `sysfs`.
+
+    `scale` [V per count], None for what the device says; `full_scale` [V] is what an input takes.
+    """
+
+    place: str
+    sysfs: Path
+    device: str
+    scale: float | None
+    full_scale: float
+
+
+@dataclass(frozen=True)
+class LinuxHardware:
+    """Valves on GPIO lines, sensors on IIO inputs; at the end they vent for `vent_time` [s]."""
+
+    outlets: tuple[Outlet, ...]
+    supply: Sensor
+    converter: Converter
+    vent_time: float
+
+
+@dataclass(frozen=True)
+class OtherHardware:
+    """A board of the user's: `board` is the node `module:Class`, `settings` its keywords."""
+
+    board: Node
+    settings: Node | None
+    vent_time: float
+
+
+def read_hardware(path: str | Path) -> LinuxHardware | OtherHardware:
+    """Read how a box is wired.
+
+    Args:
+        path: YAML file of format `pneumaticbox-hardware/1`.
+
+    Raises:
+        ValueError: the file cannot be read, a key is missing, unknown or of the wrong kind, a
+            line or an input is used twice, or a sensor gives more than its input takes; the
+            message names file, key, what was expected and what was found.
+    """
+    document = read_document(Path(path), FORMAT)
+    board = document.mapping().get("board")
+    if board is not None and board.text() != LINUX:
+        return _other_hardware(document)
+    return _linux_hardware(document)
+
+
+def _other_hardware(document: Node) -> OtherHardware:
+    content = document.fields(["format", "board", "vent_time"], ["settings"])
+    settings = content.get("settings")
+    if settings is not None:
+        settings.mapping()
+    return OtherHardware(content["board"], settings, _vent_time(content["vent_time"]))
+
+
+def _linux_hardware(document: Node) -> LinuxHardware:
+    content = document.fields(
+        ["format", "board", "vent_time", "gpio", "outlets", "supply", "converter", "sensor_types"]
+    )
+    types = {name: _sensor_type(node) for name, node in content["sensor_types"].mapping().items()}
+    converter = _converter(content["converter"])
+    gpio = content["gpio"].fields(["chip", "active_low"])
+    chip, active_low = gpio["chip"].text(), _flag(gpio["active_low"])
+    listed = content["outlets"].items()
+    if not 1 <= len(listed) <= MOST_OUTLETS:
+        raise content["outlets"].error(f"1 to {MOST_OUTLETS} outlets")
+    outlets = tuple(_outlet(node, chip, active_low, types, converter) for node in listed)
+    supply = _sensor(content["supply"], types, converter)
+    coils = [coil for outlet in outlets for coil in (outlet.inflate, outlet.deflate)]
+    _refuse_twice("line", ((coil.place, (coil.chip, coil.line)) for coil in coils))
+    sensors = [*(outlet.sensor for outlet in outlets), supply]
+    _refuse_twice("input", ((f"{sensor.place}.input", sensor.input) for sensor in sensors))
+    return LinuxHardware(outlets, supply, converter, _vent_time(content["vent_time"]))
+
+
+def _vent_time(node: Node) -> float:
+    return node.number(0.0, LONGEST_VENT)
+
+
+def _sensor_type(node: Node) -> SensorType:
+    content = node.fields(["gain", "offset", "reference", "output"])
+    low, high = content["output"].vector(2)
+    if not 0 < low < high:
+        raise content["output"].error("[smallest, largest] above 0 V")
+    return SensorType(
+        gain=content["gain"].positive(),
+        offset=content["offset"].number(),
+        reference=content["reference"].choice(REFERENCES),
+        output=(low, high),
+    )
+
+
+def _converter(node: Node) -> Converter:
+    content = node.fields(["sysfs", "device", "full_scale"], ["scale"])
+    return Converter(
+        place=f"{node.file}: {node.key}",
+        sysfs=Path(content["sysfs"].text()),
+        device=content["device"].text(),
+        scale=content["scale"].positive() if "scale" in content else None,
+        full_scale=content["full_scale"].positive(),
+    )
+
+
+def _outlet(
+    node: Node, chip: str, active_low: bool, types: dict[str, SensorType], converter: Converter
+) -> Outlet:
+    content = node.fields(["inflate", "deflate", "sensor"], ["chip", "active_low"])
+    chip = content["chip"].text() if "chip" in content else chip
+    active_low = _flag(content["active_low"]) if "active_low" in content else active_low
+    coils = {
+        name: Coil(f"{node.file}: {content[name].key}", chip, _line(content[name]), active_low)
+        for name in ("inflate", "deflate")
+    }
+    return Outlet(sensor=_sensor(content["sensor"], types, converter), **coils)
+
+
+def _sensor(node: Node, types: dict[str, SensorType], converter: Converter) -> Sensor:
+    content = node.fields(["type", "input", "divider"])
+    kind = types[content["type"].choice(types)]
+    divider = content["divider"]
+    most = min(1.0, converter.full_scale / kind.output[1])
+    if not 0 < divider.positive() <= most:
+        raise divider.error(
+            f"at most {most:.4g}, so that {kind.output[1]:g} V of the sensor stay within "
+            f"{converter.full_scale:g} V of the input"
+        )
+    place = f"{node.file}: {node.key}"
+    return Sensor(place, kind, _whole(content["input"]), divider.positive())
+
+
+def _line(node: Node) -> int | str:
+    return node.text() if isinstance(node.value, str) else _whole(node, "or a line's name")
+
+
+def _whole(node: Node, alternative: str = "") -> int:
+    value = node.value
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise node.error(f"a whole number of at least 0 {alternative}".rstrip())
+    return value
+
+
+def _flag(node: Node) -> bool:
+    if not isinstance(node.value, bool):
+        raise node.error("true or false")
+    return node.value
+
+
+def _refuse_twice(kind: str, used: Iterable[tuple[str, Hashable]]) -> None:
+    seen: dict[Any, str] = {}
+    for place, what in used:
+        if what in seen:
+            first = seen[what].rpartition(": ")[2]
+            raise ValueError(f"{place}: expected a {kind} of its own, got that of {first}: {what}")
+        seen[what] = place
