@@ -28,7 +28,7 @@ GOOD = {
         ({"pressure_limits": (5e4, float("inf"))}, "pressure_limits must be above 0"),
         ({"control_modes": ("mass",)}, "control_modes must have 2 entries, got 1"),
         ({"control_modes": ("mass", "volume")}, "control_mode 'volume' is not available yet"),
-        ({"control_modes": ("mass", "magic")}, "control_mode must be one of ['mass'], got 'magic'"),
+        ({"control_modes": ("mass", "magic")}, "control_mode must be one of ['mass', "),
         ({"command_timeout": -1.0}, "command_timeout must be 0 or above, got -1.0"),
     ],
 )

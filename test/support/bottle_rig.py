@@ -20,7 +20,16 @@ class BottleRig:
     compliance: growth of the volumes per 40 kPa; the volume follows the pressure without delay.
     """
 
-    def __init__(self, volume=30e-6, channels=2, compliance=0.0, limit=150e3, seed=1, **settings):
+    def __init__(
+        self,
+        volume=30e-6,
+        channels=2,
+        compliance=0.0,
+        limit=150e3,
+        seed=1,
+        mode="mass",
+        **settings,
+    ):
         self.names = tuple("abcdefgh"[:channels])
         self.volume, self.compliance = volume, compliance
         volumes = np.full(channels, volume)
@@ -32,7 +41,7 @@ class BottleRig:
                 channels=self.names,
                 rest_volumes=(volume,) * channels,
                 pressure_limits=(limit,) * channels,
-                control_modes=("mass",) * channels,
+                control_modes=(mode,) * channels,
                 **settings,
             ),
             load_calibration(None, channels),
@@ -86,6 +95,12 @@ class BottleRig:
     def command(self, *masses, stamp=0.0, after=0.0):
         point = TrajectoryPoint(after, positions=masses)
         self.box.command(self.names, [point], stamp, self.box.time)
+
+    def schedule(self, *events, names=None, stamp=0.0):
+        """Schedule valves: (time, valve of all named channels) each."""
+        names = names or self.names
+        points = [TrajectoryPoint(time, [valve] * len(names)) for time, valve in events]
+        self.box.schedule_valves(names, points, stamp, self.box.time)
 
     def smallest_pulses(self):
         """What the shortest pulse would bring and take now, the larger of both (n,) [kg]."""

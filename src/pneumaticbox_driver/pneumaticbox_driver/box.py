@@ -7,20 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumaticbox_driver.calibration import ChannelCalibration
-from pneumaticbox_driver.commands import CommandRules, Setpoints, TrajectoryPoint
-from pneumaticbox_driver.controllers import BoxView, make_controller
+from pneumaticbox_driver.commands import CommandRules, Setpoints, Trajectory, TrajectoryPoint
+from pneumaticbox_driver.controllers import BoxView, ControllerBank, check_mode
+from pneumaticbox_driver.known_masses import KnownMasses
 from pneumaticbox_driver.observer import MassObserver
 from pneumaticbox_driver.pulse_timing import PulseTiming
 from pneumaticbox_driver.safety import SILENCE_LIMIT, PressureGuard, VentLatch
 from pneumaticbox_driver.settings import BoxSettings
-from pneumaticbox_driver.zeroing import StillPressure
-from softhand_model.gas import air_mass
+from softhand_model.gas import GAS_CONSTANT
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Valves = NDArray[np.int8]
-UNEXPLAINED_PRESSURE = 5e3  # in an emptied channel: it was held away from rest when zeroed [Pa]
-LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
+FRESH_CLOCK = 1.0  # set back to less, the clock is that of a simulation that was reset [s]
 
 
 class PneumaticBox:
@@ -47,21 +46,22 @@ class PneumaticBox:
         if len(calibrations) != n:
             raise ValueError(f"calibrations must be {n}, one a channel, got {len(calibrations)}")
         self.settings = settings
-        self.rules = CommandRules(settings.channels, settings.control_modes)
         self.latch = VentLatch()
         self.guard = PressureGuard(np.array(settings.pressure_limits))
         self.observer = MassObserver(calibrations, settings.ambient)
         self.setpoints = Setpoints(n)
         self.enabled = settings.start_enabled
-        self.offsets: Floats = np.zeros(n)  # of the channel sensors [Pa]
+        self.openings: NDArray[np.int64] = np.zeros(n, dtype=np.int64)  # of the valves, so far
         self.pressures: Floats = np.full(n, settings.ambient)  # absolute, offsets taken off [Pa]
         self.supply = settings.ambient  # absolute [Pa]
         self.notes: list[str] = []  # warnings for the user, oldest first
-        self._still = StillPressure(n)
+        self._known = KnownMasses(settings, self.observer, self.notes)
         self._timing = PulseTiming(n, settings.shortest_pulse, settings.shortest_pause)
-        modes = settings.control_modes
-        self._controllers = {mode: make_controller(mode) for mode in modes}
-        self._masks = {mode: np.array([m == mode for m in modes]) for mode in self._controllers}
+        self._bank = ControllerBank(settings.control_modes)
+        self._take_modes()
+        for channel in range(n):
+            self.setpoints.set(channel, math.nan, stepped=self.modes[channel] == "time")
+        self._rest_volumes = np.array(settings.rest_volumes)
         self._closed: Valves = np.zeros(n, dtype=np.int8)
         self._venting: Valves = np.full(n, -1, dtype=np.int8)
         self._restart()
@@ -69,15 +69,48 @@ class PneumaticBox:
     def _restart(self) -> None:
         """Begin anew: no setpoints, valves closed, sensors to be averaged first."""
         self.time = math.nan
-        self.ready = False
         self.sensors_sound = False
-        self.empty: Flags = np.zeros(len(self._closed), dtype=bool)
         self.setpoints.hold()
         self._timing.restart()
-        self._still.restart()
-        self._waited = 0.0
+        self._known.restart()
         self._last_command = math.nan
         self.observer.switch(self._closed, self.pressures, self.supply)
+
+    def _take_modes(self) -> None:
+        """Let commands be checked and followed by the modes of the controllers."""
+        settings = self.settings
+        least = (settings.shortest_pulse, settings.shortest_pause)
+        self.rules = CommandRules(settings.channels, self.modes, *least)
+
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """Control modes of the channels now (n,)."""
+        return self._bank.modes
+
+    @property
+    def ready(self) -> bool:
+        """Whether the sensors have been averaged, so that control can begin."""
+        return self._known.ready
+
+    @property
+    def empty(self) -> Flags:
+        """Channels known to be at ambient pressure since their outlet was last open (n,)."""
+        return self._known.empty
+
+    @property
+    def offsets(self) -> Floats:
+        """Offsets found of the channel sensors (n,) [Pa]."""
+        return self._known.offsets
+
+    @property
+    def volume(self) -> Floats:
+        """Volumes above those at rest, by `V = m R_s T/p_abs` of the estimated mass (n,) [m3]."""
+        return self._volume_at(self.pressures)
+
+    def _volume_at(self, pressures: Floats) -> Floats:
+        gas = GAS_CONSTANT * self.settings.temperature
+        content = self.observer.mass * gas + self.settings.ambient * self._rest_volumes
+        return np.asarray(content / pressures - self._rest_volumes)
 
     @property
     def gauge(self) -> Floats:
@@ -96,7 +129,8 @@ class PneumaticBox:
 
         Args:
             time: stamp of the sample [s]; an unchanged one repeats the last answer, an earlier
-                one means that the clock was set back: the box begins anew.
+                one means that the clock was set back: the box begins anew, latched unless it is
+                the first second of a simulation.
             pressures_abs: absolute pressures of the channels, then of the supply (n + 1,) [Pa].
 
         Returns:
@@ -104,8 +138,7 @@ class PneumaticBox:
         """
         dt = time - self.time
         if dt < 0:
-            self.notes.append("the clock was set back: setpoints dropped, air masses tared anew")
-            self._restart()
+            self._clock_set_back(time, -dt)
         if not math.isfinite(pressures_abs.sum()):
             return self._sensor_fault(time, pressures_abs)
         if dt == 0:
@@ -124,7 +157,21 @@ class PneumaticBox:
             ValueError: the command cannot be used as it is, or the box takes none in its state;
                 nothing has changed then.
         """
-        trajectory = self.rules.check(names, points, stamp)
+        self._take(self.rules.check(names, points, stamp), now)
+
+    def schedule_valves(
+        self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
+    ) -> None:
+        """Follow a schedule of valves on channels in mode time from its `stamp`, or `now` [s].
+
+        Positions are +1 inflate, -1 deflate, 0 closed; an event acts at the sample nearest to it.
+
+        Raises:
+            ValueError: as `command` does.
+        """
+        self._take(self.rules.check_schedule(names, points, stamp), now)
+
+    def _take(self, trajectory: Trajectory, now: float) -> None:
         if self.latch:
             raise ValueError(f"vented until reset ({self.latch.reasons[0]}): no command is taken")
         if not self.enabled:
@@ -133,16 +180,19 @@ class PneumaticBox:
         self.guard.unblock(trajectory.channels)
         self._last_command = now
 
+    def _clock_set_back(self, time: float, step: float) -> None:
+        if time >= FRESH_CLOCK:
+            self.latch.set(f"the clock was set back by {step:.3f} s")
+        self.notes.append("the clock was set back: setpoints dropped, air masses tared anew")
+        self._restart()
+
     def _sense(self, time: float, dt: float, pressures_abs: Floats) -> None:
         self.sensors_sound = True
         self.time = time
         self.pressures = pressures_abs[:-1] - self.offsets
         self.supply = float(pressures_abs[-1])
         self.observer.advance(dt, self.pressures, self.supply)
-        self._waited += dt
-        self.empty &= self.gauge < UNEXPLAINED_PRESSURE
-        if self._still.add(dt, self.pressures):
-            self._zero_at_rest()
+        self._known.look(dt, self.pressures, self.valves)
 
     def _sensor_fault(self, time: float, pressures_abs: Floats) -> Valves:
         bad = int(np.argmin(np.isfinite(pressures_abs)))
@@ -155,7 +205,7 @@ class PneumaticBox:
     # what it answers
 
     def _answer(self, dt: float) -> Valves:
-        setpoints = self.setpoints.at(self.time)
+        setpoints = self.setpoints.at(self.time, dt)
         self._check_command_timeout()
         gauge = self.gauge
         burst = self.guard.burst(gauge)
@@ -180,18 +230,15 @@ class PneumaticBox:
             empty=self.empty,
             observer=self.observer,
         )
-        wanted = self._closed
-        for mode, controller in self._controllers.items():
-            wanted = np.where(self._masks[mode], controller.update(view), wanted)
-        return wanted
+        return self._bank.update(view)
 
     def _switch(self, valves: Valves) -> Valves:
         changed = valves != self.valves
         if changed.any():
             self._timing.switch(self.time, valves)
             self.observer.switch(valves, self.pressures, self.supply)
-            self.empty &= valves <= 0
-            self._still.restart(changed)
+            self._known.switched(changed, valves)
+            self.openings += changed & (valves != 0)
         return self.valves
 
     def _check_command_timeout(self) -> None:
@@ -200,48 +247,53 @@ class PneumaticBox:
         if limit > 0 and silence > limit:
             self.latch.set(f"no command for {limit} s")
 
-    # known masses
+    # modes
 
-    def _zero_at_rest(self) -> None:
-        """Zero what stands still at ambient pressure: at the start, and with outlets open."""
-        if not self.ready:
-            if self._still.still.all() or self._waited > LONGEST_START:
-                self._tare_all()
-                self.ready = True
-            return
-        at_ambient = self._still.still & self._within_zero_band()
-        for channel in np.flatnonzero((self.valves < 0) & at_ambient & ~self.empty).tolist():
-            self._zero(channel)
+    def set_modes(self, modes: Sequence[str]) -> str:
+        """Switch control modes without a jump: what is now becomes the setpoint in its new unit.
 
-    def _within_zero_band(self) -> Flags:
-        reading = self._still.mean + self.offsets - self.settings.ambient
-        return np.abs(reading) < self.settings.zero_band
+        The new setpoint of a channel that switches is its estimated mass, its measured pressure or
+        its estimated volume, a mass flow of 0, or closed valves. There is none where the channel
+        is empty or has no setpoint to hold: disabled, vented, or before the sensors are averaged.
 
-    def _zero(self, channel: int) -> None:
-        """Take the channel's averaged pressure as ambient, its mass as that at rest."""
-        error = float(self._still.mean[channel]) - self.settings.ambient
-        self.offsets[channel] += error
-        self.pressures[channel] -= error
-        self.observer.set_mass(channel, 0.0)
-        self.empty[channel] = True
+        Args:
+            modes: one per channel (n,).
 
-    def _tare_all(self) -> list[str]:
-        """Set all masses from the averaged pressures; returns the channels not at ambient."""
-        at_ambient = self._within_zero_band()
-        under_pressure = []
-        for channel, name in enumerate(self.settings.channels):
-            if at_ambient[channel]:
-                self._zero(channel)
-                continue
-            gauge = float(self._still.mean[channel]) - self.settings.ambient
-            volume = self.settings.rest_volumes[channel]
-            mass = float(air_mass(gauge, volume, self.settings.temperature))
-            self.observer.set_mass(channel, mass)
-            under_pressure.append(name)
-        self._still.restart()
-        if under_pressure:
-            self.notes.append(f"tared under pressure by the rest volume: {under_pressure}")
-        return under_pressure
+        Returns:
+            A sentence on what was done.
+
+        Raises:
+            ValueError: another number of modes, or one that is not available; nothing has changed.
+        """
+        n = len(self.modes)
+        if len(modes) != n:
+            raise ValueError(f"control_mode must have {n} entries, got {len(modes)}")
+        for mode in modes:
+            check_mode(mode)
+        changed = [i for i in range(n) if modes[i] != self.modes[i]]
+        self._bank.switch(modes)
+        self._take_modes()
+        for channel in changed:
+            value = self._present(channel, modes[channel])
+            self.setpoints.set(channel, value, stepped=modes[channel] == "time")
+        self.guard.unblock(tuple(changed))
+        return f"control modes: {', '.join(modes)}"
+
+    def _present(self, channel: int, mode: str) -> float:
+        if mode in ("mass_flow", "time"):
+            return 0.0
+        if self.latch or not (self.enabled and self.ready):
+            return math.nan
+        if mode == "mass":
+            value = self.observer.mass[channel]
+        else:
+            steady = self._known.steady(self.pressures)
+            found = (
+                steady - self.settings.ambient if mode == "pressure" else self._volume_at(steady)
+            )
+            value = found[channel]
+        # a setpoint of zero or below would open the outlet of a channel that is not known as empty
+        return float(value) if value > 0 else math.nan
 
     # services
 
@@ -256,9 +308,9 @@ class PneumaticBox:
         """
         if self.valves.any():
             raise ValueError("valves are open: tare when the channels are at rest")
-        if not (self.ready and self._still.still.all()):
+        if not (self.ready and self._known.still):
             raise ValueError("pressures do not stand still yet: tare again in a moment")
-        under_pressure = self._tare_all()
+        under_pressure = self._known.tare(self.pressures)
         self.setpoints.hold()
         zeroed = [name for name in self.settings.channels if name not in under_pressure]
         return f"zeroed at ambient: {zeroed}; by rest volume: {under_pressure}"

@@ -4,6 +4,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,10 +44,15 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class CommandRules:
-    """Checks commands against the channels' names and their control modes, in order."""
+    """Checks commands against the channels' names and their control modes, in order.
+
+    `shortest_pulse` and `shortest_pause` [s] are the least times between the events of a schedule.
+    """
 
     channels: tuple[str, ...]
     modes: tuple[str, ...]
+    shortest_pulse: float = 0.0
+    shortest_pause: float = 0.0
 
     def check(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float = 0.0
@@ -62,6 +68,71 @@ class CommandRules:
             ValueError: the message names the field, what was expected and what was found.
         """
         indices = self._indices(names)
+        timed = [name for name, i in zip(names, indices, strict=True) if self.modes[i] == "time"]
+        if timed:
+            raise ValueError(
+                f"joint_names: expected channels in a closed-loop mode, got {timed} in mode time, "
+                "which takes pneumaticbox/valve_schedule"
+            )
+        return self._trajectory(indices, points, stamp)
+
+    def check_schedule(
+        self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float = 0.0
+    ) -> Trajectory:
+        """Turn a schedule of valves into a command, or refuse it whole.
+
+        What the valves cannot follow to the sample is refused: pulses and pauses shorter than
+        theirs, and a change from one outlet to the other without a pause.
+
+        Args:
+            names: channels that the points are for, all of them in mode time.
+            points: their positions are +1 inflate, -1 deflate, 0 closed, each until the next.
+            stamp: time at which the schedule starts [s], 0 for now.
+
+        Raises:
+            ValueError: the message names the field, what was expected and what was found.
+        """
+        indices = self._indices(names)
+        for name, index in zip(names, indices, strict=True):
+            if self.modes[index] != "time":
+                mode = self.modes[index]
+                raise ValueError(
+                    f"joint_names: expected channels in mode time, got {name} in {mode}"
+                )
+        schedule = self._trajectory(indices, points, stamp)
+        self._check_events(schedule)
+        return schedule
+
+    def _check_events(self, schedule: Trajectory) -> None:
+        values, times = schedule.values, schedule.times
+        wrong = np.argwhere(~np.isin(values, (-1.0, 0.0, 1.0)))
+        if len(wrong):
+            k, column = wrong[0]
+            got = values[k, column]
+            raise ValueError(f"points[{k}].positions[{column}]: expected -1, 0 or 1, got {got}")
+        for column, events in enumerate(values.T):
+            changes = [0, *(np.flatnonzero(np.diff(events)) + 1).tolist()]
+            for before, after in pairwise(changes):
+                self._check_change(f"points[{after}]", column, events[[before, after]])
+                least = self.shortest_pulse if events[before] else self.shortest_pause
+                lasts = float(times[after] - times[before])
+                if lasts < least - 1e-6:
+                    what = "an open valve" if events[before] else "a closed valve"
+                    raise ValueError(
+                        f"points[{after}].time_from_start: expected {what} to stay so for "
+                        f"{least * 1e3:.0f} ms at least, got {lasts * 1e3:.0f} ms"
+                    )
+
+    def _check_change(self, key: str, column: int, change: Floats) -> None:
+        if change[0] * change[1] < 0 and self.shortest_pause > 0:
+            raise ValueError(
+                f"{key}.positions[{column}]: expected 0 between 1 and -1, for "
+                f"{self.shortest_pause * 1e3:.0f} ms at least, got {change[1]:.0f}"
+            )
+
+    def _trajectory(
+        self, indices: tuple[int, ...], points: Sequence[TrajectoryPoint], stamp: float
+    ) -> Trajectory:
         if not points:
             raise ValueError("points: expected at least one, got none")
         if not (math.isfinite(stamp) and stamp >= 0):
@@ -109,18 +180,22 @@ def _times(points: Sequence[TrajectoryPoint]) -> Floats:
 
 @dataclass
 class _Course:
-    """Setpoint of one channel over time: linear between the knots, constant outside."""
+    """Setpoint of one channel over time: linear between the knots, constant outside.
+
+    A stepped one keeps each value until the next knot.
+    """
 
     times: list[float] = field(default_factory=lambda: [0.0])
     values: list[float] = field(default_factory=lambda: [math.nan])
+    stepped: bool = False
 
     def at(self, time: float) -> float:
         """Return the setpoint at `time` [s], NaN before the first one."""
         after = bisect_right(self.times, time)
         if after == 0:
             return self.values[0]
-        if after == len(self.times):
-            return self.values[-1]
+        if after == len(self.times) or self.stepped:
+            return self.values[after - 1]
         t0, t1 = self.times[after - 1], self.times[after]
         v0, v1 = self.values[after - 1], self.values[after]
         # from no setpoint there is nothing to interpolate: wait for the first one
@@ -167,19 +242,35 @@ class Setpoints:
         end = start + float(command.times[-1])
         self.last_time = end if math.isnan(self.last_time) else max(self.last_time, end)
 
-    def at(self, time: float) -> Floats:
-        """Setpoints at `time` [s] (n,); times must not run backwards between calls."""
+    def at(self, time: float, period: float = 0.0) -> Floats:
+        """Setpoints at `time` [s] (n,); times must not run backwards between calls.
+
+        With samples a `period` [s] apart, a step of a schedule is taken at the nearest of them.
+        """
         for channel in tuple(self._busy):
             course = self._courses[channel]
-            self._now[channel] = course.at(time)
-            if time >= course.times[-1]:
+            moment = time + 0.5 * period if course.stepped else time
+            self._now[channel] = course.at(moment)
+            if moment >= course.times[-1]:
                 self._busy.discard(channel)
-                course.forget_before(time)
+                course.forget_before(moment)
         return self._now
+
+    def set(self, channel: int, value: float, stepped: bool) -> None:
+        """Drop the plan of a channel and hold `value`, NaN for none.
+
+        Args:
+            channel: its index.
+            value: in the unit of its mode.
+            stepped: whether what is planned from now on goes in steps, not linearly.
+        """
+        self._courses[channel] = _Course(values=[value], stepped=stepped)
+        self._now[channel] = value
+        self._busy.discard(channel)
 
     def hold(self) -> None:
         """Drop all plans and setpoints."""
         self.last_time = math.nan
         self._now[:] = np.nan
         self._busy.clear()
-        self._courses = [_Course() for _ in self._courses]
+        self._courses = [_Course(stepped=course.stepped) for course in self._courses]

@@ -1,32 +1,20 @@
-"""Controllers by the name of their mode; `make_controller` is where others join."""
+"""Controllers of the channels, one kind per control mode."""
 
-from collections.abc import Callable
-
-from pneumaticbox_driver.controllers.mass import MassController
+from pneumaticbox_driver.controllers.available import (
+    AVAILABLE,
+    PLANNED,
+    check_mode,
+    make_controller,
+)
+from pneumaticbox_driver.controllers.bank import ControllerBank
 from pneumaticbox_driver.controllers.view import BoxView, Controller
 
-AVAILABLE: dict[str, Callable[[], Controller]] = {"mass": MassController}
-PLANNED = ("mass_flow", "pressure", "volume", "time")
-
-__all__ = ["AVAILABLE", "PLANNED", "BoxView", "Controller", "check_mode", "make_controller"]
-
-
-def check_mode(mode: str) -> str:
-    """Return `mode` if there is a controller for it.
-
-    Raises:
-        ValueError: no such mode, or none yet; the message lists what there is.
-
-    >>> check_mode("mass")
-    'mass'
-    """
-    if mode in PLANNED:
-        raise ValueError(f"control_mode {mode!r} is not available yet; now: {list(AVAILABLE)}")
-    if mode not in AVAILABLE:
-        raise ValueError(f"control_mode must be one of {list(AVAILABLE)}, got {mode!r}")
-    return mode
-
-
-def make_controller(mode: str) -> Controller:
-    """Make the controller of a mode; raises ValueError as `check_mode` does."""
-    return AVAILABLE[check_mode(mode)]()
+__all__ = [
+    "AVAILABLE",
+    "PLANNED",
+    "BoxView",
+    "Controller",
+    "ControllerBank",
+    "check_mode",
+    "make_controller",
+]
