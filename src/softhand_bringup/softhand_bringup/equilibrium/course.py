@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from pneuflex_sim.air_coupling import AirCoupling
 from pneuflex_sim.layout import build_layout
 from pneuflex_sim.urdf import joint_orientations
-from softhand_bringup.bags.reading import Bag, JointSeries, latest_index, stamp_seconds
+from softhand_bringup.bags.reading import Bag, JointSeries, stamp_seconds
 from softhand_bringup.equilibrium.session import HAND, JOINTS, STATE, VALVES, WRENCH, Push
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hands import load_hand
@@ -72,9 +72,8 @@ def read_courses(bag: Path, pushes: list[Push]) -> list[Course]:
         wrenches = [message for _, message in recording.messages(WRENCH)]
     times = np.array([stamp_seconds(message.header.stamp) for message in wrenches])
     forces = np.array([message.wrench.force.z for message in wrenches])
-    shapes = latest_index(joints.time, state.time)
-    volume = volumes(joints.position)[shapes]
-    force = forces[latest_index(times, state.time)]
+    volume = np.interp(state.time, joints.time, volumes(joints.position))
+    force = np.interp(state.time, times, forces)
     return [_course(push, state, volume, force, valves) for push in pushes]
 
 

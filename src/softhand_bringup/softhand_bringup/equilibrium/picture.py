@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 COLOURS = {"mass": "tab:purple", "pressure": "tab:orange", "volume": "tab:blue"}
 LABELS = ("gauge pressure [kPa]", "[kPa]", "volume\n[cm3]", "air, estimated\n[mg]", "force\n[N]")
+AIR, AIR_SPAN = 2, 4.0  # row of the air mass, and what it shows to both sides [mg]
 LINE_SPACING = 1e-6  # of the lines of equal air mass [kg]
 
 
@@ -84,4 +85,6 @@ def _draw_course(panels: Sequence[Axes], course: Course) -> None:
         for opening in course.openings:
             panel.axvline(opening, color="black", linewidth=0.8, linestyle=":")
         panel.plot(course.time, values, color=colour, linewidth=1)
+    middle = 1e6 * course.before(course.mass)
+    panels[AIR].set_ylim(middle - AIR_SPAN, middle + AIR_SPAN)
     panels[-1].set_xlabel("time [s]; grey: pressed, dotted: a valve opens", fontsize=9)
