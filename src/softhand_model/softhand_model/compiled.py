@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
-try:
-    import numba
-except ImportError:
-    numba = None
-
-COMPILED = numba is not None
+COMPILED = find_spec("numba") is not None
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Decorate a numerical kernel: compiled and cached on disk by numba, or left as it is."""
-    if numba is None:
+    if not COMPILED:
         return function
-    return numba.njit(cache=True, fastmath=False)(function)
+    from numba import njit
+
+    return njit(cache=True, fastmath=False)(function)

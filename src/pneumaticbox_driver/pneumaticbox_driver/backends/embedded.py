@@ -20,6 +20,7 @@ class EmbeddedBench:
         volumes: of the bottles (n,) [m3].
         parameters: constants of the plant; None for those that are shipped.
         seed: of noise and jitter.
+        relief_pressures: of mechanical relief valves (n,), gauge [Pa]; None without.
 
     Raises:
         ValueError: as the plant does.
@@ -31,11 +32,12 @@ class EmbeddedBench:
         volumes: ArrayLike,
         parameters: Pneumatics | None = None,
         seed: int = 0,
+        relief_pressures: ArrayLike | None = None,
     ) -> None:
         # imported here, for it takes numba along
         from softhand_model.pneumatics.compiled_plant import PLANT
 
-        self.plant = PLANT(channels, volumes, parameters, seed)
+        self.plant = PLANT(channels, volumes, parameters, seed, relief_pressures)
         self._volumes = np.asarray(volumes, dtype=float)
         self._compile()
         self._watch = CommandWatch(len(channels))

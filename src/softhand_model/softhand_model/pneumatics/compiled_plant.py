@@ -36,10 +36,11 @@ def compiled_move_air(
 ) -> float:
     """Let air flow for `dt` [s]: `softhand_model.pneumatics.flow.move_air`, channel by channel."""
     choke, choke_and_valve, line = paths
-    air, dead, inflow, outflow, net_flow = contents
+    air, dead, inflow, outflow, received, net_flow = contents
     taken = 0.0
     for i in range(len(state)):
         pressure, net = air[i] / capacity[i], 0.0
+        received[i] = 0.0
         for path in range(2):
             opened = state[i] > 0 if path == IN else state[i] < 0
             through = 0.0
@@ -60,6 +61,7 @@ def compiled_move_air(
             most = (high - low) * (capacity[i] if opened else both)
             moved = math.copysign(min(flow * dt, most), inner - pressure)
             net += moved
+            received[i] += max(moved, 0.0)
             if opened:
                 through += moved
             else:

@@ -27,14 +27,15 @@ class Contents(NamedTuple):
     """Air of `n` channels; a step changes these arrays in place.
 
     `air` (n,) in the actuators, `dead` (2, n) in the dead volumes, `inflow` and `outflow` (n,)
-    through the valves since the start [kg]; `net_flow` (n,) along the lines, into the actuators
-    [kg/s].
+    through the valves since the start [kg]; of the last step `received` (n,) that came into the
+    actuators, by whichever path [kg], and `net_flow` (n,) along the lines into them [kg/s].
     """
 
     air: Floats
     dead: Floats
     inflow: Floats
     outflow: Floats
+    received: Floats
     net_flow: Floats
 
 
@@ -60,15 +61,16 @@ def move_air(
         outer: absolute pressure of supply and surroundings [Pa].
         capacity: of the actuators (n,) [kg/Pa].
         dead_capacity: of one dead volume [kg/Pa].
-        paths: `Paths`, or its fields as a tuple.
-        contents: `Contents`, or its fields as a tuple.
-        at_box: becomes the absolute pressure (n,) [Pa] at the box's end of the lines.
+        paths: the fields of `Paths`.
+        contents: the fields of `Contents`.
+        at_box: its first n entries become the absolute pressures [Pa] at the box's end of the
+            lines.
 
     Returns:
         Mass that has left the supply [kg].
     """
     choke, choke_and_valve, line = paths
-    air, dead, inflow, outflow, net_flow = contents
+    air, dead, inflow, outflow, received, net_flow = contents
     opened = np.array([state > 0, state < 0])
     through = np.zeros(dead.shape)
     if opened.any():
@@ -86,6 +88,7 @@ def move_air(
     outflow -= through[OUT]
     net = moved[IN] + moved[OUT]
     air += net
+    received[:] = np.maximum(moved, 0.0).sum(axis=0)
     net_flow[:] = net / dt
-    at_box[:] = np.sqrt(np.maximum((air / capacity) ** 2 + net_flow / line, 0.0))
+    at_box[: len(air)] = np.sqrt(np.maximum((air / capacity) ** 2 + net_flow / line, 0.0))
     return float(through[IN].sum())

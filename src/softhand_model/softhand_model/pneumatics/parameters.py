@@ -4,6 +4,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from softhand_model.document import Node, data_file, read_document
 
 FORMAT = "softhand-pneumatics/1"
@@ -48,6 +51,59 @@ class Supply:
 
 
 @dataclass(frozen=True)
+class Compressor:
+    """What feeds the regulator: tank [m3], gauge pressures [Pa] at which it starts and stops.
+
+    `delivery` [kg/s] while it runs; `passed` is the share of a change of the tank's pressure that
+    the regulator passes on [-].
+    """
+
+    tank_volume: float
+    cut_in: float
+    cut_out: float
+    delivery: float
+    passed: float
+
+
+@dataclass(frozen=True)
+class Leak:
+    """Leaks of the channels: range of conductances to the surroundings [kg/(s Pa)]."""
+
+    conductance: Range
+
+
+@dataclass(frozen=True)
+class Gas:
+    """Air in the actuators: time in which it takes on the walls' temperature [s], 0 at once."""
+
+    thermal_time_constant: float
+
+
+@dataclass(frozen=True)
+class Relief:
+    """A mechanical relief valve: opens at `margin` [-] times the limit of its channel.
+
+    Its gauge pressure has to rise by the share `accumulation` [-] until it is wide open, an
+    orifice of `diameter` [m].
+    """
+
+    margin: float
+    accumulation: float
+    diameter: float
+
+    def pressures(self, limits: ArrayLike) -> NDArray[np.float64]:
+        """Gauge pressures (n,) [Pa] at which the valves begin to open.
+
+        Args:
+            limits: of the channels, gauge (n,) [Pa].
+
+        >>> Relief(1.3, 0.1, 2e-3).pressures([100e3]).tolist()
+        [130000.0]
+        """
+        return self.margin * np.asarray(limits, dtype=float)
+
+
+@dataclass(frozen=True)
 class Sensor:
     """A pressure sensor: full scale [Pa], accuracy [of full scale], noise [Pa], bits, lag [s]."""
 
@@ -72,6 +128,10 @@ class Pneumatics:
     choke: Choke
     line: Line
     supply: Supply
+    compressor: Compressor
+    leak: Leak
+    gas: Gas
+    relief: Relief
     channel_sensor: Sensor
     supply_sensor: Sensor
 
@@ -81,10 +141,22 @@ SECTIONS: dict[str, type] = {
     "choke": Choke,
     "line": Line,
     "supply": Supply,
+    "compressor": Compressor,
+    "leak": Leak,
+    "gas": Gas,
+    "relief": Relief,
     "channel_sensor": Sensor,
     "supply_sensor": Sensor,
 }
-MAY_BE_ZERO = ("delay_jitter", "noise", "accuracy", "droop")
+MAY_BE_ZERO = (
+    "delay_jitter",
+    "noise",
+    "accuracy",
+    "droop",
+    "passed",
+    "conductance",
+    "thermal_time_constant",
+)
 BITS = (1.0, 24.0)
 
 
@@ -107,11 +179,13 @@ def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
     seed = content["box_seed"]
     if not isinstance(seed.value, int) or seed.value < 0:
         raise seed.error("a whole number of at least 0")
+    sections = {key: _section(content[key], kind) for key, kind in SECTIONS.items()}
+    _check_compressor(content["compressor"], sections["compressor"])
     return Pneumatics(
         box_seed=seed.value,
         ambient_pressure=content["ambient_pressure"].positive(),
         temperature=content["temperature"].positive(),
-        **{key: _section(content[key], kind) for key, kind in SECTIONS.items()},
+        **sections,
     )
 
 
@@ -120,7 +194,9 @@ def _section(node: Node, kind: type) -> Any:
     values = node.fields(types)
     return kind(
         **{
-            name: _range(values[name]) if types[name] == Range else _scalar(name, values[name])
+            name: _range(name, values[name])
+            if types[name] == Range
+            else _scalar(name, values[name])
             for name in types
         }
     )
@@ -132,8 +208,16 @@ def _scalar(name: str, node: Node) -> float:
     return node.number(low=0.0) if name in MAY_BE_ZERO else node.positive()
 
 
-def _range(node: Node) -> Range:
+def _range(name: str, node: Node) -> Range:
     low, high = node.vector(2)
-    if not 0 < low <= high:
+    if name in MAY_BE_ZERO and not 0 <= low <= high:
+        raise node.error("[smallest, largest] of at least 0")
+    if name not in MAY_BE_ZERO and not 0 < low <= high:
         raise node.error("[smallest, largest] above 0")
     return low, high
+
+
+def _check_compressor(node: Node, compressor: Compressor) -> None:
+    fields = node.mapping()
+    if not compressor.cut_in < compressor.cut_out:
+        raise fields["cut_out"].error(f"a number above cut_in, {compressor.cut_in:g}")

@@ -8,7 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
+from softhand_model.pneumatics.air_supply import AirSupply
+from softhand_model.pneumatics.channel_heat import ChannelHeat
 from softhand_model.pneumatics.command_watch import checked_valves
+from softhand_model.pneumatics.escapes import Escapes
+from softhand_model.pneumatics.faults import Faults
 from softhand_model.pneumatics.flow import Contents, Paths, move_air
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 from softhand_model.pneumatics.sensors import build_sensors
@@ -20,23 +24,28 @@ LONGEST_SUBSTEP = 1e-3  # [s]
 
 
 class PneumaticPlant:
-    """Valves, chokes, tubes, supply and sensors of a pneumatic box with a hand on it.
+    """Compressor, valves, chokes, tubes and sensors of a pneumatic box with a hand on it.
 
     Per channel one inlet and one outlet path: valve, dead volume, choke, tube, actuator. While a
     valve is open its dead volume stands at supply or ambient pressure; when it has closed, the
-    dead volume and the channel even out through the choke. Isothermal.
+    dead volume and the channel even out through the choke. Isothermal, unless the parameters give
+    the gas a thermal time constant; chokes and tubes pass air as at room temperature all the same.
 
-    `mass` counts all air behind the valves, dead volumes included, so with closed valves it does
-    not change whatever the hand's volumes do.
+    `mass` counts all air behind the valves, dead volumes included, so with closed valves and tight
+    tubes it does not change whatever the hand's volumes do: it is what has come in less what has
+    left, `inflow - outflow - leaked - relieved`. `faults` breaks things.
 
     Args:
         channels: names of the channels, at most 8; channel i is outlet i of the box.
         volumes: rest volumes of the channels, tubes included (n,) [m3].
         parameters: constants; None for those of `data/pneumatics.yaml`.
         seed: of noise and jitter. The tolerances of the box come from `parameters.box_seed`.
+        relief_pressures: gauge pressures (n,) [Pa] at which a mechanical relief valve on each
+            channel begins to open (see `Relief.pressures`); None without relief valves.
 
     Raises:
-        ValueError: too many channels, or volumes of the wrong shape or not above zero.
+        ValueError: too many channels; volumes or relief pressures of the wrong shape or not above
+            zero.
 
     >>> plant = PneumaticPlant(["a"], [30e-6])
     >>> for _ in range(200):
@@ -53,6 +62,7 @@ class PneumaticPlant:
         volumes: ArrayLike,
         parameters: Pneumatics | None = None,
         seed: int = 0,
+        relief_pressures: ArrayLike | None = None,
     ) -> None:
         if not 1 <= len(channels) <= SLOTS:
             raise ValueError(f"channels must be 1 to {SLOTS} names, got {list(channels)}")
@@ -60,10 +70,11 @@ class PneumaticPlant:
         self.parameters = load_pneumatics() if parameters is None else parameters
         self._seed = seed
         self._gas = GAS_CONSTANT * self.parameters.temperature  # [J/kg]
-        self._build_box(len(self.channels))
+        self.faults = Faults(self.channels)
+        self._build_box(len(self.channels), relief_pressures)
         self.reset(volumes)
 
-    def _build_box(self, n: int) -> None:
+    def _build_box(self, n: int, relief_pressures: ArrayLike | None) -> None:
         p = self.parameters
         tolerances = np.random.default_rng(p.box_seed)
         self._valves = Valves(p.valve, tolerances, n, SLOTS)
@@ -78,10 +89,12 @@ class PneumaticPlant:
         line = line_conductance(p.line.diameter, length, p.temperature)
         self._paths = Paths(choke, 1 / np.sqrt(choke**-2 + valve**-2), line)
         self._dead_capacity = p.choke.dead_volume / self._gas  # [kg/Pa]
-        self._supply_capacity = p.supply.volume / self._gas
+        leak = tolerances.uniform(*p.leak.conductance, SLOTS)[:n]
+        self._escapes = Escapes(p, leak, relief_pressures)
+        self._supply = AirSupply(p)
 
     def reset(self, volumes: ArrayLike | None = None) -> None:
-        """Go back to time zero: closed valves, all air at ambient pressure, fresh noise.
+        """Go back to time zero: all sound, valves closed, air at ambient pressure, fresh noise.
 
         Args:
             volumes: rest volumes (n,) [m3]; None keeps those of before.
@@ -93,17 +106,26 @@ class PneumaticPlant:
         self._noise = np.random.default_rng([self._seed, self.parameters.box_seed])
         self._valves.reset(n)
         self._sensors.reset()
-        self.set_supply(self.parameters.supply.pressure)
-        self.supply_pressure = self._supply_setpoint
+        self._supply.reset()
+        self.faults.reset()
+        gas = self.parameters.gas
+        self._heat = (
+            ChannelHeat(n, self.parameters.temperature, gas.thermal_time_constant)
+            if gas.thermal_time_constant
+            else None
+        )
+        self._leaked: Floats = np.zeros(n)
+        self._relieved: Floats = np.zeros(n)
+        self._at_box: Floats = np.empty(n + 1)
         self._contents = Contents(
             *(np.zeros((2, n) if f == "dead" else n) for f in Contents._fields)
         )
         self.fill(self.rest_mass(self._volumes))
-        self._sensors.filtered[-1] = self.supply_pressure
+        self._sensors.filtered[-1] = self._supply.pressure
 
     def set_supply(self, pressure: float) -> None:
         """Turn the regulator of the supply to a gauge `pressure` [Pa]."""
-        self._supply_setpoint = pressure + self.parameters.ambient_pressure
+        self._supply.set(pressure)
 
     def rest_mass(self, volumes: ArrayLike) -> Floats:
         """Air behind the valves at ambient pressure: the zero of the box's air mass.
@@ -118,9 +140,12 @@ class PneumaticPlant:
         return np.asarray(self.parameters.ambient_pressure * capacity)
 
     def fill(self, mass: ArrayLike) -> None:
-        """Put a total `mass` (n,) [kg] behind the valves at once, evened out, valves apart."""
-        share = np.asarray(mass, dtype=float)
-        pressure = share / (self._volumes / self._gas + 2 * self._dead_capacity)
+        """Put a total `mass` (n,) [kg] behind the valves, evened out and at room temperature."""
+        if self._heat is not None:
+            self._heat.temperature[:] = self.parameters.temperature
+        pressure = np.asarray(mass, dtype=float) / (
+            self._volumes / self._gas + 2 * self._dead_capacity
+        )
         self._contents.air[:] = pressure * self._volumes / self._gas
         self._contents.dead[:] = pressure * self._dead_capacity
 
@@ -140,18 +165,57 @@ class PneumaticPlant:
         return self._contents.outflow.copy()
 
     @property
+    def leaked(self) -> Floats:
+        """Air lost through leaks and burst tubes since the start (n,) [kg]."""
+        return self._leaked.copy()
+
+    @property
+    def relieved(self) -> Floats:
+        """Air that relief valves have let off since the start (n,) [kg]."""
+        return self._relieved.copy()
+
+    @property
     def pressures(self) -> Floats:
         """Absolute pressure in the actuators (n,) [Pa]."""
-        return np.asarray(self._contents.air * self._gas / self._volumes)
+        return np.asarray(self._contents.air / self._capacity)
+
+    @property
+    def temperatures(self) -> Floats:
+        """Temperature of the air in the actuators (n,) [K]."""
+        if self._heat is None:
+            return np.full(len(self.channels), self.parameters.temperature)
+        return self._heat.temperature.copy()
+
+    @property
+    def wall_heat(self) -> Floats:
+        """Heat that the walls of the actuators have taken since the start (n,) [J]."""
+        return np.zeros(len(self.channels)) if self._heat is None else self._heat.heat.copy()
+
+    @property
+    def supply_pressure(self) -> float:
+        """Absolute pressure in the reservoir of the box [Pa]."""
+        return self._supply.pressure
+
+    @property
+    def tank_pressure(self) -> float:
+        """Absolute pressure in the compressor's tank [Pa]."""
+        return self._supply.tank_pressure
 
     @property
     def valve_states(self) -> NDArray[np.int8]:
         """Where the spools are: +1 inflating, -1 deflating, 0 closed (n,)."""
-        return self._valves.state.copy()
+        return self.faults.spools(self._valves.state).copy()
+
+    @property
+    def _capacity(self) -> Floats:
+        # mass per pressure in the actuators (n,) [kg/Pa]
+        if self._heat is None:
+            return np.asarray(self._volumes / self._gas)
+        return np.asarray(self._volumes / (GAS_CONSTANT * self._heat.temperature))
 
     def read(self) -> Floats:
         """Read the sensors: absolute pressures of the channels, then the supply (n + 1,) [Pa]."""
-        return self._sensors.read(self._noise)
+        return self.faults.readings(self._sensors.read(self._noise))
 
     def step(self, dt: float, valves: ArrayLike, volumes: ArrayLike) -> Floats:
         """Advance by `dt`, in substeps of 1 ms or less.
@@ -175,49 +239,74 @@ class PneumaticPlant:
         count = math.ceil(dt / LONGEST_SUBSTEP - 1e-9)
         change = (target - self._volumes) / count
         for left in range(count - 1, -1, -1):
-            self._volumes = target - left * change
-            self._substep(dt / count)
+            self._substep(dt / count, target - left * change)
         return self.pressures
 
     def _checked_volumes(self, volumes: ArrayLike) -> Floats:
         given = np.asarray(volumes, dtype=float)
         if given.shape != (len(self.channels),):
             raise ValueError(f"volumes must have shape ({len(self.channels)},), got {given.shape}")
-        if not (given > 0).all():
+        if not given.min() > 0:
             raise ValueError(f"volumes must be above 0 m3, got {given.tolist()}")
         return given
 
-    def _substep(self, dt: float) -> None:
-        state = self._valves.advance(self.time + dt / 2)
-        at_box = np.empty(len(state) + 1)
-        taken = self._move_air(
-            dt,
-            state,
-            (self.supply_pressure, self.parameters.ambient_pressure),
-            self._volumes / self._gas,
-            self._dead_capacity,
-            self._paths,
-            self._contents,
-            at_box[:-1],
-        )
-        self._supply_step(dt, taken)
-        # the sensors sit in the box: while air flows they see the drop along the tube too
-        at_box[-1] = self.supply_pressure
-        self._sensors.follow(dt, at_box)
+    def _substep(self, dt: float, volumes: Floats) -> None:
+        if self._heat is not None:
+            self._heat.compress(volumes / self._volumes)
+        self._volumes = volumes
+        capacity = self._capacity
+        if self._escapes.leaks or self._escapes.relieves or self.faults.burst_any:
+            self._let_escape(dt, capacity)
+        taken = self._flow(dt, capacity)
+        if self.faults.supply_bleed:
+            self._supply.bleed(dt, taken, self.faults.supply_bleed)
+        else:
+            self._supply.step(dt, taken)
+        self._at_box[-1] = self._supply.pressure
+        self._sensors.follow(dt, self._at_box)
+        if self._heat is not None:
+            self._heat.exchange(dt, self._contents.air)
         self.time += dt
 
-    def _supply_step(self, dt: float, taken: float) -> None:
-        """Let the regulator refill the reservoir for `dt` [s] after `taken` [kg] has left."""
-        supply = self.parameters.supply
-        self.supply_pressure -= taken / self._supply_capacity
-        rate = dt / (dt + supply.droop * self._supply_capacity)
-        self.supply_pressure += rate * (self._supply_setpoint - self.supply_pressure)
+    def _flow(self, dt: float, capacity: Floats) -> float:
+        air = self._contents.air
+        before = air if self._heat is None else air.copy()
+        taken = self._move_air(
+            dt,
+            self.faults.spools(self._valves.advance(self.time + dt / 2)),
+            (self._supply.pressure, self.parameters.ambient_pressure),
+            capacity,
+            self._dead_capacity,
+            tuple(self._paths),  # numba takes plain tuples faster than named ones
+            tuple(self._contents),
+            # the sensors sit in the box: while air flows they see the drop along the tube too
+            self._at_box,
+        )
+        if self._heat is not None:
+            self._heat.mix(before, self._contents.received, air - before)
+        return taken
+
+    def _let_escape(self, dt: float, capacity: Floats) -> None:
+        air, before = self._contents.air, self._contents.air.copy()
+        if self._escapes.relieves:
+            relieved = self._escapes.relieved(dt, air / capacity, capacity)
+            air -= relieved
+            self._relieved += relieved
+        if self._escapes.leaks or self.faults.burst_any:
+            leaked = self._escapes.leaked(dt, air / capacity, capacity, self.faults.holes)
+            air -= leaked
+            self._leaked += leaked
+        if self._heat is not None:
+            self._heat.mix(before, np.maximum(air - before, 0.0), air - before)
 
     def save(self) -> dict[str, Any]:
         """Return a copy of the whole state, random generators included, for `restore`."""
         return {
             "time": self.time,
-            "supply": (self.supply_pressure, self._supply_setpoint),
+            "supply": self._supply.save(),
+            "escaped": (self._leaked.copy(), self._relieved.copy()),
+            "heat": None if self._heat is None else self._heat.save(),
+            "faults": self.faults.save(),
             "volumes": self._volumes.copy(),
             "contents": Contents(*(array.copy() for array in self._contents)),
             "valves": self._valves.save(),
@@ -228,7 +317,11 @@ class PneumaticPlant:
     def restore(self, saved: dict[str, Any]) -> None:
         """Go back to what `save` returned; the run then repeats bit for bit."""
         self.time = saved["time"]
-        self.supply_pressure, self._supply_setpoint = saved["supply"]
+        self._supply.restore(saved["supply"])
+        self._leaked, self._relieved = (array.copy() for array in saved["escaped"])
+        self.faults.restore(saved["faults"])
+        if self._heat is not None:
+            self._heat.restore(saved["heat"])
         self._volumes = saved["volumes"].copy()
         self._contents = Contents(*(array.copy() for array in saved["contents"]))
         self._valves.restore(saved["valves"])

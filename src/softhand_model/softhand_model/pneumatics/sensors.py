@@ -33,10 +33,13 @@ class PressureSensors:
     def reset(self) -> None:
         """Let the low-pass settle at ambient pressure."""
         self.filtered: Floats = np.full(len(self.gain), self.ambient)
+        self._step, self._share = 0.0, self.filtered
 
     def follow(self, dt: float, pressures_abs: Floats) -> None:
         """Let the low-pass follow true absolute pressures [Pa] for `dt` [s]."""
-        self.filtered += (dt / (dt + self.time_constant)) * (pressures_abs - self.filtered)
+        if dt != self._step:
+            self._step, self._share = dt, dt / (dt + self.time_constant)
+        self.filtered += self._share * (pressures_abs - self.filtered)
 
     def read(self, noise: np.random.Generator) -> Floats:
         """Return converted absolute pressures [Pa], ambient taken as exactly known."""

@@ -45,9 +45,9 @@ class Valves:
 
     def command(self, time: float, valves: NDArray[np.int8], noise: np.random.Generator) -> None:
         """Switch the coils at `time` [s] to `valves` (channels,); `noise` draws the jitter."""
-        changed = valves != self._command
-        if not changed.any():
+        if valves.tobytes() == self._command.tobytes():
             return
+        changed = valves != self._command
         coil = (valves > 0).astype(int)
         held = (self.state > 0).astype(int)
         column = np.arange(len(valves))
