@@ -213,5 +213,5 @@ def _refuse_twice(kind: str, used: Iterable[tuple[str, Hashable]]) -> None:
     for place, what in used:
         if what in seen:
             first = seen[what].rpartition(": ")[2]
-            raise ValueError(f"{place}: expected a {kind} of its own, got that of {first}: {what}")
+            raise ValueError(f"{place}: expected another {kind}, got that of {first}: {what}")
         seen[what] = place

@@ -112,7 +112,6 @@ def load_gpiod() -> ModuleType:
     """
     try:
         import gpiod
-        import gpiod.line
     except ImportError as error:
         raise HardwareError(
             "backend hardware: expected the package gpiod (pip install 'gpiod>=2'), got none"
