@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pneumaticbox_driver.calibration import ChannelCalibration
 from pneumaticbox_driver.commands import CommandRules, Setpoints, Trajectory, TrajectoryPoint
 from pneumaticbox_driver.controllers import BoxView, ControllerBank, check_mode
+from pneumaticbox_driver.fault_watch import FaultView, FaultWatch
 from pneumaticbox_driver.known_masses import KnownMasses
 from pneumaticbox_driver.observer import MassObserver
 from pneumaticbox_driver.pulse_timing import PulseTiming
@@ -56,6 +57,7 @@ class PneumaticBox:
         self.supply = settings.ambient  # absolute [Pa]
         self.notes: list[str] = []  # warnings for the user, oldest first
         self._known = KnownMasses(settings, self.observer, self.notes)
+        self._faults = FaultWatch(settings.channels, settings)
         self._timing = PulseTiming(n, settings.shortest_pulse, settings.shortest_pause)
         self._bank = ControllerBank(settings.control_modes)
         self._take_modes()
@@ -73,6 +75,7 @@ class PneumaticBox:
         self.setpoints.hold()
         self._timing.restart()
         self._known.restart()
+        self._faults.begin()
         self._last_command = math.nan
         self.observer.switch(self._closed, self.pressures, self.supply)
 
@@ -146,6 +149,7 @@ class PneumaticBox:
         if dt > SILENCE_LIMIT:
             self.latch.set(f"no sensor sample for {SILENCE_LIMIT * 1e3:.0f} ms")
         self._sense(time, dt if dt > 0 else 0.0, pressures_abs)
+        self._look_for_faults(dt if dt > 0 else 0.0, pressures_abs)
         return self._switch(self._answer(dt if dt > 0 else 0.0))
 
     def command(
@@ -194,12 +198,32 @@ class PneumaticBox:
         self.observer.advance(dt, self.pressures, self.supply)
         self._known.look(dt, self.pressures, self.valves)
 
+    def _look_for_faults(self, dt: float, readings: Floats) -> None:
+        view = FaultView(
+            dt=dt,
+            readings=readings,
+            gauge=self.gauge,
+            supply=self.supply - self.settings.ambient,
+            valves=self.valves,
+            flow=self.observer.flow,
+            mass=self.observer.mass,
+            mass_known=True,
+            ready=self.ready,
+        )
+        for reason in self._faults.look(view):
+            self.latch.set(reason)
+
+    def stuck_outlets(self) -> list[str]:
+        """Say which outlets do not let the air out although they are commanded open."""
+        return self._faults.stuck_outlets()
+
     def _sensor_fault(self, time: float, pressures_abs: Floats) -> Valves:
         bad = int(np.argmin(np.isfinite(pressures_abs)))
         name = (*self.settings.channels, "supply")[bad]
         self.latch.set(f"sensor {name}: not a number")
         self.sensors_sound = False
         self.time = time
+        self._look_for_faults(0.0, pressures_abs)
         return self._switch(self._venting)
 
     # what it answers
@@ -332,6 +356,7 @@ class PneumaticBox:
         if not self.sensors_sound:
             raise ValueError("no usable sensor sample: still vented")
         self.latch.release()
+        self._faults.restart()
         self.setpoints.hold()
         self._last_command = math.nan
         taken = "commands are taken" if self.enabled else "disabled until pneumaticbox/enable"

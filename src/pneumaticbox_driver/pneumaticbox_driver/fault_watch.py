@@ -1,0 +1,190 @@
+"""Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.frozen_reading import FrozenReading
+from pneumaticbox_driver.pulse_effect import (
+    EXPECTED,
+    LEAST_DROP,
+    SETTLING,
+    SMOOTHING,
+    UNMOVED,
+    PulseEffect,
+)
+from pneumaticbox_driver.settings import BoxSettings
+from softhand_model.gas import air_mass
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Valves = NDArray[np.int8]
+# A channel at ambient pressure that holds so much more than at rest would have to be pulled open
+# by that share, with nothing in it that pulls.
+SURPLUS = 0.05  # of the fill at rest
+LEAST_SURPLUS = 5e-6  # twice what the estimate drifts within a minute [kg]
+EMPTY_FOR = 0.4  # at ambient pressure, to the noise: a hand that moves only passes through [s]
+# The supply's sensor is good to 2.5 % of 700 kPa: a supply below this may be none at all.
+NO_SUPPLY = 20e3  # gauge [Pa]
+SUPPLY_SEEN = 40e3  # gauge; above it there is one [Pa]
+SUPPLY_PATIENCE = 0.05  # for noise and for the drop of a pulse [s]
+BACKFLOW_PATIENCE = 0.1  # after an inlet was opened; the valve itself takes 40 ms [s]
+
+
+@dataclass(frozen=True)
+class FaultView:
+    """What the watch sees of the box at one sample; arrays (n,), SI, pressures gauge.
+
+    `readings` (n + 1,) are absolute pressures as the sensors gave them, the supply last; `valves`
+    were commanded during the last `dt`, `flow` [kg/s] is predicted for them; `mass` [kg] is the
+    estimate above rest, None where it means nothing, as in a calibration. `ready` tells that the
+    sensors have been averaged.
+    """
+
+    dt: float
+    readings: Floats
+    gauge: Floats
+    supply: float
+    valves: Valves
+    flow: Floats
+    mass: Floats
+    mass_known: bool
+    ready: bool
+
+
+class FaultWatch:
+    """Looks at each sample and says what is broken.
+
+    It knows the channels by their rest volume and equation 4.1 alone, so it waits for evidence
+    that neither another volume, nor a push, nor a poor calibration can bring about.
+
+    Args:
+        channels: names of the channels.
+        settings: of the box.
+    """
+
+    def __init__(self, channels: tuple[str, ...], settings: BoxSettings) -> None:
+        self._names = channels
+        self._settings = settings
+        rest = air_mass(settings.ambient, settings.rest_volumes, settings.temperature)
+        self._surplus = np.maximum(SURPLUS * rest, LEAST_SURPLUS)
+        self._effect = PulseEffect(settings)
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin anew: nothing is known of the sensors and the supply either."""
+        self._frozen = FrozenReading(len(self._names) + 1)
+        self._supply_seen = False
+        self._lost: Flags = np.zeros(len(self._names), dtype=bool)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the evidence: the user has reset the box."""
+        n = len(self._names)
+        self._effect.restart()
+        self._smooth: Floats = np.full(n, np.nan)
+        self._since_vented: Floats = np.zeros(n)  # the outlet was last commanded open [s]
+        self._closed_for: Floats = np.zeros(n)
+        self._highest: Floats = np.full(n, -np.inf)
+        self._empty_for: Floats = np.zeros(n)
+        self._without_supply = 0.0
+        self._backward: Floats = np.zeros(n)
+
+    def look(self, view: FaultView) -> list[str]:
+        """Take one sample.
+
+        Returns:
+            Reasons to vent until reset, none when all is well.
+        """
+        self._lost = ~np.isfinite(view.readings[:-1])
+        if not np.isfinite(view.readings).all():
+            return []  # the box vents for that reason
+        self._frozen.look(view.readings)
+        share = view.dt / (view.dt + SMOOTHING)
+        fresh = np.isnan(self._smooth)
+        self._smooth = np.where(
+            fresh, view.gauge, self._smooth + share * (view.gauge - self._smooth)
+        )
+        if not view.ready:
+            return []
+        self._effect.look(view.dt, self._smooth, view.supply, view.valves, view.flow, view.mass)
+        return [
+            *self._sensor_faults(),
+            *self._supply_faults(view),
+            *self._pulse_faults(view),
+            *self._pressure_losses(view),
+        ]
+
+    def stuck_outlets(self) -> list[str]:
+        """Say which outlets, commanded open, do not let the air out or may not do so."""
+        blind = self._lost | self._frozen.frozen[:-1]
+        told = []
+        for i, name in enumerate(self._names):
+            if blind[i]:
+                told.append(f"channel {name}: without its sensor it cannot be seen to empty")
+            elif self._effect.unvented[i]:
+                told.append(
+                    f"channel {name}: pressure does not fall with the outlet commanded open: "
+                    "shut off the supply"
+                )
+        return told
+
+    def _sensor_faults(self) -> list[str]:
+        frozen = self._frozen.frozen
+        if not frozen.any():
+            return []
+        names = (*self._names, "supply")
+        return [
+            f"sensor {names[i]}: its reading stands still" for i in np.flatnonzero(frozen).tolist()
+        ]
+
+    def _supply_faults(self, view: FaultView) -> list[str]:
+        self._supply_seen |= view.supply > SUPPLY_SEEN
+        inflating = view.valves > 0
+        missing = view.supply < NO_SUPPLY and bool(self._supply_seen or inflating.any())
+        self._without_supply = self._without_supply + view.dt if missing else 0.0
+        if self._without_supply > SUPPLY_PATIENCE:
+            return ["supply lost: its pressure is below what any channel needs"]
+        backward = inflating & (view.supply + 0.5 * LEAST_DROP < self._smooth)
+        self._backward = np.where(backward, self._backward + view.dt, 0.0)
+        return [
+            f"channel {self._names[i]}: the supply is below its pressure, air flows back"
+            for i in np.flatnonzero(self._backward > BACKFLOW_PATIENCE).tolist()
+        ]
+
+    def _pulse_faults(self, view: FaultView) -> list[str]:
+        effect = self._effect
+        if not (effect.idle.any() or effect.unvented.any()):
+            return []
+        told = []
+        frozen = self._frozen.frozen
+        for i, name in enumerate(self._names):
+            if frozen[i]:
+                continue
+            if effect.unvented[i]:
+                told.append(
+                    f"channel {name}: pressure does not fall with the outlet commanded open"
+                )
+            elif effect.idle[i]:
+                told.append(
+                    f"channel {name}: pulses do not move its pressure: valve stuck or burst"
+                )
+        return told
+
+    def _pressure_losses(self, view: FaultView) -> list[str]:
+        """Channels that should hold air and have fallen to ambient pressure by themselves."""
+        vented = view.valves < 0
+        self._since_vented = np.where(vented, 0.0, self._since_vented + view.dt)
+        self._closed_for = np.where(view.valves == 0, self._closed_for + view.dt, 0.0)
+        apart = self._since_vented > SETTLING
+        self._highest = np.where(apart, np.maximum(self._highest, self._smooth), -np.inf)
+        empty = (self._closed_for > SETTLING) & (self._highest > EXPECTED)
+        empty &= np.abs(self._smooth) < UNMOVED
+        empty &= view.mass_known & (view.mass > self._surplus)
+        self._empty_for = np.where(empty, self._empty_for + view.dt, 0.0)
+        return [
+            f"channel {self._names[i]}: has lost its pressure with the valve closed: burst, or "
+            "outlet stuck open"
+            for i in np.flatnonzero(self._empty_for > EMPTY_FOR).tolist()
+        ]

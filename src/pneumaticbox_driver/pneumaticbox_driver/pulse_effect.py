@@ -1,0 +1,147 @@
+"""Holds the pulses that were commanded against what they did to the pressures."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.settings import BoxSettings
+from softhand_model.gas import GAS_CONSTANT
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Valves = NDArray[np.int8]
+SMOOTHING = 0.03  # low-pass of the pressures: 60 Pa of noise become 15 at 500 Hz [s]
+# By how much the walls may give way. Mass is conserved, so a pulse of mass m raises the pressure
+# by at least m R T over the volume plus p dV/dp. Half a litre is ten times what a finger's
+# channel takes up that way, and it is the bottle that stands there during a calibration.
+WIDEST_GROWTH = 0.5e-3  # [m3]
+# Before this nothing is expected of a pulse: slowest valve (40 ms), low-pass, a sample.
+LATENCY = 0.08  # [s]
+SETTLING = 0.1  # after a pulse, for the closing delay, dead volume and low-pass [s]
+# What the low-passed difference of two readings stays within when nothing has moved: 2.5 sigma
+# with three times the noise of Table 4.1 at samples 10 ms apart.
+UNMOVED = 240.0  # [Pa]
+# Five times that: the flow may be overestimated fivefold, by a calibration of other chokes, in
+# the widest volume and the verdict is still right.
+EXPECTED = 1200.0  # [Pa]
+# A squeeze may outrun an open outlet for a while: four times the evidence, 30 mg of a finger,
+# which holds about as much.
+OUTRUN = 4.0
+# Below this drop the errors of the supply's sensor (2.5 % of 700 kPa) and of the channel's (1.4 %
+# of 250 kPa) could make up half of it.
+LEAST_DROP = 42e3  # from the supply into a channel [Pa]
+
+
+class PulseEffect:
+    """Sums up the change of pressure that pulses must have brought, in the widest channel.
+
+    `idle` (n,) marks channels whose pressure stood still under pulses that must have moved it,
+    `unvented` (n,) those whose pressure does not fall with the outlet commanded open. Pressure
+    that moves clears the first, pressure that falls the second: a push may hide a fault for as
+    long as it lasts, it cannot feign one, unless it undoes pulse after pulse to 240 Pa.
+
+    Args:
+        settings: of the box.
+    """
+
+    def __init__(self, settings: BoxSettings) -> None:
+        widest = np.array(settings.rest_volumes) + WIDEST_GROWTH
+        self._per_mass = GAS_CONSTANT * settings.temperature / widest  # [Pa/kg]
+        self._least_gauge = settings.zero_band
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all evidence."""
+        n = len(self._per_mass)
+        self.idle: Flags = np.zeros(n, dtype=bool)
+        self.unvented: Flags = np.zeros(n, dtype=bool)
+        self._valves: Valves = np.zeros(n, dtype=np.int8)
+        self._since: Floats = np.full(n, np.inf)  # the valve was switched last [s]
+        self._counting: Flags = np.zeros(n, dtype=bool)  # a pulse is under way, or settles
+        self._direction: Valves = np.zeros(n, dtype=np.int8)  # of the pulses summed up
+        self._start: Floats = np.zeros(n)  # pressure from which the pulse is judged [Pa]
+        self._mass: Floats = np.zeros(n)  # estimate at that time [kg]
+        self._due: Floats = np.zeros(n)  # expected of the pulse so far [Pa]
+        self._whole: Floats = np.zeros(n)  # expected of it once it has settled [Pa]
+        self._owed: Floats = np.zeros(n)  # expected of the pulses before it [Pa]
+        self._shift: Floats = np.zeros(n)  # what those did [Pa]
+        self._peak: Floats = np.zeros(n)  # from which an open outlet must lower the pressure [Pa]
+        self._outrun: Floats = np.zeros(n)  # expected of the outlet since that peak [Pa]
+
+    def look(
+        self, dt: float, gauge: Floats, supply: float, valves: Valves, flow: Floats, mass: Floats
+    ) -> None:
+        """Take one sample.
+
+        Args:
+            dt: time since the last sample [s].
+            gauge: pressures, low-passed (n,) [Pa].
+            supply: gauge pressure of the supply [Pa].
+            valves: commanded during `dt` (n,).
+            flow: into the channels, as predicted for these valves (n,) [kg/s].
+            mass: estimated, with what the pulses under way will have moved (n,) [kg].
+        """
+        reach = np.where(valves > 0, supply - gauge > LEAST_DROP, gauge > self._least_gauge)
+        changed = valves != self._valves
+        if changed.any():
+            self._switch(changed, gauge, valves, mass)
+        self._since += dt
+        if not self._counting.any():
+            return
+        expected = dt * np.maximum(valves * flow, 0.0) * self._per_mass
+        expected *= reach & (self._since > LATENCY)
+        self._due += expected
+        self._whole = np.where(
+            self._valves != 0, reach * np.abs(mass - self._mass) * self._per_mass, self._whole
+        )
+        self._judge(gauge, mass)
+        self._judge_outlets(gauge, expected)
+        settled = self._counting & (self._valves == 0) & (self._since > SETTLING)
+        if settled.any():
+            self._close_books(settled, gauge)
+
+    def _switch(self, changed: Flags, gauge: Floats, valves: Valves, mass: Floats) -> None:
+        begun = changed & (valves != 0)
+        if begun.any():
+            self._close_books(begun & self._counting, gauge)
+            turned = begun & (valves != self._direction)
+            self._forget(turned)
+            self._start = np.where(begun, gauge, self._start)
+            self._mass = np.where(begun, mass, self._mass)
+            self._direction = np.where(begun, valves, self._direction)
+            self._peak = np.where(begun, gauge, self._peak)
+            self._outrun[begun] = 0.0
+            self._counting |= begun
+        self._since[changed] = 0.0
+        self._valves = valves.copy()
+
+    def _close_books(self, done: Flags, gauge: Floats) -> None:
+        """Add pulses that have settled to those before them."""
+        self._owed += done * np.maximum(self._due, self._whole)
+        self._shift += np.where(done, gauge - self._start, 0.0)
+        self._due[done] = self._whole[done] = 0.0
+        self._counting &= ~done
+        self.idle |= done & (np.abs(self._shift) < UNMOVED) & (self._owed >= EXPECTED)
+
+    def _forget(self, cleared: Flags) -> None:
+        for evidence in (self._owed, self._shift, self._due, self._whole):
+            evidence[cleared] = 0.0
+        self.idle &= ~cleared
+
+    def _judge(self, gauge: Floats, mass: Floats) -> None:
+        shift = self._shift + gauge - self._start
+        moved = self._counting & (np.abs(shift) >= UNMOVED)
+        if moved.any():
+            self._forget(moved)
+            self._start = np.where(moved, gauge, self._start)
+            self._mass = np.where(moved, mass, self._mass)
+        self.idle |= self._counting & (self._owed + self._due >= EXPECTED)
+
+    def _judge_outlets(self, gauge: Floats, expected: Floats) -> None:
+        opened = self._valves < 0
+        self._peak = np.maximum(self._peak, gauge)
+        falls = gauge < self._peak - UNMOVED
+        self._peak = np.where(falls, gauge, self._peak)
+        self._outrun = np.where(falls | ~opened, 0.0, self._outrun + expected)
+        risen = self._outrun >= OUTRUN * EXPECTED
+        held = gauge > self._least_gauge
+        self.unvented = opened & held & (self.idle | risen)
