@@ -104,6 +104,13 @@ class PlantPeer(Peer):
         self.publish(JointTrajectory, "pneumaticbox/command", message)
         self.spin(0.05)
 
+    def change(self, name, value):
+        """Set a parameter of the driver; why it was refused, "" when it was not."""
+        changed = [Parameter(name, value=value).to_parameter_msg()]
+        answer = self.call(SetParameters, "pneumaticbox/set_parameters", parameters=changed)
+        result = answer.results[0]
+        return "" if result.successful else result.reason
+
     def mass(self):
         return self.plant.mass - self.rest
 
@@ -165,7 +172,7 @@ def test_unusable_messages_are_refused_whole_and_named(start, peer):
     peer.publish(JointTrajectory, "pneumaticbox/command", message)
     peer.diagnosis("commands", "points[0].time_from_start: expected 0 s or later")
     peer.publish(JointTrajectory, "pneumaticbox/valve_schedule", JointTrajectory())
-    peer.diagnosis("commands", "pneumaticbox/valve_schedule", "not available yet")
+    peer.diagnosis("commands", "pneumaticbox/valve_schedule: joint_names: expected", "got none")
     peer.sample([1e5, 1e5], names=CHANNELS)
     peer.diagnosis("commands", "pneumaticbox/sensors: name: expected")
     np.testing.assert_allclose(peer.mass(), 10 * MG, atol=1 * MG)
@@ -259,9 +266,7 @@ def test_the_embedded_backend_runs_on_the_wall_clock(start, peer, simulated):
     assert process.output().count(ignored) == simulated
     if simulated:
         peer.diagnosis("sensors", ignored, keep_going=False)
-    change = Parameter("use_sim_time", value=True).to_parameter_msg()
-    answer = peer.call(SetParameters, "pneumaticbox/set_parameters", parameters=[change])
-    assert answer.results[0].reason == ignored
+    assert peer.change("use_sim_time", True) == ignored
 
 
 @pytest.mark.parametrize(
@@ -295,8 +300,11 @@ def test_two_simulators_are_told_and_do_not_flood_the_log(start, peer):
     ("parameters", "words"),
     [
         ({"hand": "rbo_hand_9", "rest_volumes": [0.0]}, ("rbo_hand_9", "rbo_hand_2")),
-        ({"backend": "hardware"}, ("backend 'hardware' is not available yet",)),
-        ({"control_mode": ["volume"]}, ("control_mode 'volume' is not available yet",)),
+        ({"backend": "bench"}, ("backend must be one of", "'hardware'", "got 'bench'")),
+        ({"backend": "hardware"}, ("hardware_file must be the path of a hardware file, got none",)),
+        ({"control_mode": ["force"]}, ("control_mode must be one of", "got 'force'")),
+        ({"outlets": [1]}, ("outlets must be 2 numbers from 1", "got [1]")),
+        ({"backend": "embedded", "embedded_plant": "/none.yaml"}, ("/none.yaml", "readable file")),
         ({"calibration_file": "/none.yaml"}, ("/none.yaml", "expected a readable file")),
         ({"command_timeout": -1.0}, ("command_timeout",)),
         ({"pressure_limits": [1e5]}, ("pressure_limits must have 2 values",)),
@@ -318,13 +326,11 @@ def test_parameters_are_described_and_control_mode_is_checked(start, peer):
     for descriptor in described.descriptors:
         assert descriptor.description
         assert descriptor.type != ParameterType.PARAMETER_NOT_SET
-        assert descriptor.read_only == (descriptor.name != "control_mode")
-    change = Parameter("control_mode", Parameter.Type.STRING_ARRAY, ["pressure"])
-    answer = peer.call(
-        SetParameters, "pneumaticbox/set_parameters", parameters=[change.to_parameter_msg()]
-    )
-    assert not answer.results[0].successful
-    assert "not available yet" in answer.results[0].reason
+    fixed = {descriptor.name for descriptor in described.descriptors if descriptor.read_only}
+    assert fixed == {parameter.name for parameter in PARAMETERS if parameter.read_only}
+    assert "control_mode" not in fixed and "channels" in fixed
+    assert "got 'force'" in peer.change("control_mode", ["force"])
+    assert "expected backend embedded, got topic" in peer.change("embedded_supply", 2e5)
 
 
 @pytest.mark.parametrize("backend", ["topic", "embedded"])

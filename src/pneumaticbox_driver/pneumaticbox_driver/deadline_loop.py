@@ -27,22 +27,28 @@ class DeadlineLoop:
         self.ticks = 0
         self.missed = 0
         self.lateness = 0.0
+        self._deadline = 0.0
+
+    @property
+    def slack(self) -> float:
+        """Time from now to the next step, while one runs; below 0 when it is late already [s]."""
+        return self._deadline + self.period - time.monotonic()
 
     def run(self, step: Callable[[], None], stop: Event) -> None:
         """Call `step` every period until `stop` is set."""
-        deadline = time.monotonic() + self.period
+        self._deadline = time.monotonic() + self.period
         while not stop.is_set():
-            left = deadline - time.monotonic()
+            left = self._deadline - time.monotonic()
             if left > 0:
                 time.sleep(left)
-            self.lateness = time.monotonic() - deadline
+            self.lateness = time.monotonic() - self._deadline
             if self._record is not None:
                 self._record.append(self.lateness)
             step()
             self.ticks += 1
-            deadline = self._next(deadline)
+            self._advance()
 
-    def _next(self, deadline: float) -> float:
-        late = int(max(0.0, time.monotonic() - deadline) / self.period)
+    def _advance(self) -> None:
+        late = int(max(0.0, time.monotonic() - self._deadline) / self.period)
         self.missed += late
-        return deadline + (late + 1) * self.period
+        self._deadline += (late + 1) * self.period

@@ -35,6 +35,10 @@ class LinkState:
         self.refused, self._refused_at = reason, now
         self.refusals += 1
 
+    def accept(self) -> None:
+        """A good message has come, or the user has set things right."""
+        self.refused = ""
+
     def forget_refused(self, now: float) -> None:
         """Forget the refused message if it came long before this monotonic wall time [s]."""
         if now - self._refused_at > REFUSAL_MEMORY:

@@ -1,71 +1,58 @@
-"""The node `pneumaticbox`: air mass control of the channels, its services and its safety."""
+"""The node `pneumaticbox`: control of the channels' air, its services and its safety."""
 
 from __future__ import annotations
 
-import array
+import contextlib
 import gc
+import math
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import FrameType
 from typing import Any
 
 import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import FluidPressure, JointState
-from std_srvs.srv import SetBool, Trigger
-from trajectory_msgs.msg import JointTrajectory
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.backends.topic.node import RELIABLE, ClockPulse, SampleFeed
+from pneumaticbox_driver.backends.board import Board
+from pneumaticbox_driver.backends.loading import open_board
+from pneumaticbox_driver.backends.topic.node import ClockPulse, SampleFeed, ValvesOut
 from pneumaticbox_driver.box import PneumaticBox
 from pneumaticbox_driver.calibration import load_calibration
-from pneumaticbox_driver.commands import TrajectoryPoint
-from pneumaticbox_driver.controllers import check_mode
+from pneumaticbox_driver.commanding.node import COMMAND, SCHEDULE, Commands
 from pneumaticbox_driver.deadline_loop import DeadlineLoop
 from pneumaticbox_driver.diagnostics import LinkState, box_reports
+from pneumaticbox_driver.diagnostics_topic.node import DiagnosticsTopic
 from pneumaticbox_driver.node_setup.node import (
     SIM_TIME,
-    SIM_TIME_IGNORED,
     choose_clock,
     declare_parameters,
+    sim_time_ignored,
 )
 from pneumaticbox_driver.note_throttle import NoteThrottle
-from pneumaticbox_driver.parameters import box_settings, check_backend
+from pneumaticbox_driver.parameters import box_settings, check_backend, outlet_numbers
 from pneumaticbox_driver.priority import set_priority
 from pneumaticbox_driver.safety import SampleWatch
+from pneumaticbox_driver.services.node import offer_switch, offer_triggers
 from pneumaticbox_driver.settings import per_channel
+from pneumaticbox_driver.state_topics.node import StateTopics
+from pneumaticbox_driver.steady_clock import SteadyClock
+from pneumaticbox_driver.turns.node import Turns
 
-SERVE_PERIOD = 0.01  # wall time between looks at commands and services [s]
+SERVE_PERIOD = 0.005  # wall time between looks at commands and services [s]
+SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
+WAIT = 0.01  # for a sample, before others are served [s]
+LIVE_SWITCHES = {"drift_correction", "leak_model"}  # of the box, set by parameters of their names
 REPORT_PERIOD = 1.0  # wall time between diagnostics (REP-107) [s]
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
-PRESSURE_RATE = 50.0  # of the FluidPressure topics [Hz]
-
-
-def _seconds(stamp: Time) -> float:
-    return stamp.sec + 1e-9 * stamp.nanosec
-
-
-def _points(message: JointTrajectory) -> list[TrajectoryPoint]:
-    return [
-        TrajectoryPoint(
-            point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec,
-            point.positions,
-            point.velocities,
-            point.effort,
-        )
-        for point in message.points
-    ]
 
 
 class PneumaticBoxNode(Node):
@@ -77,19 +64,23 @@ class PneumaticBoxNode(Node):
         self.backend = check_backend(self._value("backend"))
         settings = box_settings(self._value)
         channels = settings.channels
-        calibration = load_calibration(self._value("calibration_file") or None, len(channels))
+        outlets = outlet_numbers(self._value("outlets"), len(channels))
+        calibration = load_calibration(self._value("calibration_file") or None, max(outlets))
+        calibration = [calibration[outlet - 1] for outlet in outlets]
         self.box = PneumaticBox(settings, calibration)
+        self.board = open_board(self.backend, settings, self._value)
         self.link = LinkState(clock_warning=choose_clock(self, self.backend))
+        self.steady = SteadyClock()
         self._throttle = NoteThrottle()
         self._watch = SampleWatch()
         self._stamp = Time()
+        self._board_begin = math.nan  # of the board's clock, on the steady one [s]
         self._served = self._reported = 0.0
         self._create_topics(channels)
         self._create_services()
         self._take_priority()
         self.add_on_set_parameters_callback(self._on_parameters)
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self)
+        self._turns = Turns(self)
 
     def _take_priority(self) -> None:
         priority = self._value("real_time_priority")
@@ -100,31 +91,19 @@ class PneumaticBoxNode(Node):
         return self.get_parameter(name).value
 
     def _create_topics(self, channels: tuple[str, ...]) -> None:
-        self._feed = SampleFeed(self, channels)
+        self._feed = SampleFeed(self, channels) if self.board is None else None
+        self._valves = ValvesOut(self, channels)
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
-        self._state_out = self.create_publisher(JointState, "pneumaticbox/state", RELIABLE)
-        self._state = JointState(name=list(channels))
-        names = (*channels, "supply")
-        self._pressure_out = [
-            self.create_publisher(FluidPressure, f"pneumaticbox/{name}/pressure", RELIABLE)
-            for name in names
-        ]
-        deviations = [self._value("channel_deviation")] * len(channels)
-        deviations.append(self._value("supply_deviation"))
-        self._pressure = [FluidPressure(variance=deviation**2) for deviation in deviations]
-        for message, name in zip(self._pressure, names, strict=True):
-            message.header.frame_id = name
-        self._pressure_slot = 0
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE)
-        self.create_subscription(
-            JointTrajectory, "pneumaticbox/command", self._on_command, RELIABLE
-        )
-        self.create_subscription(
-            JointTrajectory, "pneumaticbox/valve_schedule", self._on_valve_schedule, RELIABLE
+        deviations = self._value("channel_deviation"), self._value("supply_deviation")
+        self._state = StateTopics(self, self.box, *deviations)
+        self._diagnostics = DiagnosticsTopic(self, f"pneumaticbox/{self.backend}")
+        obey = {COMMAND: self.box.command, SCHEDULE: self.box.schedule_valves}
+        self._commands = Commands(
+            self, obey, self._box_time, self._of_stamp, self._refuse, self.link.accept
         )
 
     def _create_services(self) -> None:
-        self.create_service(SetBool, "pneumaticbox/enable", self._on_enable)
+        offer_switch(self, "enable", self._enable)
         calls: dict[str, Callable[[], str]] = {
             "vent": self._vent,
             "tare": self.box.tare,
@@ -132,8 +111,21 @@ class PneumaticBoxNode(Node):
             "calibrate": self._calibrate,
             "calibrate_next": self._calibrate,
         }
-        for name, call in calls.items():
-            self.create_service(Trigger, f"pneumaticbox/{name}", _answering(call))
+        offer_triggers(self, calls)
+
+    # time
+
+    def _node_time(self) -> float:
+        """Time by which samples are missed [s]: of the plant, or steady beside the wall clock."""
+        if self.board is not None:
+            return self.steady.now()
+        return self.get_clock().now().nanoseconds * 1e-9
+
+    def _box_time(self) -> float:
+        return self.box.time if self._watch.started else self._node_time()
+
+    def _of_stamp(self, stamp: float) -> float:
+        return stamp if self.board is None else self.steady.of_stamp(stamp)
 
     # what comes in
 
@@ -142,43 +134,33 @@ class PneumaticBoxNode(Node):
         self.link.refuse(reason, time.monotonic())
         self.get_logger().warning(f"refused {reason}", throttle_duration_sec=1.0)
 
-    def _on_command(self, message: JointTrajectory) -> None:
-        now = self.box.time if self._watch.started else self._node_time()
-        stamp = _seconds(message.header.stamp)
+    def _on_parameters(self, parameters: Sequence[rclpy.Parameter]) -> SetParametersResult:
+        values = {parameter.name: parameter.value for parameter in parameters}
         try:
-            self.box.command(message.joint_names, _points(message), stamp, now)
+            self._check_change(values)
+            if "control_mode" in values:
+                given = per_channel("control_mode", values["control_mode"], len(self.box.modes))
+                self.box.set_modes(given)
         except ValueError as error:
-            self._refuse(f"pneumaticbox/command: {error}")
-        else:
-            self.link.refused = ""
-
-    def _on_valve_schedule(self, _: JointTrajectory) -> None:
-        modes = list(self.box.settings.control_modes)
-        self._refuse(
-            f"pneumaticbox/valve_schedule: control_mode: expected 'time', which is not available "
-            f"yet, got {modes}"
-        )
-
-    def _on_parameters(self, parameters: list[rclpy.Parameter]) -> SetParametersResult:
-        for parameter in parameters:
-            if parameter.name == SIM_TIME and parameter.value and self.backend == "embedded":
-                return SetParametersResult(successful=False, reason=SIM_TIME_IGNORED)
-            if parameter.name != "control_mode":
-                continue
-            try:
-                given = per_channel(parameter.name, parameter.value, len(self.box.guard.limits))
-                for mode in given:
-                    check_mode(mode)
-            except ValueError as error:
-                return SetParametersResult(successful=False, reason=str(error))
+            return SetParametersResult(successful=False, reason=str(error))
+        for name in LIVE_SWITCHES & values.keys():
+            setattr(self.box, name, values[name])
+        if "embedded_supply" in values:
+            self.board.set_supply(values["embedded_supply"])
         return SetParametersResult(successful=True)
 
-    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return _answer(lambda: self._enable(request.data), response)
+    def _check_change(self, values: dict[str, Any]) -> None:
+        if values.get(SIM_TIME) and self.board is not None:
+            raise ValueError(sim_time_ignored(self.backend))
+        supply = values.get("embedded_supply")
+        if supply is not None and self.backend != "embedded":
+            raise ValueError(f"embedded_supply: expected backend embedded, got {self.backend}")
+        if supply == 0:
+            raise ValueError("embedded_supply must be above 0 Pa to change it, got 0")
 
     def _enable(self, on: bool) -> str:
         done = self.box.enable(on)
-        self.link.refused = ""
+        self.link.accept()
         return done
 
     def _vent(self) -> str:
@@ -187,7 +169,7 @@ class PneumaticBoxNode(Node):
 
     def _reset(self) -> str:
         done = self.box.reset()
-        self.link.refused = ""
+        self.link.accept()
         return done
 
     def _calibrate(self) -> str:
@@ -210,64 +192,54 @@ class PneumaticBoxNode(Node):
         except ValueError as error:
             self._refuse(f"pneumaticbox/sensors: {error}")
             return
-        self.on_sample(sample.header.stamp, pressures)
+        stamp = sample.header.stamp
+        self.on_sample(stamp.sec + 1e-9 * stamp.nanosec, stamp, pressures)
 
-    def on_sample(self, stamp: Time, pressures: NDArray[np.float64]) -> NDArray[np.int8]:
-        """Answer a sample: absolute pressures of the channels, then the supply (n + 1,) [Pa]."""
-        valves = self.box.on_sample(_seconds(stamp), pressures)
+    def serve_board(self, board: Board) -> None:
+        """Read the board that this process drives and answer it; its failure vents."""
+        try:
+            pressures = board.read()
+            if math.isnan(self._board_begin):
+                self._board_begin = self.steady.now() - board.time
+            stamp = self.get_clock().now().to_msg()
+            board.command(self.on_sample(self._board_begin + board.time, stamp, pressures))
+        except (ValueError, OSError) as error:
+            self._fault(f"backend {self.backend}: {error}")
+
+    def on_sample(
+        self, now: float, stamp: Time, pressures: NDArray[np.float64]
+    ) -> NDArray[np.int8]:
+        """Answer a sample at the box's time `now` [s], stamped by the node's clock.
+
+        `pressures` are absolute, of the channels, then of the supply (n + 1,) [Pa].
+        """
+        valves = self.box.on_sample(now, pressures)
         self._stamp = stamp
-        self._feed.answer(stamp, valves)
+        self._valves.answer(stamp, valves)
         self._watch.heard(self._node_time(), time.monotonic())
         self.link.samples += 1
-        self._publish_state(stamp)
-        self._publish_pressures(stamp, pressures)
+        self._state.publish(stamp, pressures)
         return valves
-
-    def _publish_state(self, stamp: Time) -> None:
-        state, box = self._state, self.box
-        state.header.stamp = stamp
-        state.position = array.array("d", box.observer.mass.tolist())
-        state.velocity = array.array("d", box.observer.flow.tolist())
-        state.effort = array.array("d", box.gauge.tolist())
-        self._state_out.publish(state)
-
-    def _publish_pressures(self, stamp: Time, pressures: NDArray[np.float64]) -> None:
-        """Publish the sensors in turn, each at its rate, spread over the samples."""
-        n = len(self._pressure)
-        slot = int(_seconds(stamp) * PRESSURE_RATE * n)
-        for turn in range(max(self._pressure_slot + 1, slot - n + 1), slot + 1):
-            message = self._pressure[turn % n]
-            message.header.stamp = stamp
-            message.fluid_pressure = float(pressures[turn % n])
-            self._pressure_out[turn % n].publish(message)
-        self._pressure_slot = slot
 
     # everything else
 
-    def serve_others(self) -> None:
-        """Serve commands, services and parameters, watch the sensors, report: when it is time."""
+    def serve_others(self, slack: float = SERVE_SLICE) -> None:
+        """Serve commands, services and parameters, watch the sensors, report: when it is time.
+
+        Args:
+            slack: for how long that may take [s].
+        """
         now = time.monotonic()
         if now - self._served < SERVE_PERIOD:
             return
         self._served = now
-        self._serve_ready()
+        self._turns.serve(min(SERVE_SLICE, slack))
         self._watch_sensors(now)
         if now - self._reported >= REPORT_PERIOD:
             self._reported = now
+            self._turns.serve_rest()
             self._report(now)
             gc.collect(1)
-
-    def _serve_ready(self) -> None:
-        end = time.monotonic() + SERVE_PERIOD
-        while time.monotonic() < end:
-            try:
-                task, _, _ = self._executor.wait_for_ready_callbacks(timeout_sec=0)
-            except TimeoutException:
-                return
-            task()
-            error = task.exception()
-            if error is not None:
-                raise error
 
     def _watch_sensors(self, now: float) -> None:
         if self._clock_pulse is not None:
@@ -276,20 +248,34 @@ class PneumaticBoxNode(Node):
             self.link.clock_stands = self._clock_pulse.stands(now)
         self.link.sensors_seen = self._watch.started
         reason = self._watch.silence(self._node_time(), now, self.link.paused)
-        if reason is not None and reason not in self.box.latch.reasons:
+        if reason is not None:
+            self._fault(reason)
+
+    def _fault(self, reason: str) -> None:
+        """Vent for what the box cannot see itself, until there are samples and a reset."""
+        self.box.sensors_sound = False
+        if reason not in self.box.latch.reasons:
             self.box.vent(reason)
-            self.box.sensors_sound = False
             self.get_logger().error(f"{reason}: venting until pneumaticbox/reset")
             self.command_vent()
 
     def command_vent(self) -> None:
-        """Publish open outlets at once, without a sample to answer."""
-        self._feed.answer(self._stamp, np.full(len(self.box.settings.channels), -1, dtype=np.int8))
+        """Command open outlets at once, without a sample to answer."""
+        valves = np.full(len(self.box.settings.channels), -1, dtype=np.int8)
+        self._valves.answer(self._stamp, valves)
+        if self.board is not None:
+            # a board that cannot be commanded has said so already
+            with contextlib.suppress(ValueError, OSError):
+                self.board.command(valves)
 
     def close(self) -> None:
         """Leave the outlets open and go."""
         self.command_vent()
-        self._feed.flush(FAREWELL)
+        if self.board is not None:
+            with contextlib.suppress(ValueError, OSError):
+                self.board.close()
+        self._valves.flush(FAREWELL)
+        self._turns.close()
         self.destroy_node()
 
     def _report(self, now: float) -> None:
@@ -297,75 +283,37 @@ class PneumaticBoxNode(Node):
             self.get_logger().warning(note)
         self.box.notes.clear()
         self.link.forget_refused(now)
-        if self.backend == "topic":
+        if self._feed is not None:
             self.link.simulators = self._feed.publishers()
-        message = DiagnosticArray()
-        message.header.stamp = self.get_clock().now().to_msg()
-        for report in box_reports(self.box, self.link):
-            pairs = [KeyValue(key=key, value=value) for key, value in report.values.items()]
-            status = DiagnosticStatus(name=f"pneumaticbox: {report.name}", values=pairs)
-            status.level = bytes([report.level])
-            status.message, status.hardware_id = report.message, f"pneumaticbox/{self.backend}"
-            message.status.append(status)
-        self._diagnostics.publish(message)
-
-    def _node_time(self) -> float:
-        return self.get_clock().now().nanoseconds * 1e-9
-
-
-def _answering(call: Callable[[], str]) -> Callable[..., Trigger.Response]:
-    """Callback of a Trigger service: the call's sentence, or why it was refused."""
-
-    def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return _answer(call, response)
-
-    return answer
-
-
-def _answer(call: Callable[[], str], response: Any) -> Any:
-    """Fill the response of a Trigger or SetBool service from `call`."""
-    try:
-        response.message = call()
-        response.success = True
-    except ValueError as error:
-        response.message, response.success = str(error), False
-    return response
+        self._commands.count_commanders()
+        self._diagnostics.publish(box_reports(self.box, self.link))
 
 
 def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
     """Answer the samples of the topic backend until `stop` is set."""
     while not stop.is_set():
-        node.serve_samples(SERVE_PERIOD)
+        node.serve_samples(WAIT)
         node.serve_others()
 
 
-def run_embedded(
-    node: PneumaticBoxNode, stop: threading.Event, loop: DeadlineLoop | None = None
+def run_board(
+    node: PneumaticBoxNode, board: Board, stop: threading.Event, loop: DeadlineLoop | None = None
 ) -> None:
-    """Run the box on bottles of the hand's rest volumes, on the node's clock, until `stop`.
+    """Read and answer the board at a fixed rate until `stop` is set.
 
     `loop` gives the rate; None takes that of the parameter embedded_rate.
     """
-    settings = node.box.settings
-    seed = node.get_parameter("embedded_seed").value
-    bench = EmbeddedBench(settings.channels, settings.rest_volumes, seed=seed)
     loop = loop or DeadlineLoop(1 / node.get_parameter("embedded_rate").value)
-    last = time.monotonic() - loop.period
 
     def step() -> None:
-        """Let the bottles run up to now and the box answer."""
-        nonlocal last
-        now = time.monotonic()
-        pressures = bench.advance(min(now - last, 10 * loop.period))
-        last = now
-        bench.command(node.on_sample(node.get_clock().now().to_msg(), pressures))
-        node.serve_others()
+        node.serve_board(board)
+        node.serve_others(loop.slack)
 
     loop.run(step, stop)
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; 0 then, 2 for parameters that cannot be used."""
+    """Run the node until SIGINT or SIGTERM; 0 then, 2 for what cannot be used or is not there."""
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     stop = threading.Event()
 
@@ -379,8 +327,11 @@ def main(args: list[str] | None = None) -> int:
         node = PneumaticBoxNode()
         gc.freeze()
         gc.disable()  # a collection would come in the middle of a sample; see serve_others
-        (run_embedded if node.backend == "embedded" else run_topic)(node, stop)
-    except (ValueError, ParameterException) as error:
+        if node.board is None:
+            run_topic(node, stop)
+        else:
+            run_board(node, node.board, stop)
+    except (ValueError, OSError, ParameterException) as error:
         print(f"pneumaticbox: {error}", file=sys.stderr)
         status = 2
     finally:

@@ -1,14 +1,13 @@
-"""The node's parameters: default, description with unit, range; all but control_mode read-only."""
+"""The node's parameters: default, description with unit, range, and whether they may change."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pneumaticbox_driver.settings import BoxSettings, per_channel
 from softhand_model.hands import load_hand
 
-BACKENDS = ("topic", "embedded")
-PLANNED_BACKENDS = ("hardware",)
+BACKENDS = ("topic", "embedded", "hardware")
 
 
 @dataclass(frozen=True)
@@ -30,9 +29,24 @@ PARAMETERS = (
     Parameter("control_mode", ["mass"], "one a channel, or one for all", read_only=False),
     Parameter("backend", "topic", "plant: topic (simulator), embedded (bottles) or hardware"),
     Parameter("calibration_file", "", "of `calibrate`; empty: that of the pretended box"),
+    Parameter("outlets", [0], "whose coefficients a channel uses, from 1; one 0: in order"),
+    Parameter("box", "", "name of the box that calibration_file must be of; empty: any"),
     Parameter(
-        "calibration_volume", 0.0, "fixed volume for calibrate [m3]; 0: none is there", (0.0, 0.1)
+        "calibration_volume",
+        0.0,
+        "fixed volume on every channel for calibrate [m3]; 0: none is there",
+        (0.0, 0.1),
+        read_only=False,
     ),
+    Parameter(
+        "calibration_points", 100, "pulses a channel for calibrate", (12, 10000), read_only=False
+    ),
+    Parameter(
+        "calibration_supplies", 2, "supply pressures for calibrate", (1, 20), read_only=False
+    ),
+    Parameter("calibration_output", "", "new file for calibrate to write", read_only=False),
+    Parameter("drift_correction", False, "correct masses by still pressures", read_only=False),
+    Parameter("leak_model", False, "take leaked air off by the calibration", read_only=False),
     Parameter("command_timeout", 0.0, "silence of commands that vents [s]; 0: hold", (0.0, 3600.0)),
     Parameter("shortest_pulse", 0.045, "least time that a valve stays open [s]", (0.001, 1.0)),
     Parameter("shortest_pause", 0.06, "least time that a valve stays closed [s]", (0.0, 1.0)),
@@ -40,9 +54,18 @@ PARAMETERS = (
     Parameter("start_enabled", True, "take commands without a call of pneumaticbox/enable"),
     Parameter("channel_deviation", 2000.0, "of channel pressures, one sigma [Pa]", (0.0, 1e5)),
     Parameter("supply_deviation", 10000.0, "of the supply pressure, one sigma [Pa]", (0.0, 1e5)),
-    Parameter("embedded_rate", 500.0, "control steps with backend embedded [Hz]", (10.0, 1000.0)),
+    Parameter("embedded_rate", 500.0, "control steps without a simulator [Hz]", (10.0, 1000.0)),
     Parameter("real_time_priority", 0, "SCHED_FIFO priority of the node; 0: ordinary", (0, 99)),
     Parameter("embedded_seed", 0, "of noise and jitter with backend embedded", (0, 2**31 - 1)),
+    Parameter("embedded_plant", "", "YAML file of the pretended box; empty: the shipped one"),
+    Parameter(
+        "embedded_supply",
+        0.0,
+        "gauge, of backend embedded [Pa]; 0: that of its YAML file",
+        (0.0, 1e6),
+        read_only=False,
+    ),
+    Parameter("hardware_file", "", "YAML file of the box's wiring, for backend hardware"),
 )
 
 
@@ -50,13 +73,28 @@ def check_backend(backend: str) -> str:
     """Return `backend` if it can be used.
 
     Raises:
-        ValueError: unknown, or not there yet.
+        ValueError: there is none of that name.
     """
-    if backend in PLANNED_BACKENDS:
-        raise ValueError(f"backend {backend!r} is not available yet; now: {list(BACKENDS)}")
     if backend not in BACKENDS:
         raise ValueError(f"backend must be one of {list(BACKENDS)}, got {backend!r}")
     return backend
+
+
+def outlet_numbers(given: Sequence[int], channels: int) -> tuple[int, ...]:
+    """Outlets of the channels, from 1; a single 0 stands for all in order.
+
+    Raises:
+        ValueError: not one a channel, or below 1.
+
+    >>> outlet_numbers([0], 3), outlet_numbers([2, 1], 2)
+    ((1, 2, 3), (2, 1))
+    """
+    if list(given) == [0]:
+        return tuple(range(1, channels + 1))
+    if len(given) != channels or min(given) < 1:
+        expected = f"{channels} numbers from 1, one a channel"
+        raise ValueError(f"outlets must be {expected}, got {list(given)}")
+    return tuple(given)
 
 
 def box_settings(value: Callable[[str], Any]) -> BoxSettings:

@@ -9,7 +9,11 @@ from rclpy.node import Node
 from pneumaticbox_driver.parameters import PARAMETERS, Parameter
 
 SIM_TIME = "use_sim_time"
-SIM_TIME_IGNORED = "use_sim_time is ignored: backend embedded follows the wall clock"
+
+
+def sim_time_ignored(backend: str) -> str:
+    """Say that a backend without a simulator does not follow simulated time."""
+    return f"{SIM_TIME} is ignored: backend {backend} follows the wall clock"
 
 
 def _descriptor(parameter: Parameter) -> ParameterDescriptor:
@@ -35,14 +39,14 @@ def declare_parameters(node: Node) -> None:
 def choose_clock(node: Node, backend: str) -> str:
     """Set use_sim_time of `node` to what its backend needs.
 
-    Backend topic follows simulated time unless the user has said otherwise; backend embedded is
-    its own plant, has no /clock and always follows the wall clock.
+    Backend topic follows simulated time unless the user has said otherwise; the others have no
+    /clock and always follow the wall clock.
 
     Returns:
         A warning, "" for none.
     """
-    if backend == "embedded":
-        return _follow_wall_time(node)
+    if backend != "topic":
+        return _follow_wall_time(node, backend)
     # rclpy has no public way to tell a value that was given from its default: overrides of the
     # constructor would win over those of the command line and of parameter files
     if SIM_TIME not in node._parameter_overrides:
@@ -50,9 +54,10 @@ def choose_clock(node: Node, backend: str) -> str:
     return ""
 
 
-def _follow_wall_time(node: Node) -> str:
+def _follow_wall_time(node: Node, backend: str) -> str:
     if not node.get_parameter(SIM_TIME).value:
         return ""
     node.set_parameters([rclpy.Parameter(SIM_TIME, value=False)])
-    node.get_logger().warning(SIM_TIME_IGNORED)
-    return SIM_TIME_IGNORED
+    warning = sim_time_ignored(backend)
+    node.get_logger().warning(warning)
+    return warning

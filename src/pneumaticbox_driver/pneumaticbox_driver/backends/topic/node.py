@@ -41,10 +41,10 @@ def _ignore(_: Any) -> None:
 
 
 class SampleFeed:
-    """Sensor samples in, valves out, on the node's `pneumaticbox` topics.
+    """Sensor samples of the topic `pneumaticbox/sensors`.
 
     Args:
-        node: whose topics they are.
+        node: whose topic it is.
         channels: names of the channels, in order.
     """
 
@@ -59,8 +59,6 @@ class SampleFeed:
             callback_group=TakenByHand(),
         )
         self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, self._context.handle)
-        self._publisher = node.create_publisher(JointState, "pneumaticbox/valves", RELIABLE)
-        self._valves = JointState(name=list(channels))
 
     def take(self, timeout: float) -> JointState | None:
         """Wait up to `timeout` [s] for a sample; None when there is none."""
@@ -86,6 +84,19 @@ class SampleFeed:
             expected = len(self._expected)
             raise ValueError(f"effort: expected {expected} values, got {len(sample.effort)}")
         return np.array(sample.effort)
+
+
+class ValvesOut:
+    """Commanded valves on the topic `pneumaticbox/valves`.
+
+    Args:
+        node: whose topic it is.
+        channels: names of the channels, in order.
+    """
+
+    def __init__(self, node: Node, channels: tuple[str, ...]) -> None:
+        self._publisher = node.create_publisher(JointState, "pneumaticbox/valves", RELIABLE)
+        self._valves = JointState(name=list(channels))
 
     def answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
         """Publish the valves (n,) with the stamp of the sample that they answer."""

@@ -1,0 +1,51 @@
+"""The pretended bench as a board: its time passes with the monotonic clock."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.backends.embedded import EmbeddedBench
+
+Floats = NDArray[np.float64]
+Valves = NDArray[np.int8]
+LONGEST_STEP = 0.1  # that the bench catches up with when the process was held [s]
+
+
+class EmbeddedBoard:
+    """Lets a bench run up to the present whenever it is read.
+
+    Args:
+        bench: from its time 0 on.
+        clock: monotonic [s].
+    """
+
+    def __init__(self, bench: EmbeddedBench, clock: Callable[[], float] = time.monotonic) -> None:
+        self.bench = bench
+        self._clock = clock
+        self._last = clock()
+
+    @property
+    def time(self) -> float:
+        """Time of the last reading on the monotonic clock [s]."""
+        return self._last
+
+    def read(self) -> Floats:
+        """Read absolute pressures now: channels, then supply (n + 1,) [Pa]."""
+        now = self._clock()
+        pressures = self.bench.advance(min(now - self._last, LONGEST_STEP))
+        self._last = now
+        return pressures
+
+    def command(self, valves: Valves) -> None:
+        """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed."""
+        self.bench.command(valves)
+
+    def set_supply(self, gauge: float) -> None:
+        """Turn the supply regulator to a gauge pressure [Pa]."""
+        self.bench.plant.set_supply(gauge)
+
+    def close(self) -> None:
+        """Open the outlets."""
+        self.bench.command(np.full(len(self.bench.mass), -1, dtype=np.int8))

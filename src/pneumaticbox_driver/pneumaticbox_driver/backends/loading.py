@@ -1,0 +1,62 @@
+"""Opens the board that a backend stands for; its modules are loaded only when it is asked for."""
+
+from collections.abc import Callable
+from typing import Any
+
+from pneumaticbox_driver.backends.board import Board
+from pneumaticbox_driver.parameters import outlet_numbers
+from pneumaticbox_driver.settings import BoxSettings
+
+Value = Callable[[str], Any]
+
+
+def open_board(backend: str, settings: BoxSettings, value: Value) -> Board | None:
+    """Open the board of a backend.
+
+    Args:
+        backend: checked name, see `parameters.check_backend`.
+        settings: of the box.
+        value: returns a parameter's value by its name.
+
+    Returns:
+        The board, None for the backend topic: its plant is another node.
+
+    Raises:
+        ValueError: parameters or files that cannot be used, or a device that is not there; no
+            valve has moved then.
+        OSError: the same of a device.
+    """
+    opener = OPENERS.get(backend)
+    return None if opener is None else opener(settings, value)
+
+
+def _open_embedded(settings: BoxSettings, value: Value) -> Board:
+    """Bottles of the rest volumes on the pretended box."""
+    from pneumaticbox_driver.backends.embedded import EmbeddedBench
+    from pneumaticbox_driver.backends.embedded_board import EmbeddedBoard
+    from softhand_model.pneumatics import load_pneumatics
+
+    plant = value("embedded_plant")
+    parameters = load_pneumatics(plant) if plant else None
+    volumes, seed = settings.rest_volumes, value("embedded_seed")
+    board = EmbeddedBoard(EmbeddedBench(settings.channels, volumes, parameters, seed))
+    if value("embedded_supply") > 0:
+        board.set_supply(value("embedded_supply"))
+    return board
+
+
+def _open_hardware(settings: BoxSettings, value: Value) -> Board:
+    """The box that the file of the parameter hardware_file describes."""
+    from pneumaticbox_driver.backends.hardware.opening import open_bench
+
+    path = value("hardware_file")
+    if not path:
+        raise ValueError("hardware_file must be the path of a hardware file, got none")
+    outlets = outlet_numbers(value("outlets"), len(settings.channels))
+    return open_bench(path, outlets, settings.ambient)
+
+
+OPENERS: dict[str, Callable[[BoxSettings, Value], Board]] = {
+    "embedded": _open_embedded,
+    "hardware": _open_hardware,
+}

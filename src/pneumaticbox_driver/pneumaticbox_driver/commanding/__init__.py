@@ -1,0 +1,1 @@
+"""Takes commands and valve schedules."""

@@ -1,0 +1,1 @@
+"""Publishes the reports of the box."""

@@ -1,0 +1,1 @@
+"""Publishes what the box knows at every sample."""

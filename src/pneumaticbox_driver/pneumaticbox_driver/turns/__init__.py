@@ -1,0 +1,1 @@
+"""Serves what comes in by turns, without an executor."""
