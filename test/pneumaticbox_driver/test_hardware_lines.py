@@ -108,7 +108,9 @@ def test_the_stand_in_has_the_names_and_arguments_of_the_package():
     assert {f.name for f in fields(gpiod_stand_in.LineSettings)} <= {
         f.name for f in fields(gpiod.LineSettings)
     }
-    assert gpiod.line.Direction.OUTPUT and gpiod.line.Value.ACTIVE and gpiod.line.Value.INACTIVE
+    for name in ("Direction.OUTPUT", "Value.ACTIVE", "Value.INACTIVE"):
+        enumeration, member = name.split(".")
+        assert member in getattr(gpiod.line, enumeration).__members__
     with pytest.raises(
         HardwareError, match="expected a GPIO chip at /dev/null, got No such device"
     ):

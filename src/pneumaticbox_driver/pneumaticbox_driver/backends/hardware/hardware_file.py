@@ -80,6 +80,11 @@ class LinuxHardware:
     converter: Converter
     vent_time: float
 
+    @property
+    def coils(self) -> tuple[Coil, ...]:
+        """All coils of the box: inflate and deflate of the first outlet, of the second, ..."""
+        return tuple(coil for outlet in self.outlets for coil in (outlet.inflate, outlet.deflate))
+
 
 @dataclass(frozen=True)
 class OtherHardware:
@@ -129,11 +134,11 @@ def _linux_hardware(document: Node) -> LinuxHardware:
         raise content["outlets"].error(f"1 to {MOST_OUTLETS} outlets")
     outlets = tuple(_outlet(node, chip, active_low, types, converter) for node in listed)
     supply = _sensor(content["supply"], types, converter)
-    coils = [coil for outlet in outlets for coil in (outlet.inflate, outlet.deflate)]
-    _refuse_twice("line", ((coil.place, (coil.chip, coil.line)) for coil in coils))
+    hardware = LinuxHardware(outlets, supply, converter, _vent_time(content["vent_time"]))
+    _refuse_twice("line", ((coil.place, (coil.chip, coil.line)) for coil in hardware.coils))
     sensors = [*(outlet.sensor for outlet in outlets), supply]
     _refuse_twice("input", ((f"{sensor.place}.input", sensor.input) for sensor in sensors))
-    return LinuxHardware(outlets, supply, converter, _vent_time(content["vent_time"]))
+    return hardware
 
 
 def _vent_time(node: Node) -> float:

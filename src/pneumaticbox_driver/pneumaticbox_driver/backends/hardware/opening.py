@@ -55,18 +55,19 @@ def open_board(
     """Open the board alone; arguments and errors as those of `open_bench`."""
     if isinstance(hardware, OtherHardware):
         return _other_board(hardware, outlets, ambient)
-    _check_outlets(outlets, len(hardware.outlets))
+    check_outlets(outlets, len(hardware.outlets))
     sensors = [hardware.outlets[number - 1].sensor for number in outlets]
     inputs = IioInputs(hardware.converter, [*sensors, hardware.supply], ambient)
     try:
-        lines = make_lines([coil for o in hardware.outlets for coil in (o.inflate, o.deflate)])
+        lines = make_lines(hardware.coils)
     except ValueError:
         inputs.close()
         raise
     return LinuxBoard(lines, inputs, outlets)
 
 
-def _check_outlets(outlets: Sequence[int], there: int) -> None:
+def check_outlets(outlets: Sequence[int], there: int) -> None:
+    """Raise ValueError unless `outlets` are different numbers of a box with `there` outlets."""
     known = all(1 <= number <= there for number in outlets)
     if not known or not outlets or len(set(outlets)) < len(outlets):
         expected = f"different numbers from 1 to {there}"
