@@ -3,16 +3,21 @@
 import numpy as np
 from bottle_rig import BottleRig
 
+from pneumaticbox_driver.command_traffic import CommandTraffic
+from pneumaticbox_driver.commands import TrajectoryPoint
 from pneumaticbox_driver.diagnostics import LinkState, box_reports
 from pneumaticbox_driver.note_throttle import NoteThrottle
 from pneumaticbox_driver.report import Level
+from pneumaticbox_driver.valve_activity import ValveActivity
 
 MG = 1e-6
 SEEN = {"sensors_seen": True}
 
 
-def reports(rig, **link):
-    return {report.name: report for report in box_reports(rig.box, LinkState(**link))}
+def reports(rig, activity=None, **link):
+    activity = activity or ValveActivity(len(rig.names))
+    found = box_reports(rig.box, LinkState(**link), activity)
+    return {report.name: report for report in found}
 
 
 def test_all_is_well_in_operation():
@@ -49,13 +54,13 @@ def test_a_refused_message_is_named_and_counted():
 
 def test_a_refused_message_is_forgotten_after_ten_seconds_but_stays_counted():
     link = LinkState(**SEEN)
-    box = BottleRig().started().box
+    rig = BottleRig().started()
     link.refuse("x/command: old", 90.0)
     link.refuse("x/command: points[0]", 100.0)
     link.forget_refused(109.9)
     assert link.refused == "x/command: points[0]"
     link.forget_refused(110.1)
-    report = {report.name: report for report in box_reports(box, link)}["commands"]
+    report = reports(rig, **vars(link))["commands"]
     assert (report.level, report.values["refused messages"]) == (Level.OK, "2")
 
 
@@ -82,3 +87,44 @@ def test_a_channel_held_at_its_limit_says_so():
     report = reports(rig, **SEEN)["channel a"]
     assert report.level == Level.WARN and "pressure limit" in report.message
     assert report.values["valve"] == "closed"
+
+
+def test_two_commanders_and_a_storm_of_commands_are_told():
+    rig = BottleRig().started()
+    traffic = CommandTraffic(taken=1159, lost=8841, commanders=2)
+    report = reports(rig, **SEEN, traffic=traffic, storm=39000.0)["commands"]
+    assert report.level == Level.WARN
+    assert "two nodes publish commands" in report.message
+    assert "command storm: 39000 messages a second" in report.message
+    assert (report.values["messages"], report.values["lost messages"]) == ("1159", "8841")
+
+
+def test_a_valve_that_chatters_is_told_and_one_that_fills_a_bottle_is_not():
+    rig = BottleRig().started()
+    rig.command(20 * MG, 0.0)
+    activity = ValveActivity(2)
+    for second in range(11):
+        activity.note(float(second), np.array([second // 2, 9 * second]))
+    found = reports(rig, activity, **SEEN)
+    assert found["channel a"].level == Level.OK
+    assert found["channel b"].level == Level.WARN
+    assert found["channel b"].message == "valve chatters: opened 90 times within 10 s"
+    assert found["channel b"].values["openings within 10 s"] == "90"
+
+
+def test_each_channel_tells_its_mode_and_counts_its_openings():
+    rig = BottleRig().started()
+    rig.box.set_modes(("mass", "time"))
+    rig.box.command("a", [TrajectoryPoint(0.0, positions=[20 * MG])], 0.0, rig.box.time)
+    rig.run(1.0)
+    found = reports(rig, **SEEN)
+    assert [found[f"channel {name}"].values["mode"] for name in "ab"] == ["mass", "time"]
+    assert found["channel a"].values["openings"] == str(rig.openings[0]) != "0"
+    assert found["channel b"].values["openings"] == "0"
+
+
+def test_outlets_that_do_not_open_are_told_with_what_to_do():
+    rig = BottleRig().started()
+    rig.box.stuck_outlets = lambda: ["channel a: shut off the supply"]
+    report = reports(rig, **SEEN)["safety"]
+    assert (report.level, report.message) == (Level.ERROR, "channel a: shut off the supply")

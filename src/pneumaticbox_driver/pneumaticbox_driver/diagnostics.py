@@ -1,9 +1,11 @@
 """What the box tells about itself in /diagnostics (REP-107)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from pneumaticbox_driver.box import PneumaticBox
+from pneumaticbox_driver.command_traffic import CommandTraffic
 from pneumaticbox_driver.report import Level, Report
+from pneumaticbox_driver.valve_activity import ValveActivity
 
 UNITS = {"mass": "kg", "mass_flow": "kg/s", "pressure": "Pa", "volume": "m3", "time": "-"}
 REFUSAL_MEMORY = 10.0  # wall time for which a refused message is worth a warning [s]
@@ -17,7 +19,8 @@ class LinkState:
     `refused` is the last message that could not be used, "" when that is over: a good one has come
     since, or enable or reset, or it was long ago; `refusals` counts them. `simulators` publish
     sensor samples. `clock_stands` [s] is for how long the node's time has stood still,
-    `clock_warning` what else is to be said of the clock.
+    `clock_warning` what else is to be said of the clock. `storm` [1/s] is the rate of commands when
+    they have come too fast of late, `traffic` counts them.
     """
 
     refused: str = ""
@@ -28,6 +31,8 @@ class LinkState:
     clock_stands: float = 0.0
     simulators: int = 1
     clock_warning: str = ""
+    storm: float = 0.0
+    traffic: CommandTraffic = field(default_factory=CommandTraffic)
     _refused_at: float = 0.0
 
     def refuse(self, reason: str, now: float) -> None:
@@ -45,9 +50,10 @@ class LinkState:
             self.refused = ""
 
 
-def box_reports(box: PneumaticBox, link: LinkState) -> list[Report]:
+def box_reports(box: PneumaticBox, link: LinkState, activity: ValveActivity) -> list[Report]:
     """Report sensors, safety, commands and every channel."""
-    channels = [_channel(box, i, name) for i, name in enumerate(box.settings.channels)]
+    names = box.settings.channels
+    channels = [_channel(box, activity, i, name) for i, name in enumerate(names)]
     return [_sensors(box, link), _safety(box), _commands(box, link), *channels]
 
 
@@ -81,30 +87,54 @@ def _safety(box: PneumaticBox) -> Report:
         report.raise_to(Level.ERROR, f"vented until pneumaticbox/reset: {reasons}")
     elif not box.enabled:
         report.raise_to(Level.WARN, "disabled: valves are closed")
+    for sentence in box.stuck_outlets():
+        report.raise_to(Level.ERROR, sentence)
     return report
 
 
 def _commands(box: PneumaticBox, link: LinkState) -> Report:
-    report = Report("commands", values={"refused messages": str(link.refusals)})
-    report.values["control modes"] = ", ".join(box.settings.control_modes)
+    traffic = link.traffic
+    report = Report("commands")
+    report.values = {
+        "messages": str(traffic.taken),
+        "refused messages": str(link.refusals),
+        "lost messages": str(traffic.lost),
+        "commanders": str(traffic.commanders),
+        "control modes": ", ".join(box.modes),
+    }
     if link.refused:
         report.raise_to(Level.WARN, f"refused {link.refused}")
+    if traffic.commanders > 1:
+        count = "two" if traffic.commanders == 2 else traffic.commanders
+        report.raise_to(Level.WARN, f"{count} nodes publish commands: the last one to speak wins")
+    if link.storm:
+        report.raise_to(
+            Level.WARN,
+            f"command storm: {link.storm:.0f} messages a second, the newest are taken",
+        )
     return report
 
 
-def _channel(box: PneumaticBox, index: int, name: str) -> Report:
+def _channel(box: PneumaticBox, activity: ValveActivity, index: int, name: str) -> Report:
     report = Report(f"channel {name}")
     if box.guard.relieving[index]:
         report.raise_to(Level.WARN, "above its pressure limit: relieving")
     elif box.guard.blocked[index]:
         report.raise_to(Level.WARN, "target is beyond the pressure limit: held below it")
-    mode = box.settings.control_modes[index]
+    recent = int(activity.recent[index])
+    if activity.chatters[index]:
+        report.raise_to(Level.WARN, f"valve chatters: opened {recent} times within 10 s")
+    mode = box.modes[index]
     report.values = {
+        "mode": mode,
         "air mass [kg]": f"{box.observer.mass[index]:.3e}",
         f"target [{UNITS[mode]}]": f"{box.setpoints.at(box.time)[index]:.3e}",
         "pressure, gauge [Pa]": f"{box.gauge[index]:.0f}",
+        "volume above rest [m3]": f"{box.volume[index]:.2e}",
         "limit, gauge [Pa]": f"{box.guard.limits[index]:.0f}",
         "sensor offset [Pa]": f"{box.offsets[index]:.0f}",
         "valve": {1: "inflate", 0: "closed", -1: "deflate"}[int(box.valves[index])],
+        "openings": str(int(box.openings[index])),
+        "openings within 10 s": str(recent),
     }
     return report

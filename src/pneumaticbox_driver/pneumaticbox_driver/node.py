@@ -46,6 +46,7 @@ from pneumaticbox_driver.settings import per_channel
 from pneumaticbox_driver.state_topics.node import StateTopics
 from pneumaticbox_driver.steady_clock import SteadyClock
 from pneumaticbox_driver.turns.node import Turns
+from pneumaticbox_driver.valve_activity import ValveActivity
 
 SERVE_PERIOD = 0.005  # wall time between looks at commands and services [s]
 SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
@@ -73,6 +74,7 @@ class PneumaticBoxNode(Node):
         self.steady = SteadyClock()
         self._throttle = NoteThrottle()
         self._watch = SampleWatch()
+        self._activity = ValveActivity(len(channels))
         self._stamp = Time()
         self._board_begin = math.nan  # of the board's clock, on the steady one [s]
         self._served = self._reported = 0.0
@@ -101,6 +103,7 @@ class PneumaticBoxNode(Node):
         self._commands = Commands(
             self, obey, self._box_time, self._of_stamp, self._refuse, self.link.accept
         )
+        self.link.traffic = self._commands.traffic
 
     def _create_services(self) -> None:
         offer_switch(self, "enable", self._enable)
@@ -235,6 +238,7 @@ class PneumaticBoxNode(Node):
         self._served = now
         self._turns.serve(min(SERVE_SLICE, slack))
         self._watch_sensors(now)
+        self._activity.note(self.box.time, self.box.openings)
         if now - self._reported >= REPORT_PERIOD:
             self._reported = now
             self._turns.serve_rest()
@@ -286,7 +290,8 @@ class PneumaticBoxNode(Node):
         if self._feed is not None:
             self.link.simulators = self._feed.publishers()
         self._commands.count_commanders()
-        self._diagnostics.publish(box_reports(self.box, self.link))
+        self.link.storm = self._commands.traffic.storm(now)
+        self._diagnostics.publish(box_reports(self.box, self.link, self._activity))
 
 
 def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
