@@ -20,12 +20,13 @@ setup(
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
     install_requires=["setuptools", "softhand_model", "numpy", "PyYAML"],
-    extras_require={"hardware": ["gpiod>=2"], "test": ["pytest"]},
+    extras_require={"figures": ["matplotlib"], "hardware": ["gpiod>=2"], "test": ["pytest"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [
             "driver = pneumaticbox_driver.node:main",
             "calibrate = pneumaticbox_driver.calibrate:main",
+            "pneumatics-experiment = pneumaticbox_driver.experiments.main:main",
         ],
     },
 )

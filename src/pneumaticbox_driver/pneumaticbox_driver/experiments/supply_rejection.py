@@ -1,0 +1,107 @@
+"""Fig. 4.7: a sine of air mass while somebody turns the supply's regulator."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pneumaticbox_driver.experiments.bottle_run import BottleRun, Sine
+from pneumaticbox_driver.experiments.boxes import SUPPLIES, box_of, calibrated
+from pneumaticbox_driver.experiments.drift import final_drift, of, tracking_error, under
+from pneumaticbox_driver.experiments.palette import FULL, OTHER, SUPPLY, TARGET
+from pneumaticbox_driver.experiments.report import (
+    MG,
+    Metric,
+    Progress,
+    Report,
+    Series,
+    option,
+    rms,
+)
+from softhand_model.gas import AMBIENT_PRESSURE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SENTENCE = "a sine of air mass while the supply varies by a quarter, and while it does not"
+THESIS = "Fig. 4.7, a supply that varies by 25 % has no discernible effect"
+SIZE = (8.0, 5.6)
+
+
+@dataclass(frozen=True)
+class Settings(Sine):
+    """Options of the experiment."""
+
+    points: int = option(400, "calibration pulses per channel, both directions together [-]")
+    channels: int = option(8, "outlets of the box, all on the same sine [-]")
+    supplies: tuple[float, ...] = option(SUPPLIES, "supplies of the calibration [Pa gauge]")
+    supply: float = option(290e3, "mean supply pressure [Pa gauge]")
+    variation: float = option(0.25, "from the lowest to the highest supply, of the mean [-]")
+    turns: float = option(4.0, "how often the supply goes down and up during the sine [-]")
+
+
+def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
+    """Calibrate a box; track the sine under a constant supply, then under one that varies."""
+    box = box_of(seed)
+    own = calibrated(box, settings.channels, settings.points, seed, progress, settings.supplies)
+    supplies = {"constant": lambda time: settings.supply, "varied": varied(settings)}
+    runs = {}
+    for name, supply in supplies.items():
+        runs |= under(name, BottleRun(box, own, seed).follow(settings, progress, supply))
+    return runs
+
+
+def varied(settings: Settings) -> Callable[[float], float]:
+    """The regulator turned by hand: gauge supply [Pa] over time [s], in straight lines."""
+    half, turn = 0.5 * settings.variation, settings.duration / settings.turns
+
+    def supply(time: float) -> float:
+        phase = max(time - settings.fill, 0.0) / turn % 1.0
+        triangle = 4 * abs((phase + 0.25) % 1.0 - 0.5) - 1.0
+        return settings.supply * (1 + half * triangle)
+
+    return supply
+
+
+def report(series: Series, settings: Settings) -> Report:
+    """Tracking errors and drift with and without the variation."""
+    runs = {name: of(name, series) for name in ("constant", "varied")}
+    errors = {k: float(rms(tracking_error(run, settings))) / MG for k, run in runs.items()}
+    drifts = {k: float(rms(final_drift(run))) / MG for k, run in runs.items()}
+    read = runs["varied"]["supply"][runs["varied"]["time"] > settings.fill]
+    gauge = read - AMBIENT_PRESSURE
+    spread = 100 * float(np.ptp(gauge) / gauge.mean())
+    change = 100 * (errors["varied"] / errors["constant"] - 1)
+    metrics = (
+        Metric("variation of the supply, read by its sensor", spread, "%", "about 25"),
+        Metric("RMS tracking error, constant supply", errors["constant"], "mg"),
+        Metric("RMS tracking error, varied supply", errors["varied"], "mg"),
+        Metric("change of the tracking error", change, "%", "no discernible effect"),
+        Metric("final drift, constant supply, RMS of channels", drifts["constant"], "mg"),
+        Metric("final drift, varied supply, RMS of channels", drifts["varied"], "mg"),
+    )
+    verdict = (
+        f"a supply that varies by {spread:.0f} % changes the tracking error by {change:+.1f} %, "
+        f"{errors['constant']:.2f} to {errors['varied']:.2f} mg (thesis: no discernible effect)"
+    )
+    return Report(metrics, verdict)
+
+
+def draw(figure: "Figure", series: Series, result: Report) -> None:
+    """Supply, mass of the first channel and its tracking error over time."""
+    top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(1, 2, 1))
+    runs = {name: of(name, series) for name in ("constant", "varied")}
+    top.plot(runs["varied"]["time"], runs["varied"]["supply"] / 1e3, color=SUPPLY)
+    top.set(ylabel="supply\n[kPa abs.]")
+    middle.plot(runs["varied"]["time"], runs["varied"]["target"] / MG, color=TARGET, label="target")
+    colours = {"constant": FULL, "varied": OTHER}
+    for name, run in runs.items():
+        style = {"color": colours[name], "ls": "--" if name == "constant" else "-", "lw": 1.0}
+        middle.plot(run["time"], run["truth"][:, 0] / MG, label=f"{name} supply", **style)
+        error = (run["truth"][:, 0] - run["target"]) / MG
+        bottom.plot(run["time"], error, **style)
+    middle.set(ylabel="air mass [mg]")
+    middle.legend(loc="lower right", ncols=3)
+    bottom.axhline(0, color=TARGET, lw=0.6)
+    bottom.set(xlabel="time [s]", ylabel="error [mg]", ylim=(-5, 5))
