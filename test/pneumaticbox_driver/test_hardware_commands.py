@@ -33,10 +33,11 @@ def box():
 def test_read_shows_pressures_and_volts_and_switches_nothing(path, tree, box, capsys):
     tree.put(1, 0)
     assert main([path, "read", "1", "2"], box) == 0
-    first, second, supply = capsys.readouterr().out.splitlines()
+    first, second, supply, spent = capsys.readouterr().out.splitlines()
     assert "outlet 1:" in first and "0.492 V" in first
     assert "not readable" in second
     assert float(supply.split()[1]) == pytest.approx(100.0, abs=0.1)  # half a count
+    assert 0 < float(spent.split()[3]) < 2
     assert box.lines.history == [] and box.lines.released
 
 

@@ -58,7 +58,9 @@ def _parser() -> argparse.ArgumentParser:
 def _read(options: argparse.Namespace, make_lines: MakeLines) -> None:
     board = open_board(read_hardware(options.file), options.outlets, make_lines=make_lines)
     try:
+        begun = time.monotonic()
         readings = np.array([board.read()[1] for _ in range(SAMPLES)])
+        spent = (time.monotonic() - begun) / SAMPLES
         volts = board.inputs.volts() if isinstance(board, LinuxBoard) else None
     finally:
         board.close()
@@ -66,6 +68,7 @@ def _read(options: argparse.Namespace, make_lines: MakeLines) -> None:
     for index, name in enumerate(names):
         shown = "" if volts is None else f"   {volts[index]:6.3f} V"
         print(f"{name:>9}: {_gauge(readings[:, index])}{shown}")
+    print(f"a reading takes {spent * 1e3:.2f} ms; a control step has 2 ms")
 
 
 def _gauge(readings: Floats) -> str:
