@@ -1,23 +1,28 @@
-"""A pretended bench in process: the plant with fixed volumes on its channels."""
+"""A pretended bench in process: the plant with bottles or actuators on its channels."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softhand_model.pneumatics import CommandWatch, Pneumatics
+from softhand_model.pneumatics import CommandWatch, Pneumatics, load_pneumatics
+from softhand_model.pneumatics.chambers import Bottles, Chambers
 
 Floats = NDArray[np.float64]
+RESPONSE_TIME = 0.02  # in which actuators take on the volume in balance, about a finger's [s]
+LONGEST_STEP = 5e-3  # with the volumes held on their way; far below what could make them swing [s]
 
 
 class EmbeddedBench:
-    """The pneumatic plant with a bottle on each channel; time starts at 0.
+    """The pneumatic plant with a chamber on each channel; time starts at 0.
 
-    Like the simulator it opens the outlets when the driver falls silent.
+    Like the simulator it opens the outlets when the driver falls silent. Chambers that follow the
+    pressure do so with a lag of 20 ms.
 
     Args:
         channels: names of the channels.
-        volumes: of the bottles (n,) [m3].
+        volumes: of bottles (n,) [m3], or `Chambers` as in `softhand_model.pneumatics.chambers`.
         parameters: constants of the plant; None for those that are shipped.
         seed: of noise and jitter.
         relief_pressures: of mechanical relief valves (n,), gauge [Pa]; None without.
@@ -29,7 +34,7 @@ class EmbeddedBench:
     def __init__(
         self,
         channels: Sequence[str],
-        volumes: ArrayLike,
+        volumes: ArrayLike | Chambers,
         parameters: Pneumatics | None = None,
         seed: int = 0,
         relief_pressures: ArrayLike | None = None,
@@ -37,16 +42,18 @@ class EmbeddedBench:
         # imported here, for it takes numba along
         from softhand_model.pneumatics.compiled_plant import PLANT
 
-        self.plant = PLANT(channels, volumes, parameters, seed, relief_pressures)
-        self._volumes = np.asarray(volumes, dtype=float)
+        self.chambers = volumes if hasattr(volumes, "volumes") else Bottles(volumes)
+        ambient = (parameters or load_pneumatics()).ambient_pressure
+        self.volumes = self.chambers.volumes(np.full(len(channels), ambient))
+        self.plant = PLANT(channels, self.volumes, parameters, seed, relief_pressures)
         self._compile()
         self._watch = CommandWatch(len(channels))
-        self._rest = self.plant.rest_mass(self._volumes)
+        self._rest = self.plant.rest_mass(self.volumes)
 
     def _compile(self) -> None:
         # a step and back, so that nothing has to be compiled between two samples
         start = self.plant.save()
-        self.plant.step(1e-3, np.zeros(len(self._volumes)), self._volumes)
+        self.plant.step(1e-3, np.zeros(len(self.volumes)), self.volumes)
         self.plant.restore(start)
 
     @property
@@ -65,5 +72,13 @@ class EmbeddedBench:
 
     def advance(self, dt: float) -> Floats:
         """Let `dt` [s] pass and read the sensors: channels, then supply (n + 1,) [Pa absolute]."""
-        self.plant.step(dt, self._watch.valves(self.time), self._volumes)
+        count = math.ceil(dt / LONGEST_STEP - 1e-9)
+        for _ in range(count):
+            self._step(dt / count)
         return self.plant.read()
+
+    def _step(self, dt: float) -> None:
+        balanced = self.chambers.volumes(self.plant.pressures)
+        if balanced is not self.volumes:  # as that of bottles is
+            self.volumes = self.volumes + dt / (dt + RESPONSE_TIME) * (balanced - self.volumes)
+        self.plant.step(dt, self._watch.valves(self.time), self.volumes)

@@ -21,6 +21,7 @@ from softhand_model.pneumatics.valves import Valves
 Floats = NDArray[np.float64]
 SLOTS = 8  # channels of one Pneumaticbox
 LONGEST_SUBSTEP = 1e-3  # [s]
+SHORTEST_SUBSTEP = 1e-6  # to which the moments are kept when spools move [s]
 
 
 class PneumaticPlant:
@@ -218,7 +219,7 @@ class PneumaticPlant:
         return self.faults.readings(self._sensors.read(self._noise))
 
     def step(self, dt: float, valves: ArrayLike, volumes: ArrayLike) -> Floats:
-        """Advance by `dt`, in substeps of 1 ms or less.
+        """Advance by `dt`, in substeps of 1 ms or less that end when a spool moves.
 
         Args:
             dt: time to advance [s], above zero.
@@ -251,6 +252,17 @@ class PneumaticPlant:
         return given
 
     def _substep(self, dt: float, volumes: Floats) -> None:
+        while True:
+            self._valves.advance(self.time + SHORTEST_SUBSTEP)
+            part = self._valves.next_change - self.time
+            if part > dt - SHORTEST_SUBSTEP:
+                break
+            self._move(part, self._volumes + part / dt * (volumes - self._volumes))
+            dt -= part
+        self._move(dt, volumes)
+
+    def _move(self, dt: float, volumes: Floats) -> None:
+        # spools held
         if self._heat is not None:
             self._heat.compress(volumes / self._volumes)
         self._volumes = volumes
@@ -273,7 +285,7 @@ class PneumaticPlant:
         before = air if self._heat is None else air.copy()
         taken = self._move_air(
             dt,
-            self.faults.spools(self._valves.advance(self.time + dt / 2)),
+            self.faults.spools(self._valves.state),
             (self._supply.pressure, self.parameters.ambient_pressure),
             capacity,
             self._dead_capacity,

@@ -41,7 +41,7 @@ class Valves:
         self._command: NDArray[np.int8] = np.zeros(channels, dtype=np.int8)
         self._opens: Floats = np.full(channels, np.inf)
         self._closes: Floats = np.full(channels, np.inf)
-        self._moving = False
+        self.next_change = np.inf  # when the next spool will move [s]
 
     def command(self, time: float, valves: NDArray[np.int8], noise: np.random.Generator) -> None:
         """Switch the coils at `time` [s] to `valves` (channels,); `noise` draws the jitter."""
@@ -60,7 +60,7 @@ class Valves:
         self._opens = np.where(changed, time + opening, self._opens)
         self._closes = np.where(changed, time + closing, self._closes)
         self._command = valves.copy()
-        self._moving = True
+        self._plan()
 
     def _jittered(self, delay: Floats, bounds: Range, noise: np.random.Generator) -> Floats:
         drawn = noise.normal(0.0, self._parameters.delay_jitter, delay.shape)
@@ -68,14 +68,18 @@ class Valves:
 
     def advance(self, time: float) -> NDArray[np.int8]:
         """Move the spools to where they are at `time` [s] and return their states (channels,)."""
-        if not self._moving:
+        if time < self.next_change:
             return self.state
         leaves = (self.state != self._command) & (self.state != 0) & (time >= self._closes)
         closed = np.where(leaves, 0, self.state)
         arrives = (closed == 0) & (self._command != 0) & (time >= self._opens)
         self.state = np.where(arrives, self._command, closed).astype(np.int8)
-        self._moving = bool((self.state != self._command).any())
+        self._plan()
         return self.state
+
+    def _plan(self) -> None:
+        waits = np.where(self.state == 0, self._opens, self._closes)
+        self.next_change = float(np.min(waits, where=self.state != self._command, initial=np.inf))
 
     def save(self) -> dict[str, Any]:
         """Return a copy of the changing state."""
@@ -84,7 +88,6 @@ class Valves:
             "command": self._command.copy(),
             "opens": self._opens.copy(),
             "closes": self._closes.copy(),
-            "moving": self._moving,
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
@@ -93,4 +96,4 @@ class Valves:
         self._command = saved["command"].copy()
         self._opens = saved["opens"].copy()
         self._closes = saved["closes"].copy()
-        self._moving = saved["moving"]
+        self._plan()
