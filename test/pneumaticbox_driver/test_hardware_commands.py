@@ -1,5 +1,10 @@
 """First steps on a box without the driver: read, pulse, vent."""
 
+import os
+import signal
+import subprocess
+import sys
+
 import pytest
 from wired_box import AnalogTree, RememberedLines, hardware_file
 
@@ -74,3 +79,41 @@ def test_vent_opens_outlets_even_when_the_converter_is_gone(tmp_path, box):
 def test_what_cannot_be_done_is_said(path, box, capsys):
     assert main([path, "vent", "7"], box) == 2
     assert "outlets must be different numbers from 1 to 6, got [7]" in capsys.readouterr().err
+
+
+PRINTING_BOARD = """
+import numpy as np
+
+class Board:
+    def __init__(self, outlets, ambient):
+        self.n = len(outlets)
+    def set_valves(self, valves):
+        print(valves.tolist(), flush=True)
+    def read(self):
+        return 0.0, np.full(self.n + 1, 1e5)
+    def close(self):
+        print("closed", flush=True)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_pulse_that_is_interrupted_ends_with_the_outlet_open(tmp_path, number):
+    (tmp_path / "printing_board.py").write_text(PRINTING_BOARD)
+    path = tmp_path / "own.yaml"
+    path.write_text(
+        "format: pneumaticbox-hardware/1\nboard: printing_board:Board\nvent_time: 0.0\n"
+    )
+    command = [sys.executable, "-m", "pneumaticbox_driver.backends.hardware", str(path)]
+    with subprocess.Popen(
+        [*command, "pulse", "1", "inflate", "500"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as process:
+        told = [process.stdout.readline() for _ in range(2)]
+        process.send_signal(number)
+        told += process.stdout.readlines()
+    assert told[:2] == ["[0]\n", "[1]\n"]
+    assert told[-2:] == ["[-1]\n", "closed\n"]
+    assert "[0]\n" not in told[2:]  # it did not run to its end

@@ -93,12 +93,6 @@ def test_an_input_that_fails_while_running_is_not_a_number(tree, monkeypatch):
     assert np.isnan(inputs.read()).all()
 
 
-def test_a_stuck_input_is_read_as_it_stands(tree):
-    inputs = open_inputs(tree)
-    readings = {tuple(inputs.read()) for _ in range(5)}
-    assert len(readings) == 1 and np.isfinite(list(readings.pop())).all()
-
-
 def test_scale_and_offset_may_stand_with_the_input_or_in_the_hardware_file(tree):
     volts = open_inputs(tree).volts()
     tree.write("in_voltage1_scale", 2 * 1800 / 4096)

@@ -49,6 +49,14 @@ def test_released_lines_are_free(chips):
     assert not chips[ONE].users and not chips[TWO].users
 
 
+def test_a_chip_that_fails_does_not_keep_the_others_from_being_set(chips):
+    lines = GpioLines([coil("P8_12"), coil(3, TWO)])
+    chips[ONE].broken = True
+    with pytest.raises(HardwareError, match=r"gpiochip1: expected to set lines \[12\], got Input"):
+        lines.switch({0: True, 1: True})
+    assert chips[TWO].levels == {3: True}
+
+
 @pytest.mark.parametrize(
     ("second", "expected"),
     [
@@ -70,13 +78,6 @@ def test_what_cannot_be_used_is_named_and_no_line_is_held(chips, second, expecte
     assert expected in str(error.value)
     assert not chips[ONE].users
     assert not any(chips[ONE].levels.values())
-
-
-def test_a_line_that_cannot_be_set_is_an_error_that_names_the_chip(chips):
-    lines = GpioLines([coil("P8_12")])
-    chips[ONE].broken = True
-    with pytest.raises(HardwareError, match=r"gpiochip1: expected to set lines \[12\], got Input"):
-        lines.switch({0: True})
 
 
 def test_without_the_package_the_error_says_what_to_install(monkeypatch):

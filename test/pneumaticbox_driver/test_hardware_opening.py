@@ -73,6 +73,29 @@ def test_what_is_as_it_was_is_not_written_again(path, made, make_lines):
         assert len(made[0].history) == 1
 
 
+def test_after_a_switching_that_failed_half_way_all_is_written_again(path, made):
+    class Failing(RememberedLines):
+        fails = False
+
+        def switch(self, active):
+            super().switch(active)  # the lines have changed, and then the answer is lost
+            if self.fails:
+                raise HardwareError("no answer")
+
+    def make(coils):
+        made.append(Failing(coils))
+        return made[0]
+
+    with open_bench(path, [1, 2], make_lines=make) as bench:
+        made[0].fails = True
+        with pytest.raises(HardwareError, match="no answer"):
+            bench.command([1, 0])
+        made[0].fails = False
+        bench.command([-1, -1])
+        assert made[0].valves(2) == [-1, -1]
+    assert not made[0].both_on()
+
+
 @pytest.mark.parametrize("outlets", [[0], [7], [1, 1], []])
 def test_outlets_that_the_box_does_not_have_are_refused(path, made, make_lines, outlets):
     with pytest.raises(ValueError, match="outlets must be different numbers from 1 to 6, got"):
@@ -87,7 +110,7 @@ def test_without_the_converter_no_line_is_touched(tmp_path, made, make_lines):
     assert not made
 
 
-def test_without_the_chip_the_error_names_it_and_the_inputs_are_closed(path, monkeypatch):
+def test_without_the_chip_the_error_names_it_and_the_inputs_are_closed(path):
     def no_chip(coils):
         raise HardwareError(f"{coils[0].place}: expected a GPIO chip at {coils[0].chip}, got none")
 

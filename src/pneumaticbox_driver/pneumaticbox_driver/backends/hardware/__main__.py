@@ -1,6 +1,7 @@
 """First steps on a real box without the driver: read its sensors, pulse a coil, vent it."""
 
 import argparse
+import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -124,4 +125,6 @@ def _vent(options: argparse.Namespace, make_lines: MakeLines) -> None:
 
 
 if __name__ == "__main__":
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: sys.exit(1))  # an end by which the outlets open
     sys.exit(main())

@@ -16,12 +16,12 @@ from pneumaticbox_driver.safety import SILENCE_LIMIT
 class HardwareBench:
     """A valve board with n channels; `open_bench` makes one from a hardware file.
 
-    It closes the valves first. When no command comes for 250 ms it opens the outlets, as the
+    When no command comes for 250 ms it opens the outlets, as the
     simulator does. At `close`, which a regular end of the process calls too, it opens them, waits
     and gives the board back.
 
     Args:
-        board: with every coil off.
+        board: whose valves are closed first.
         channels: how many there are.
         vent_time: for which the outlets stay open before the board is given back [s].
         silence_limit: without a command before the outlets open [s].
@@ -46,7 +46,7 @@ class HardwareBench:
         self._ended = threading.Event()
         try:
             board.set_valves(np.zeros(channels, dtype=np.int8))
-        except (HardwareError, OSError):
+        except BaseException:
             board.close()
             raise
         atexit.register(self.close)

@@ -14,7 +14,7 @@ class HardwareError(ValueError):
 
 
 class ValveBoard(Protocol):
-    """A board with n channels; when it has been made, every coil is off.
+    """A board with n channels; before anything else its valves are commanded closed.
 
     Boards named in a hardware file are called with `outlets` (n,), the numbers of the outlets
     that the channels use, from 1, with `ambient` [Pa], and with the file's `settings`.

@@ -185,15 +185,15 @@ def _outlet(
 def _sensor(node: Node, types: dict[str, SensorType], converter: Converter) -> Sensor:
     content = node.fields(["type", "input", "divider"])
     kind = types[content["type"].choice(types)]
-    divider = content["divider"]
+    divider = content["divider"].positive()
     most = min(1.0, converter.full_scale / kind.output[1])
-    if not 0 < divider.positive() <= most:
-        raise divider.error(
+    if divider > most:
+        raise content["divider"].error(
             f"at most {most:.4g}, so that {kind.output[1]:g} V of the sensor stay within "
             f"{converter.full_scale:g} V of the input"
         )
     place = f"{node.file}: {node.key}"
-    return Sensor(place, kind, _whole(content["input"]), divider.positive())
+    return Sensor(place, kind, _whole(content["input"]), divider)
 
 
 def _line(node: Node) -> int | str:

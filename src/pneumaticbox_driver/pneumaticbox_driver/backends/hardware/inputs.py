@@ -43,7 +43,7 @@ class IioInputs:
         try:
             for sensor in sensors:
                 self._files.append(_open(folder, sensor))
-        except HardwareError:
+        except BaseException:
             self.close()
             raise
 

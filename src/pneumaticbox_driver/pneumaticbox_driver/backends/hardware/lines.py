@@ -1,6 +1,6 @@
 """GPIO lines that drive the coils, through libgpiod."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from types import ModuleType
 from typing import Any, Protocol
 
@@ -34,7 +34,6 @@ class GpioLines:
     def __init__(self, coils: Sequence[Coil]) -> None:
         gpiod = load_gpiod()
         self._on, self._off = gpiod.line.Value.ACTIVE, gpiod.line.Value.INACTIVE
-        self._places = [coil.place for coil in coils]
         self._requests: dict[str, Any] = {}
         self._index: list[tuple[str, int]] = [("", 0)] * len(coils)
         try:
@@ -42,7 +41,7 @@ class GpioLines:
                 self._request(
                     gpiod, chip, [i for i, c in enumerate(coils) if c.chip == chip], coils
                 )
-        except HardwareError:
+        except BaseException:
             self.release()
             raise
 
@@ -57,14 +56,9 @@ class GpioLines:
                 f"{place}: expected a GPIO chip at {path}, got {error.strerror}"
             ) from error
         with chip:
-            settings = {}
+            settings: dict[int, Any] = {}
             for i in indices:
-                offset = _offset(chip, coils[i])
-                if offset in settings:
-                    raise HardwareError(
-                        f"{coils[i].place}: expected a line of its own, got {coils[i].line}, "
-                        f"line {offset} of {path}, twice"
-                    )
+                offset = _offset(chip, coils[i], settings)
                 settings[offset] = gpiod.LineSettings(
                     direction=gpiod.line.Direction.OUTPUT,
                     output_value=self._off,
@@ -83,19 +77,22 @@ class GpioLines:
         """Switch these lines, those of one chip together.
 
         Raises:
-            HardwareError: a line cannot be set.
+            HardwareError: lines of a chip cannot be set; those of the others have been.
         """
         values: dict[str, dict[int, Any]] = {}
         for index, on in active.items():
             path, offset = self._index[index]
             values.setdefault(path, {})[offset] = self._on if on else self._off
+        failed = []
         for path, settings in values.items():
             try:
                 self._requests[path].set_values(settings)
             except OSError as error:
-                raise HardwareError(
+                failed.append(
                     f"{path}: expected to set lines {sorted(settings)}, got {error.strerror}"
-                ) from error
+                )
+        if failed:
+            raise HardwareError("; ".join(failed))
 
     def release(self) -> None:
         """Give the lines back; what they carry then is up to the chip's driver."""
@@ -124,10 +121,17 @@ def load_gpiod() -> ModuleType:
     return gpiod
 
 
-def _offset(chip: Any, coil: Coil) -> int:
+def _offset(chip: Any, coil: Coil, taken: Container[int]) -> int:
+    """Number of the coil's line on its chip; a name and a number may mean the same line."""
     try:
-        return int(chip.line_offset_from_id(coil.line))
+        offset = int(chip.line_offset_from_id(coil.line))
     except (OSError, ValueError) as error:
         raise HardwareError(
             f"{coil.place}: expected a line of {coil.chip}, got {coil.line!r}"
         ) from error
+    if offset in taken:
+        raise HardwareError(
+            f"{coil.place}: expected a line of its own, got {coil.line}, line {offset} of "
+            f"{coil.chip}, twice"
+        )
+    return offset

@@ -27,6 +27,7 @@ class LinuxBoard:
         self._lines = lines
         self._first = 2 * (np.asarray(outlets) - 1)  # line of the inflating coil (n,)
         self._on: NDArray[np.bool_] = np.zeros(2 * len(outlets), dtype=bool)
+        self._known = True  # whether `_on` is what the lines carry
 
     def set_valves(self, valves: Valves) -> None:
         """Switch the coils to `valves` (n,); what is as it was is not written again.
@@ -36,11 +37,13 @@ class LinuxBoard:
         """
         valves = np.asarray(valves)
         wanted = np.concatenate([valves > 0, valves < 0])
+        changed = (wanted != self._on) | (not self._known)
+        self._known = False  # should switching fail in between: all are written again then
         for state in (False, True):
-            changed = np.flatnonzero((wanted == state) & (self._on != state)).tolist()
-            if changed:
-                self._lines.switch({self._line(coil): state for coil in changed})
-                self._on[changed] = state
+            coils = np.flatnonzero(changed & (wanted == state)).tolist()
+            if coils:
+                self._lines.switch({self._line(coil): state for coil in coils})
+        self._on, self._known = wanted, True
 
     def _line(self, coil: int) -> int:
         kind, channel = divmod(coil, len(self._first))

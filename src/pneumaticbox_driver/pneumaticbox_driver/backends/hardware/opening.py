@@ -60,7 +60,7 @@ def open_board(
     inputs = IioInputs(hardware.converter, [*sensors, hardware.supply], ambient)
     try:
         lines = make_lines(hardware.coils)
-    except ValueError:
+    except BaseException:
         inputs.close()
         raise
     return LinuxBoard(lines, inputs, outlets)
