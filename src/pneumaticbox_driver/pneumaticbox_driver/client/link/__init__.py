@@ -1,0 +1,1 @@
+"""What the client stands on: its own ROS context, its waiting and its calls."""
