@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from softhand_model.actuator import load_actuator
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.hands import load_hand
 from softhand_model.pneumatics.chambers import Bottles, FreeActuators
+from softhand_model.section import bending_moment
 
 
 @pytest.fixture
@@ -37,17 +38,31 @@ def test_a_load_on_one_channel_leaves_the_volumes_of_the_others(hand):
     np.testing.assert_allclose(np.delete(change, 1), 0.0, atol=1e-15)
 
 
-def test_a_moment_on_a_finger_straightens_it_as_the_section_says():
-    """Eq. 3.23: the section carries `M = h**2 z p/2` at rest, so half of that takes half of p."""
-    finger = load_actuator("P10.finger")
-    x = np.array([0.0])
-    moment = 0.5 * finger.height(x) ** 2 * finger.width(x) * 30e3 / 2
-    load = float(2 * moment[0] / (finger.height(x)[0] ** 2 * finger.width(x)[0]))
-    actuators = FreeActuators(load_hand("single_finger"))
-    halfway = actuators.volumes(np.array([AMBIENT_PRESSURE + 15e3]))
+def test_a_moment_on_a_finger_straightens_it_to_where_each_section_is_in_balance():
+    """A load of 12 kPa stands for the moment h**2 z/2 * 12 kPa on every section (eq. 3.23)."""
+    load, pressure = 12e3, 30e3
+    description = load_hand("single_finger")
+    finger = description.chains[0].actuators["finger"]
+
+    def curvature(x):
+        walls = (finger.wall, finger.side_wall, finger.shear_modulus)
+        height, width = finger.height(x), finger.width(x)
+        moment = height**2 * width / 2 * load
+
+        def excess(kappa):
+            return float(bending_moment(pressure, kappa, height, width, *walls) - moment)
+
+        return brentq(excess, 0.0, 100.0, xtol=1e-9)
+
+    points, weights = finger.quadrature()
+    areas = [finger.chamber_volume_per_length(x, curvature(x)) for x in points]
+    expected = float(np.sum(weights * np.array(areas))) + finger.supply_volume
+    actuators = FreeActuators(description)
+    free = actuators.volumes(np.array([AMBIENT_PRESSURE + pressure]))
     actuators.set_load([load])
-    loaded = actuators.volumes(np.array([AMBIENT_PRESSURE + 30e3]))
-    np.testing.assert_allclose(loaded, halfway, rtol=1e-9)
+    loaded = actuators.volumes(np.array([AMBIENT_PRESSURE + pressure]))
+    assert float(loaded[0]) == pytest.approx(expected, rel=1e-3)
+    assert loaded[0] < 0.95 * free[0]
 
 
 def test_a_load_beyond_the_pressure_leaves_the_actuators_straight(hand):

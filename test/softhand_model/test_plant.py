@@ -7,7 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, orifice_flow
+from softhand_model.hands import load_hand
 from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
+from softhand_model.pneumatics.chambers import FreeActuators
 
 GAS = GAS_CONSTANT * 293.15  # [J/kg]
 BOTTLE = 0.5e-3
@@ -159,9 +161,24 @@ def test_the_supply_droops_with_the_flow_and_recovers():
     before = float(plant.mass[0])
     run(plant, 0.2, [1], [BOTTLE])
     flow = (float(plant.mass[0]) - before) / 0.2
-    assert rest - plant.supply_pressure == pytest.approx(1e8 * flow, rel=0.02)
+    compressor = plant.parameters.compressor
+    tank = compressor.cut_out + AMBIENT_PRESSURE - plant.tank_pressure
+    expected = plant.parameters.supply.droop * flow + compressor.passed * tank
+    assert rest - plant.supply_pressure == pytest.approx(expected, rel=0.02)
     run(plant, 3.0, [0], [BOTTLE])
-    assert plant.supply_pressure == pytest.approx(rest, rel=1e-4)
+    assert plant.supply_pressure == pytest.approx(rest - compressor.passed * tank, rel=1e-4)
+
+
+@pytest.mark.parametrize("gauge", [260e3, 300e3, 320e3])
+def test_a_choked_inlet_passes_mass_in_proportion_to_the_supply(gauge):
+    plant = PneumaticPlant(["a"], [BOTTLE], even_box())
+    plant.set_supply(gauge)
+    run(plant, 1.0, [0], [BOTTLE])
+    run(plant, 0.1, [1], [BOTTLE])
+    before = float(plant.mass[0])
+    run(plant, 0.5, [1], [BOTTLE])
+    rate = float(orifice_flow(gauge + AMBIENT_PRESSURE, 101e3, 0.8 * np.pi / 4 * 0.2e-3**2))
+    assert float(plant.mass[0]) - before == pytest.approx(rate * 0.5, rel=2e-3)
 
 
 def test_steps_of_any_length_substep_at_a_millisecond():
@@ -169,6 +186,56 @@ def test_steps_of_any_length_substep_at_a_millisecond():
     run(fine, 0.3, [1], [FINGER], dt=1e-3)
     run(coarse, 0.3, [1], [FINGER], dt=1e-2)
     np.testing.assert_allclose(coarse.pressures, fine.pressures, rtol=1e-12)
+
+
+@pytest.mark.parametrize("delays", [(0.020, 0.040), (0.001, 0.004)])
+def test_what_a_pulse_moves_does_not_depend_on_the_length_of_steps(delays):
+    """Spools move at their own moments, not at the ends of substeps."""
+    p = even_box()
+    box = replace(p, valve=replace(p.valve, opening_delay=delays, closing_delay=delays))
+    moved = []
+    for dt in (1e-3, 1e-4):
+        plant = PneumaticPlant(["a", "b"], [BOTTLE] * 2, box)
+        before = plant.mass
+        run(plant, 0.05, [1, 1], [BOTTLE] * 2, dt)
+        run(plant, 0.05, [0, 0], [BOTTLE] * 2, dt)
+        moved.append(plant.mass - before)
+    np.testing.assert_allclose(moved[0], moved[1], rtol=2e-4)
+
+
+@pytest.mark.parametrize(("delays", "pulse"), [((0.001, 0.004), 0.006), ((0.02, 0.04), 0.045)])
+def test_a_choked_pulse_brings_its_time_times_the_flow_and_the_dead_volume(delays, pulse):
+    p = even_box()
+    box = replace(p, valve=replace(p.valve, opening_delay=delays, closing_delay=delays))
+    plant = PneumaticPlant(["a"], [BOTTLE], box)
+    before, valve = float(plant.mass[0]), plant._valves
+    run(plant, pulse, [1], [BOTTLE])
+    run(plant, 0.2, [0], [BOTTLE])
+    duration = pulse + float(valve.closing_delay[1, 0] - valve.opening_delay[1, 0])
+    flow = orifice_flow(401_300.0, AMBIENT_PRESSURE, 0.8 * np.pi / 4 * 0.2e-3**2)
+    caught = 300e3 * p.choke.dead_volume / GAS
+    assert float(plant.mass[0]) - before == pytest.approx(duration * flow + caught, rel=2e-3)
+
+
+def filling_time(hand, box):
+    """Time [s] from the command until all channels are at their pressure limits."""
+    actuators = FreeActuators(hand)
+    volumes = actuators.volumes(np.full(len(hand.channels), AMBIENT_PRESSURE))
+    plant = PneumaticPlant(hand.channels, volumes, box)
+    full = np.zeros(len(volumes), bool)
+    while not full.all():
+        volumes = volumes + 0.05 * (actuators.volumes(plant.pressures) - volumes)  # lag of 20 ms
+        full |= (
+            plant.step(1e-3, np.where(full, 0, 1), volumes)
+            > AMBIENT_PRESSURE + hand.max_pressures()
+        )
+    return plant.time
+
+
+def test_without_chokes_a_hand_is_filled_within_a_quarter_of_a_second():
+    p = load_pneumatics()
+    unchoked = replace(p, choke=replace(p.choke, inlet_diameter=0.01, outlet_diameter=0.01))
+    assert 0.1 < filling_time(load_hand("rbo_hand_2"), unchoked) < 0.25
 
 
 def history(seed, box=None):

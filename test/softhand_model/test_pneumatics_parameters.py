@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from softhand_model.document import data_file
-from softhand_model.pneumatics import load_pneumatics
+from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
 
 
 @pytest.fixture
@@ -28,6 +28,7 @@ def test_the_shipped_box_is_that_of_the_thesis():
     assert (p.channel_sensor.range, p.channel_sensor.accuracy) == (250e3, 0.014)
     assert (p.supply_sensor.range, p.supply_sensor.accuracy) == (700e3, 0.025)
     assert 260e3 <= p.supply.pressure <= 320e3
+    assert p.leak.conductance == (0.0, 0.0) and p.gas.thermal_time_constant == 0.0
 
 
 @pytest.mark.parametrize(
@@ -38,6 +39,19 @@ def test_the_shipped_box_is_that_of_the_thesis():
         (("valve", "opening_delay"), 0.03, "valve.opening_delay: expected a list, got 0.03"),
         (("supply", "pressure"), "high", "supply.pressure: expected a number above 0, got 'high'"),
         (("box_seed",), 1.5, "box_seed: expected a whole number of at least 0, got 1.5"),
+        (
+            ("leak", "conductance"),
+            [-1e-9, 0.0],
+            "leak.conductance: expected [smallest, largest] of",
+        ),
+        (
+            ("compressor", "cut_out"),
+            5e5,
+            "compressor.cut_out: expected a number above cut_in, 6000",
+        ),
+        (("gas", "thermal_time_constant"), -1, "time_constant: expected a number at least 0, got"),
+        (("relief", "margin"), 0.9, "relief.margin: expected a number at least 1, got 0.9"),
+        (("relief", "diameter"), 0, "relief.diameter: expected a number above 0, got 0"),
         (("temperature",), float("nan"), "temperature: expected a number above 0, got nan"),
     ],
 )
@@ -50,6 +64,16 @@ def test_an_error_names_file_key_expected_and_got(tmp_path, content, path, value
         load_changed(tmp_path, content)
     assert "box.yaml" in str(error.value)
     assert expected in str(error.value)
+
+
+def test_a_box_with_valves_of_a_few_milliseconds_is_a_matter_of_the_file(tmp_path, content):
+    content["valve"] |= {"opening_delay": [0.001, 0.004], "closing_delay": [0.001, 0.004]}
+    plant = PneumaticPlant(["a"], [30e-6], load_changed(tmp_path, content))
+    plant.step(0.006, [1], [30e-6])
+    assert plant.valve_states.tolist() == [1]
+    plant.step(0.005, [0], [30e-6])
+    assert plant.valve_states.tolist() == [0]
+    assert plant.inflow[0] > 1e-7
 
 
 def test_missing_and_unknown_keys_are_named(tmp_path, content):

@@ -1,5 +1,6 @@
 """Constants of the pretended Pneumaticbox, read from one YAML file and checked."""
 
+import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -153,11 +154,10 @@ MAY_BE_ZERO = (
     "noise",
     "accuracy",
     "droop",
-    "passed",
     "conductance",
     "thermal_time_constant",
 )
-BITS = (1.0, 24.0)
+BOUNDS = {"bits": (1.0, 24.0), "passed": (0.0, 1.0), "margin": (1.0, math.inf)}
 
 
 def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
@@ -203,8 +203,8 @@ def _section(node: Node, kind: type) -> Any:
 
 
 def _scalar(name: str, node: Node) -> float:
-    if name == "bits":
-        return node.number(*BITS)
+    if name in BOUNDS:
+        return node.number(*BOUNDS[name])
     return node.number(low=0.0) if name in MAY_BE_ZERO else node.positive()
 
 
