@@ -1,139 +1,24 @@
 """The driver as a process, against a test that owns the plant and answers in lockstep."""
 
-import array
 import math
 import signal
 import time
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray
+from plant_peer import BOX, CHANNELS, DEEP, MG, MODULE
 from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
-from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
-from ros_domain import held_domain
-from ros_peer import Peer, seconds
+from rcl_interfaces.srv import DescribeParameters, GetParameters
+from ros_peer import seconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from pneumaticbox_driver.parameters import PARAMETERS
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher, NodeCommand
-from softhand_model.pneumatics import PneumaticPlant
+from softhand_bringup.launcher import NodeCommand
 
 pytestmark = pytest.mark.system
-
-MODULE = "pneumaticbox_driver.node"
-CHANNELS = ["a", "b"]
-VOLUME = 1e-4
-BOX = {"channels": CHANNELS, "rest_volumes": [VOLUME] * 2, "pressure_limits": [1e5] * 2}
-MG = 1e-6
-DEEP = QoSProfile(depth=1000)
-
-
-@pytest.fixture(scope="module")
-def domain():
-    with held_domain() as domain:
-        yield domain
-
-
-@pytest.fixture
-def launcher(domain, tmp_path):
-    with Launcher(tmp_path / "log", node_environment(tmp_path / "log", domain)) as launcher:
-        yield launcher
-
-
-@pytest.fixture
-def start(launcher):
-    """Start the driver; on simulated time without a /clock a test may take its time."""
-
-    def start(**parameters):
-        values = {**BOX, "use_sim_time": True, **parameters}
-        return launcher.start(NodeCommand("driver", MODULE, values))
-
-    return start
-
-
-class PlantPeer(Peer):
-    """The plant's side: sends samples and waits for the valves of each."""
-
-    def __init__(self, domain, log_folder):
-        super().__init__(domain, log_folder)
-        self.plant = PneumaticPlant(CHANNELS, [VOLUME] * 2)
-        self.rest = self.plant.rest_mass([VOLUME] * 2)
-        self.valves = self.listen(JointState, "pneumaticbox/valves", DEEP)
-        self.states = self.listen(JointState, "pneumaticbox/state", DEEP)
-        self.told = self.listen(DiagnosticArray, "/diagnostics")
-
-    def sample(self, readings=None, names=(*CHANNELS, "supply")):
-        """Publish a sample of the plant's present, or other readings."""
-        values = self.plant.read() if readings is None else np.array(readings, dtype=float)
-        message = JointState(name=list(names), effort=array.array("d", values.tolist()))
-        nanoseconds = round(self.plant.time * 1e9)
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(nanoseconds, 10**9)
-        self.publish(JointState, "pneumaticbox/sensors", message)
-
-    def step(self, dt=0.002):
-        """One lockstep: sample, the answer to just this sample, the plant by dt [s]."""
-        self.sample()
-        now = round(self.plant.time * 1e9)
-
-        def answered():
-            return self.valves and round(seconds(self.valves[-1].header.stamp) * 1e9) == now
-
-        self.wait(answered, 5.0, f"valves with stamp {now}")
-        command = [int(value) for value in self.valves[-1].position]
-        self.plant.step(dt, command, [VOLUME] * 2)
-
-    def connect(self):
-        """Until the driver is there, and past its start."""
-        self.wait(lambda: self.node.count_publishers("pneumaticbox/valves"), 20.0, "the driver")
-        self.wait(lambda: self.node.count_subscribers("pneumaticbox/sensors"), 20.0, "the driver")
-        self.run(0.6, 0.01)
-
-    def run(self, duration, dt=0.002):
-        for _ in range(round(duration / dt)):
-            self.step(dt)
-
-    def command(self, *masses, names=CHANNELS, **fields):
-        point = JointTrajectoryPoint(positions=[float(mass) for mass in masses], **fields)
-        message = JointTrajectory(joint_names=list(names), points=[point])
-        self.publish(JointTrajectory, "pneumaticbox/command", message)
-        self.spin(0.05)
-
-    def change(self, name, value):
-        """Set a parameter of the driver; why it was refused, "" when it was not."""
-        changed = [Parameter(name, value=value).to_parameter_msg()]
-        answer = self.call(SetParameters, "pneumaticbox/set_parameters", parameters=changed)
-        result = answer.results[0]
-        return "" if result.successful else result.reason
-
-    def mass(self):
-        return self.plant.mass - self.rest
-
-    def diagnosis(self, *words, limit=5.0, keep_going=True):
-        """Wait for a status in which all words stand, the samples going on or not."""
-        self.told.clear()
-        end = time.monotonic() + limit
-        while time.monotonic() < end:
-            for message in self.told:
-                for status in message.status:
-                    if all(word in f"{status.name} {status.message}" for word in words):
-                        return status
-            if keep_going:
-                self.step(0.01)
-            self.spin(0.02)
-        pytest.fail(f"no diagnostic with {words}")
-
-
-@pytest.fixture
-def peer(domain, tmp_path):
-    peer = PlantPeer(domain, tmp_path)
-    yield peer
-    peer.close()
 
 
 def test_it_answers_each_sample_and_brings_the_channels_to_their_masses(start, peer):

@@ -1,0 +1,108 @@
+"""What others tell the driver over ROS: modes, schedules of valves, and far too many commands."""
+
+import numpy as np
+import pytest
+from plant_peer import CHANNELS, MG
+from ros_peer import seconds
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+pytestmark = pytest.mark.system
+
+
+def at(seconds, **fields):
+    point = JointTrajectoryPoint(**fields)
+    point.time_from_start.nanosec = round(seconds * 1e9)
+    return point
+
+
+def schedule(peer, name, start, *events):
+    """Schedule (time [s], valve) of a channel from `start` [s] of the plant's time."""
+    points = [at(moment, positions=[float(valve)]) for moment, valve in events]
+    message = JointTrajectory(joint_names=[name], points=points)
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(round(start * 1e9), 10**9)
+    peer.publish(JointTrajectory, "pneumaticbox/valve_schedule", message)
+    peer.spin(0.05)
+
+
+def mode_of(peer, name):
+    values = peer.diagnosis(f"channel {name}").values
+    return {pair.key: pair.value for pair in values}["mode"]
+
+
+def test_modes_switch_at_once_and_the_air_stays_where_it_is(start, peer):
+    start()
+    peer.connect()
+    peer.command(20 * MG, 10 * MG)
+    peer.run(1.5, 0.004)
+    before, moved = peer.mass(), len(peer.valves)
+    assert peer.change("control_mode", ["pressure", "mass"]) == ""
+    peer.run(1.0, 0.004)
+    assert all(list(message.position) == [0.0, 0.0] for message in peer.valves[moved:])
+    np.testing.assert_allclose(peer.mass(), before, atol=0.05 * MG)
+    assert (mode_of(peer, "a"), mode_of(peer, "b")) == ("pressure", "mass")
+    point = JointTrajectoryPoint(effort=[30e3])
+    message = JointTrajectory(joint_names=["a"], points=[point])
+    peer.publish(JointTrajectory, "pneumaticbox/command", message)
+    peer.run(1.5, 0.004)
+    assert peer.plant.pressures[0] - 101.3e3 == pytest.approx(30e3, abs=3e3)
+
+
+def test_a_valve_opens_and_closes_at_the_samples_nearest_to_its_schedule(start, peer):
+    start(control_mode=["mass", "time"])
+    peer.connect()
+    begin = peer.plant.time + 0.4003
+    schedule(peer, "b", begin, (0.0, 1), (0.1506, 0), (0.3, -1), (0.4, 0))
+    peer.valves.clear()
+    peer.run(1.0)
+    found = {}
+    for message in peer.valves:
+        found.setdefault(int(message.position[1]), []).append(seconds(message.header.stamp))
+    assert found[1][0] == pytest.approx(begin, abs=0.001 + 1e-6)
+    assert found[1][-1] + 0.002 == pytest.approx(begin + 0.1506, abs=0.001 + 1e-6)
+    assert found[-1][0] == pytest.approx(begin + 0.3, abs=0.001 + 1e-6)
+    assert all(message.position[0] == 0.0 for message in peer.valves)
+
+
+def test_a_schedule_is_refused_in_other_modes_and_a_command_in_mode_time(start, peer):
+    start(control_mode=["mass", "time"])
+    peer.connect()
+    schedule(peer, "a", 0.0, (0.0, 1))
+    peer.diagnosis("commands", "pneumaticbox/valve_schedule", "expected channels in mode time")
+    peer.command(1 * MG, 1 * MG)
+    peer.diagnosis("commands", "pneumaticbox/command", "mode time", "valve_schedule")
+    np.testing.assert_allclose(peer.mass(), 0.0, atol=0.1 * MG)
+
+
+def test_a_storm_of_commands_is_told_and_does_not_hold_up_the_control_step(start, peer):
+    start(backend="embedded")
+    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.spin(1.0)
+    peer.states.clear()
+    point = JointTrajectoryPoint(positions=[5 * MG, 0.0])
+    message = JointTrajectory(joint_names=CHANNELS, points=[point])
+    for number in range(1, 10_001):
+        point.positions[0] = 20 * MG if number == 10_000 else 5 * MG
+        peer.publish(JointTrajectory, "pneumaticbox/command", message)
+        if number % 100 == 0:
+            peer.spin(0.002)
+    peer.spin(0.2)
+    stamps = [seconds(state.header.stamp) for state in peer.states]
+    assert np.median(np.diff(stamps)) < 0.003  # 500 Hz; what is late now and then is the machine
+    storm = peer.diagnosis("commands", "command storm", "messages a second", keep_going=False)
+    counts = {pair.key: pair.value for pair in storm.values}
+    assert int(counts["messages"]) + int(counts["lost messages"]) > 9_000  # those of its beginning
+    assert peer.diagnosis("safety", keep_going=False).message == "in operation"
+    # the last one is obeyed, whatever has been lost
+    peer.wait(
+        lambda: abs(peer.states[-1].position[0] - 20 * MG) < 2.5 * MG, 10.0, "the last target"
+    )
+
+
+def test_two_commanders_are_told(start, peer):
+    start()
+    peer.connect()
+    peer.command(10 * MG, 10 * MG)
+    other = peer.node.create_publisher(JointTrajectory, "pneumaticbox/command", 10)
+    peer.diagnosis("commands", "two nodes publish commands")
+    peer.node.destroy_publisher(other)
+    peer.diagnosis("commands OK")
