@@ -28,11 +28,12 @@ setup(
         "pybullet",
         "numba",
     ],
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest"], "plot": ["matplotlib"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [
             "hand_sim = pneuflex_sim.node:main",
+            "pneuflex-validate = pneuflex_sim.validation.command:main",
         ],
     },
 )

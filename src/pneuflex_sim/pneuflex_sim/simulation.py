@@ -18,13 +18,13 @@ from pneuflex_sim.hand_bodies import ENVIRONMENT, HandBodies
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
 from pneuflex_sim.objects import ObjectDescription, collision_shape, load_object
-from pneuflex_sim.scenes import build_scene, load_scene
+from pneuflex_sim.scenes import SceneDescription, build_scene, load_scene
 from pneuflex_sim.tip_sensors import TipSensors
 from pneuflex_sim.world import SolverSettings, World
 from pneuflex_sim.wrist import Wrist, WristParameters
 from softhand_model.effects.gravity import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
-from softhand_model.hands import load_hand
+from softhand_model.hands import HandDescription, load_hand
 from softhand_model.model_file import load_model
 from softhand_model.pneumatics.compiled_plant import PLANT
 
@@ -45,15 +45,15 @@ STATE = (
 
 @dataclass(frozen=True)
 class SimulationConfig:
-    """What is simulated: names of hand, object and scene, model file, step [s], segments an
-    actuator, seed, offsets [m].
+    """What is simulated: names of hand, object and scene (hand and scene also as descriptions),
+    model file, step [s], segments an actuator, seed, offsets [m].
 
     Raises ValueError for a step, a number of segments or a mass scale that cannot be used.
     """
 
-    hand: str = "rbo_hand_2"
+    hand: str | HandDescription = "rbo_hand_2"
     object: str = "cylinder"
-    scene: str = "table"
+    scene: str | SceneDescription = "table"
     model: str | Path | None = None
     step: float = 0.001
     segments: int = 5
@@ -86,8 +86,9 @@ class Simulation:
 
     def __init__(self, config: SimulationConfig | None = None) -> None:
         self.config = config = config or SimulationConfig()
-        self.hand = load_hand(config.hand)
-        self.scene = load_scene(config.scene)
+        hand, scene = config.hand, config.scene
+        self.hand = hand if isinstance(hand, HandDescription) else load_hand(hand)
+        self.scene = scene if isinstance(scene, SceneDescription) else load_scene(scene)
         model = load_model(config.model)
         if model.base != "pneuflex":
             raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
