@@ -1,0 +1,88 @@
+"""The client: what it does to a driver, and what it says when the box refuses."""
+
+import numpy as np
+import pytest
+from plant_peer import BOX, MG, MODULE
+
+from pneumaticbox_driver.client.box_state import Complaints, Diagnosis
+from pneumaticbox_driver.client.node import PneumaticboxClient, PneumaticboxError
+from softhand_bringup.launcher import NodeCommand
+
+pytestmark = pytest.mark.system
+
+
+def test_a_vent_that_was_not_asked_for_is_complained_of():
+    complaints = Complaints()
+    vented = {"safety": Diagnosis(2, "vented until pneumaticbox/reset: burst", {})}
+    assert complaints.of({"safety": Diagnosis(0, "in operation", {})}) == ""
+    assert complaints.of(vented) == "vented until pneumaticbox/reset: burst"
+    complaints.vent_wanted = True
+    assert complaints.of(vented) == ""
+
+
+def test_only_messages_refused_since_the_beginning_are_complained_of():
+    complaints = Complaints()
+
+    def commands(count):
+        return {"commands": Diagnosis(1, "refused x", {"refused messages": str(count)})}
+
+    assert complaints.of(commands(3)) == ""
+    assert complaints.of(commands(3)) == ""
+    assert complaints.of(commands(4)) == "refused x"
+    assert complaints.of(commands(4)) == ""
+
+
+@pytest.fixture
+def box(domain, launcher, peer):
+    """A client of a driver with two bottles; `peer` has set the environment."""
+    launcher.start(NodeCommand("driver", MODULE, {**BOX, "backend": "embedded"}))
+    with PneumaticboxClient(domain=domain) as box:
+        yield box
+
+
+def test_it_brings_the_box_to_masses_and_watches_it(box):
+    assert box.channels == ("a", "b")
+    assert box.modes == {"a": "mass", "b": "mass"}
+    box.run({"a": [10 * MG, 25 * MG], "b": [5 * MG, 5 * MG]}, times=[0.5, 1.0])
+    states = list(box.monitor(2.0))
+    assert states[-1].mass["a"] == pytest.approx(25 * MG, abs=2.5 * MG)
+    assert states[-1].mass["b"] == pytest.approx(5 * MG, abs=2.5 * MG)
+    steps = np.diff([state.time for state in states])
+    assert 0.0 < np.median(steps) < 0.004
+    assert states[-1].time - states[0].time == pytest.approx(2.0, abs=0.3)
+    assert "disabled" in box.stop()
+    box.run({"a": 0.0})
+    with pytest.raises(PneumaticboxError, match="disabled: no command is taken"):
+        list(box.monitor(3.0))
+    assert "commands are taken" in box.start()
+
+
+def test_what_the_box_refuses_is_raised_with_its_sentence(box):
+    with pytest.raises(PneumaticboxError, match="got 'force'"):
+        box.configure(control_mode="force")
+    with pytest.raises(PneumaticboxError, match="channels"):
+        box.configure(channels=["x", "y"])  # read-only
+    with pytest.raises(ValueError, match="got \\['z'\\]"):
+        box.run({"z": 1 * MG})
+    with pytest.raises(ValueError, match="times must have 1 entries, got 2"):
+        box.run({"a": 1 * MG}, times=[1.0, 2.0])
+    with pytest.raises(PneumaticboxError, match="calibration_volume must be above 0"):
+        box.calibrate()
+    assert box.modes == {"a": "mass", "b": "mass"}
+
+
+def test_a_vent_ends_the_watching_unless_it_was_wanted(box, peer):
+    from std_srvs.srv import Trigger
+
+    assert "until pneumaticbox/reset" in box.vent()
+    assert len(list(box.monitor(1.5))) > 10
+    box.reset()
+    assert len(list(box.monitor(1.5))) > 10
+    peer.call(Trigger, "pneumaticbox/vent")
+    with pytest.raises(PneumaticboxError, match="vented until pneumaticbox/reset: vent was"):
+        list(box.monitor(5.0))
+
+
+def test_without_a_driver_it_says_so(domain, peer):
+    with pytest.raises(PneumaticboxError, match="no driver publishes pneumaticbox/state"):
+        PneumaticboxClient(patience=0.5, domain=domain)
