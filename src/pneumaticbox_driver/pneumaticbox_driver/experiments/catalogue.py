@@ -8,7 +8,12 @@ EXPERIMENTS = (
     "supply_rejection",
     "six_channels",
     "long_run",
+    "finger_posture",
     "drift_pulses",
+    "choke_size",
+    "valve_speed",
+    "dead_volume",
+    "scheduled_events",
     "flow_function",
 )
 

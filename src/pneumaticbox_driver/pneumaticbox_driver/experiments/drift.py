@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pneumaticbox_driver.experiments.bottle_run import Sine
 from pneumaticbox_driver.experiments.report import Floats, Series
+from pneumaticbox_driver.experiments.sine import Sine
 
 
 def under(prefix: str, series: Series) -> Series:
@@ -25,7 +25,7 @@ def drift(run: Series, truth: str = "truth") -> Floats:
     """Contained less estimated mass (samples, channels) [kg]; NaN unless the channel is still.
 
     Args:
-        run: a record of `BottleRun.follow`.
+        run: a record of `BenchRun.follow`.
         truth: "truth" of the plant, or "measured" as in the thesis.
     """
     still = np.isfinite(run["measured"])
@@ -47,6 +47,12 @@ def tracking_error(run: Series, sine: Sine) -> Floats:
     """Contained less wanted mass over the sine (samples of it, channels) [kg]."""
     here = in_sine(run, sine)
     return np.asarray(run["truth"][here] - run["target"][here, None])
+
+
+def control_error(run: Series, sine: Sine) -> Floats:
+    """Estimated less wanted mass over the sine (samples of it, channels) [kg]: without drift."""
+    here = in_sine(run, sine)
+    return np.asarray(run["estimate"][here] - run["target"][here, None])
 
 
 def pulses_in_sine(run: Series, sine: Sine) -> Floats:

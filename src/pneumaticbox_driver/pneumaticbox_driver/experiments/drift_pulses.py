@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumaticbox_driver.experiments.bottle_run import BottleRun, Sine
+from pneumaticbox_driver.experiments.bench_run import on_bottles
 from pneumaticbox_driver.experiments.boxes import SUPPLIES, box_of, calibrated
 from pneumaticbox_driver.experiments.drift import drift
 from pneumaticbox_driver.experiments.palette import FULL, OTHER, THESIS_LINE
@@ -18,6 +18,7 @@ from pneumaticbox_driver.experiments.report import (
     Series,
     option,
 )
+from pneumaticbox_driver.experiments.sine import Sine
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +50,9 @@ def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
         own = calibrated(
             box, settings.channels, settings.points, which, progress, settings.supplies
         )
-        courses.append(over_pulses(BottleRun(box, own, which).follow(settings, progress), settings))
+        courses.append(
+            over_pulses(on_bottles(box, own, which).follow(settings, progress), settings)
+        )
     count = np.arange(settings.pulses + 1.0)
     return {"pulses": count, "drift": np.concatenate(courses, axis=1)}
 

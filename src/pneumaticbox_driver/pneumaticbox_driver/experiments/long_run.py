@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumaticbox_driver.experiments.bottle_run import BottleRun, Sine
+from pneumaticbox_driver.experiments.bench_run import on_bottles
 from pneumaticbox_driver.experiments.boxes import box_of, calibrated
 from pneumaticbox_driver.experiments.drift import (
     drift,
@@ -23,6 +23,7 @@ from pneumaticbox_driver.experiments.report import (
     option,
     rms,
 )
+from pneumaticbox_driver.experiments.sine import Sine
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +47,7 @@ def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
     """Calibrate one channel and let it track the sine."""
     box = box_of(seed)
     own = calibrated(box, 1, settings.points, seed, progress, settings.supplies)
-    return BottleRun(box, own, seed).follow(settings, progress)
+    return on_bottles(box, own, seed).follow(settings, progress)
 
 
 def report(series: Series, settings: Settings) -> Report:

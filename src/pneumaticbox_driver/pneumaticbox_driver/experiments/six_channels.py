@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumaticbox_driver.experiments.bottle_run import BottleRun, Sine
+from pneumaticbox_driver.experiments.bench_run import on_bottles
 from pneumaticbox_driver.experiments.boxes import SUPPLIES, box_of, calibrated
 from pneumaticbox_driver.experiments.drift import (
     drift,
@@ -17,6 +17,7 @@ from pneumaticbox_driver.experiments.drift import (
 )
 from pneumaticbox_driver.experiments.palette import CHANNELS, THESIS_LINE
 from pneumaticbox_driver.experiments.report import MG, Metric, Progress, Report, Series, option
+from pneumaticbox_driver.experiments.sine import Sine
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +42,7 @@ def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
     box = box_of(seed)
     own = calibrated(box, settings.channels, settings.points, seed, progress, settings.supplies)
     shared = [own[0]] * settings.channels
-    runs = [BottleRun(box, using, seed).follow(settings, progress) for using in (own, shared)]
+    runs = [on_bottles(box, using, seed).follow(settings, progress) for using in (own, shared)]
     return {**under("own", runs[0]), **under("shared", runs[1])}
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumaticbox_driver.experiments.bottle_run import BottleRun, Sine
+from pneumaticbox_driver.experiments.bench_run import on_bottles
 from pneumaticbox_driver.experiments.boxes import SUPPLIES, box_of, calibrated
 from pneumaticbox_driver.experiments.drift import final_drift, of, tracking_error, under
 from pneumaticbox_driver.experiments.palette import FULL, OTHER, SUPPLY, TARGET
@@ -19,6 +19,7 @@ from pneumaticbox_driver.experiments.report import (
     option,
     rms,
 )
+from pneumaticbox_driver.experiments.sine import Sine
 from softhand_model.gas import AMBIENT_PRESSURE
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
     supplies = {"constant": lambda time: settings.supply, "varied": varied(settings)}
     runs = {}
     for name, supply in supplies.items():
-        runs |= under(name, BottleRun(box, own, seed).follow(settings, progress, supply))
+        runs |= under(name, on_bottles(box, own, seed).follow(settings, progress, supply))
     return runs
 
 

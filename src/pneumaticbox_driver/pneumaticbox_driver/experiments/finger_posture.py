@@ -1,0 +1,130 @@
+"""Fig. 4.10: posture of four fingers before and after a minute of motion."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pneumaticbox_driver.experiments.boxes import SUPPLIES, box_of, calibrated
+from pneumaticbox_driver.experiments.drift import final_drift, pulses_in_sine
+from pneumaticbox_driver.experiments.finger import Fingers, on_fingers
+from pneumaticbox_driver.experiments.palette import CHANNELS, THESIS_LINE
+from pneumaticbox_driver.experiments.report import (
+    MG,
+    Floats,
+    Metric,
+    Progress,
+    Report,
+    Series,
+    option,
+)
+from pneumaticbox_driver.experiments.sine import Sine
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SENTENCE = "posture of four fingers before and after a minute of sinusoidal motion"
+THESIS = "Fig. 4.10, two fingers return, two deviate slightly"
+NAMES = ("index", "middle", "ring", "little")
+SIZE = (8.5, 4.2)
+SLIGHT = 10.0  # a deviation that shows in a picture [deg]
+
+
+@dataclass(frozen=True)
+class Settings(Sine):
+    """Options of the experiment."""
+
+    mean: float = option(10e-6, "mean air mass of the sine above the fill at rest [kg]")
+    amplitude: float = option(6e-6, "amplitude of the sine [kg]")
+    period: float = option(6.0, "period of the sine [s]")
+    fill: float = option(4.0, "time to fill the fingers to where the sine starts [s]")
+    points: int = option(1600, "calibration pulses per channel, both directions together [-]")
+    correct: int = option(0, "1 corrects the drift by pressure and volume of still fingers [-]")
+
+
+def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
+    """Calibrate a box on bottles, let four fingers follow the sine; how they bend at both ends."""
+    box, fingers = box_of(seed), Fingers(len(NAMES))
+    own = calibrated(box, len(NAMES), settings.points, seed, progress, SUPPLIES)
+    run = on_fingers(fingers, box, own, seed, bool(settings.correct))
+    series = run.follow(settings, progress)
+    true_gauge = run.bench.plant.pressures - box.ambient_pressure
+    before = _wanted_gauge(fingers, float(settings.at(np.array([settings.fill]))[0]))
+    return {
+        **series,
+        "bend_before": np.array([fingers.bends(before)] * len(NAMES)),
+        "bend_after": np.array([fingers.bends(p) for p in true_gauge]),
+        "length": np.array([fingers.length]),
+    }
+
+
+def _wanted_gauge(fingers: Fingers, mass: float) -> float:
+    """Gauge pressure at which a finger holds this air above rest [Pa], by bisection."""
+    low, high = 0.0, 2 * fingers.limit
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        n = len(fingers.rest)
+        low, high = (middle, high) if fingers.mass(np.full(n, middle))[0] < mass else (low, middle)
+    return low
+
+
+def report(series: Series, settings: Settings) -> Report:
+    """Deviation of the tip angles from where they should be, drift and pulses."""
+    before, after = (np.degrees(series[f"bend_{k}"][:, -1]) for k in ("before", "after"))
+    off = after - before
+    drifts = final_drift(series) / MG
+    metrics = [Metric("tip angle wanted, before and after", float(before[0]), "deg")]
+    for k, name in enumerate(NAMES):
+        metrics.append(Metric(f"{name}: deviation of the tip angle", float(off[k]), "deg"))
+        metrics.append(Metric(f"{name}: drift of the air mass", float(drifts[k]), "mg"))
+    returned = int((np.abs(off) < SLIGHT).sum())
+    pulses = float(np.median(pulses_in_sine(series, settings)))
+    metrics += [
+        Metric("fingers that return within 10 deg", returned, "", "2 of 4, two slightly off"),
+        Metric("pulses per finger, median", pulses, ""),
+    ]
+    verdict = (
+        f"after {settings.duration:g} s and {pulses:.0f} pulses {returned} of 4 fingers stand "
+        f"within 10 deg of where they began, the worst is {np.abs(off).max():.1f} deg off (thesis: "
+        "two return, two deviate slightly)"
+    )
+    return Report(tuple(metrics), verdict)
+
+
+def draw(figure: "Figure", series: Series, result: Report) -> None:
+    """Side views of the fingers before and after, and their air over time."""
+    places = figure.subplot_mosaic([[*NAMES], ["mass"] * 4], height_ratios=(1.3, 1))
+    length = 1e3 * float(series["length"][0])
+    for k, name in enumerate(NAMES):
+        panel = places[name]
+        for when, style in (
+            ("before", {"color": THESIS_LINE, "lw": 5, "alpha": 0.6}),
+            ("after", {"color": CHANNELS[k], "lw": 2}),
+        ):
+            panel.plot(*_side_view(series[f"bend_{when}"][k], length), label=when, **style)
+        panel.set(title=name, aspect="equal", xlim=(-0.35 * length, 0.75 * length))
+        panel.set(ylim=(-0.05 * length, 1.05 * length), xlabel="[mm]")
+    places[NAMES[0]].set_ylabel("[mm]")
+    places[NAMES[0]].legend(loc="upper right", fontsize=7)
+    _draw_masses(places["mass"], series)
+
+
+def _side_view(bends: Floats, length: float) -> tuple[Floats, Floats]:
+    """Centre line of a finger that points up, from its base (2, points) [as length]."""
+    middle = 0.5 * (bends[1:] + bends[:-1])
+    step = length / len(middle)
+    start = np.zeros(1)
+    across = np.concatenate([start, np.cumsum(step * np.sin(middle))])
+    along = np.concatenate([start, np.cumsum(step * np.cos(middle))])
+    return across, along
+
+
+def _draw_masses(panel: "Axes", series: Series) -> None:
+    panel.plot(series["time"], series["target"] / MG, color="#333333", lw=0.8, label="target")
+    for k, name in enumerate(NAMES):
+        panel.plot(
+            series["time"], series["truth"][:, k] / MG, color=CHANNELS[k], lw=0.8, label=name
+        )
+    panel.set(xlabel="time [s]", ylabel="true air mass [mg]")
+    panel.legend(ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.0))
