@@ -1,5 +1,6 @@
 """Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from pneumaticbox_driver.frozen_reading import FrozenReading
 from pneumaticbox_driver.pulse_effect import (
     EXPECTED,
     LEAST_DROP,
+    RANGE_END,
     SETTLING,
     SMOOTHING,
     UNMOVED,
@@ -20,6 +22,8 @@ from softhand_model.gas import air_mass
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Valves = NDArray[np.int8]
+SIGMAS = 4.0  # of noise that are not yet a motion
+LEAST_NOISE = 61.0  # the step of a 12-bit converter for 250 kPa [Pa]
 # A channel at ambient pressure that holds so much more than at rest would have to be pulled open
 # by that share, with nothing in it that pulls.
 SURPLUS = 0.05  # of the fill at rest
@@ -70,6 +74,8 @@ class FaultWatch:
         rest = air_mass(settings.ambient, settings.rest_volumes, settings.temperature)
         self._surplus = np.maximum(SURPLUS * rest, LEAST_SURPLUS)
         self._effect = PulseEffect(settings)
+        # beyond the limit a sensor may be at its end; the guard sees to that
+        self._range_end = np.array([*settings.pressure_limits, np.inf])
         self.begin()
 
     def begin(self) -> None:
@@ -100,7 +106,8 @@ class FaultWatch:
         self._lost = ~np.isfinite(view.readings[:-1])
         if not np.isfinite(view.readings).all():
             return []  # the box vents for that reason
-        self._frozen.look(view.readings)
+        raw = view.readings - self._settings.ambient
+        self._frozen.look(view.readings, (raw > RANGE_END) & (raw < self._range_end))
         share = view.dt / (view.dt + SMOOTHING)
         fresh = np.isnan(self._smooth)
         self._smooth = np.where(
@@ -108,13 +115,26 @@ class FaultWatch:
         )
         if not view.ready:
             return []
-        self._effect.look(view.dt, self._smooth, view.supply, view.valves, view.flow, view.mass)
+        self._effect.look(
+            view.dt,
+            self._smooth,
+            self._noise(share),
+            view.supply,
+            view.valves,
+            view.flow,
+            view.mass,
+        )
         return [
             *self._sensor_faults(),
             *self._supply_faults(view),
             *self._pulse_faults(view),
             *self._pressure_losses(view),
         ]
+
+    def _noise(self, share: float) -> Floats:
+        """What low-passed pressures vary by while nothing moves (n,) [Pa]."""
+        sigma = self._frozen.noise[:-1] * math.sqrt(2 * share / (2 - share))  # of a difference
+        return np.clip(SIGMAS * sigma, LEAST_NOISE, UNMOVED)
 
     def stuck_outlets(self) -> list[str]:
         """Say which outlets, commanded open, do not let the air out or may not do so."""

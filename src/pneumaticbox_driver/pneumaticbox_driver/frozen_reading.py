@@ -1,4 +1,4 @@
-"""Recognises a sensor that goes on to send the same reading."""
+"""Learns the noise of the sensors, and recognises one that goes on to send the same reading."""
 
 import math
 
@@ -17,10 +17,10 @@ CHANCE = 1e-12  # of a run of equal readings that is still taken for noise
 
 
 class FrozenReading:
-    """Learns at rest how often readings differ, and marks sensors that repeat one for too long.
+    """Learns at rest how readings differ, and marks sensors that repeat one for too long.
 
     `frozen` (m,) marks them, `run` (m,) counts the equal readings in a row. A sensor without
-    visible noise is never marked.
+    visible noise is never marked. `noise` (m,) is one sigma [Pa], infinite until it is learnt.
 
     Args:
         sensors: number of sensors m.
@@ -32,15 +32,19 @@ class FrozenReading:
         self._lesson: list[Floats] = []
         self._learnt = False
         self.run: Floats = np.zeros(sensors)
+        self.noise: Floats = np.full(sensors, np.inf)
 
     @property
     def frozen(self) -> Flags:
         """Sensors whose reading stands still (m,)."""
         return self.run > self._longest
 
-    def look(self, readings: Floats) -> None:
-        """Take the readings of one sample (m,), as the sensors gave them."""
-        self.run = np.where(readings == self._last, self.run + 1.0, 0.0)
+    def look(self, readings: Floats, in_range: Flags) -> None:
+        """Take the readings of one sample (m,), as the sensors gave them.
+
+        Those not `in_range` (m,) may well stand still.
+        """
+        self.run = np.where((readings == self._last) & in_range, self.run + 1.0, 0.0)
         self._last = readings
         if not self._learnt:
             self._lesson.append(readings)
@@ -51,6 +55,7 @@ class FrozenReading:
     def _learn(self, lesson: Floats) -> None:
         self._learnt = True
         steps = np.diff(lesson, axis=0)
+        self.noise = np.sqrt(0.5 * np.mean(steps**2, axis=0))
         turns = np.mean(steps[1:] * steps[:-1] < 0, axis=0)
         for sensor in range(lesson.shape[1]):
             readings = len(np.unique(lesson[:, sensor]))

@@ -17,18 +17,20 @@ WIDEST_GROWTH = 0.5e-3  # [m3]
 # Before this nothing is expected of a pulse: slowest valve (40 ms), low-pass, a sample.
 LATENCY = 0.08  # [s]
 SETTLING = 0.1  # after a pulse, for the closing delay, dead volume and low-pass [s]
-# What the low-passed difference of two readings stays within when nothing has moved: 2.5 sigma
+# What a low-passed pressure stays within when nothing moves, at most: 2.5 sigma of a difference
 # with three times the noise of Table 4.1 at samples 10 ms apart.
 UNMOVED = 240.0  # [Pa]
 # Five times that: the flow may be overestimated fivefold, by a calibration of other chokes, in
 # the widest volume and the verdict is still right.
 EXPECTED = 1200.0  # [Pa]
-# A squeeze may outrun an open outlet for a while: four times the evidence, 30 mg of a finger,
-# which holds about as much.
-OUTRUN = 4.0
+# While a valve is open, a hand that opens or closes may keep the pressure where it is. It shows
+# once the valve has closed. Before, four times the evidence: 30 mg, about all that a finger holds.
+WHILE_OPEN = 4.0
 # Below this drop the errors of the supply's sensor (2.5 % of 700 kPa) and of the channel's (1.4 %
 # of 250 kPa) could make up half of it.
 LEAST_DROP = 42e3  # from the supply into a channel [Pa]
+# No error of class makes so little of ambient pressure: the sensor is at the end of its range.
+RANGE_END = -3500.0  # gauge [Pa]
 
 
 class PulseEffect:
@@ -37,7 +39,7 @@ class PulseEffect:
     `idle` (n,) marks channels whose pressure stood still under pulses that must have moved it,
     `unvented` (n,) those whose pressure does not fall with the outlet commanded open. Pressure
     that moves clears the first, pressure that falls the second: a push may hide a fault for as
-    long as it lasts, it cannot feign one, unless it undoes pulse after pulse to 240 Pa.
+    long as it lasts, but would have to undo a pulse to the noise, and stop with it, to feign one.
 
     Args:
         settings: of the box.
@@ -68,19 +70,28 @@ class PulseEffect:
         self._outrun: Floats = np.zeros(n)  # expected of the outlet since that peak [Pa]
 
     def look(
-        self, dt: float, gauge: Floats, supply: float, valves: Valves, flow: Floats, mass: Floats
+        self,
+        dt: float,
+        gauge: Floats,
+        noise: Floats,
+        supply: float,
+        valves: Valves,
+        flow: Floats,
+        mass: Floats,
     ) -> None:
         """Take one sample.
 
         Args:
             dt: time since the last sample [s].
+            noise: what these pressures vary by while nothing moves (n,) [Pa].
             gauge: pressures, low-passed (n,) [Pa].
             supply: gauge pressure of the supply [Pa].
             valves: commanded during `dt` (n,).
             flow: into the channels, as predicted for these valves (n,) [kg/s].
             mass: estimated, with what the pulses under way will have moved (n,) [kg].
         """
-        reach = np.where(valves > 0, supply - gauge > LEAST_DROP, gauge > self._least_gauge)
+        inlet = (supply - gauge > LEAST_DROP) & (gauge > RANGE_END)
+        reach = np.where(valves > 0, inlet, gauge > self._least_gauge)
         changed = valves != self._valves
         if changed.any():
             self._switch(changed, gauge, valves, mass)
@@ -93,7 +104,7 @@ class PulseEffect:
         self._whole = np.where(
             self._valves != 0, reach * np.abs(mass - self._mass) * self._per_mass, self._whole
         )
-        self._judge(gauge, mass)
+        self._judge(gauge, noise, mass)
         self._judge_outlets(gauge, expected)
         settled = self._counting & (self._valves == 0) & (self._since > SETTLING)
         if settled.any():
@@ -120,21 +131,21 @@ class PulseEffect:
         self._shift += np.where(done, gauge - self._start, 0.0)
         self._due[done] = self._whole[done] = 0.0
         self._counting &= ~done
-        self.idle |= done & (np.abs(self._shift) < UNMOVED) & (self._owed >= EXPECTED)
+        self.idle |= done & (self._owed >= EXPECTED)
 
     def _forget(self, cleared: Flags) -> None:
         for evidence in (self._owed, self._shift, self._due, self._whole):
             evidence[cleared] = 0.0
         self.idle &= ~cleared
 
-    def _judge(self, gauge: Floats, mass: Floats) -> None:
+    def _judge(self, gauge: Floats, noise: Floats, mass: Floats) -> None:
         shift = self._shift + gauge - self._start
-        moved = self._counting & (np.abs(shift) >= UNMOVED)
+        moved = self._counting & (np.abs(shift) > noise)
         if moved.any():
             self._forget(moved)
             self._start = np.where(moved, gauge, self._start)
             self._mass = np.where(moved, mass, self._mass)
-        self.idle |= self._counting & (self._owed + self._due >= EXPECTED)
+        self.idle |= self._counting & (self._owed + self._due >= WHILE_OPEN * EXPECTED)
 
     def _judge_outlets(self, gauge: Floats, expected: Floats) -> None:
         opened = self._valves < 0
@@ -142,6 +153,5 @@ class PulseEffect:
         falls = gauge < self._peak - UNMOVED
         self._peak = np.where(falls, gauge, self._peak)
         self._outrun = np.where(falls | ~opened, 0.0, self._outrun + expected)
-        risen = self._outrun >= OUTRUN * EXPECTED
         held = gauge > self._least_gauge
-        self.unvented = opened & held & (self.idle | risen)
+        self.unvented = opened & held & (self._outrun >= WHILE_OPEN * EXPECTED)
