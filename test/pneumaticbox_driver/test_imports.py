@@ -1,6 +1,8 @@
 """What the driver may import: observer and controllers never see the plant, only nodes see ROS."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -58,3 +60,13 @@ def test_only_nodes_know_ros_and_only_the_model_is_imported(path):
     assert roots & OWN <= ALLOWED_PACKAGES
     if path.name != "node.py":
         assert not [root for root in roots if root == "rclpy" or root.endswith(("_msgs", "_srvs"))]
+
+
+def test_backends_are_loaded_only_when_they_are_asked_for():
+    program = (
+        "import sys, pneumaticbox_driver.node; print([name for name in sys.modules if "
+        "name.startswith('softhand_model.pneumatics') or '.backends.hardware' in name "
+        "or '.backends.embedded' in name or name in ('numba', 'gpiod')])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout.strip() == "[]", done.stdout + done.stderr

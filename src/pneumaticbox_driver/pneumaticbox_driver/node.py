@@ -260,7 +260,8 @@ class PneumaticBoxNode(Node):
         self.box.sensors_sound = False
         if reason not in self.box.latch.reasons:
             self.box.vent(reason)
-            self.get_logger().error(f"{reason}: venting until pneumaticbox/reset")
+            text = f"{reason}: venting until pneumaticbox/reset"
+            self.get_logger().error(text, throttle_duration_sec=1.0)
             self.command_vent()
 
     def command_vent(self) -> None:

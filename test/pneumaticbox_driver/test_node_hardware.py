@@ -1,0 +1,73 @@
+"""The node with backend hardware: without its devices, and on a board that fails on the way."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from plant_peer import BOX, MG, MODULE, VOLUME
+from std_srvs.srv import Trigger
+
+from softhand_bringup.environment import node_environment
+from softhand_bringup.launcher import Launcher, NodeCommand
+
+pytestmark = pytest.mark.system
+
+SUPPORT = Path(__file__).parents[1] / "support"
+WIRING = Path(__file__).parents[2] / "src/pneumaticbox_driver/config/hardware.yaml"
+
+
+def test_a_device_that_is_not_there_ends_it_with_a_sentence(start, tmp_path, peer):
+    wiring = yaml.safe_load(WIRING.read_text())
+    wiring["converter"]["sysfs"] = str(tmp_path)  # no converter in it, on whatever machine
+    file = tmp_path / "hardware.yaml"
+    file.write_text(yaml.safe_dump(wiring))
+    process = start(backend="hardware", use_sim_time=False, hardware_file=str(file))
+    assert process.wait(20.0) == 2, process.output()
+    assert process.last_words().startswith("pneumaticbox: ")
+    assert str(tmp_path) in process.last_words()
+    assert "Traceback" not in process.output()
+    assert not peer.valves  # nothing was commanded
+
+
+@pytest.fixture
+def fault(tmp_path):
+    """While this file exists the board fails."""
+    return tmp_path / "fault"
+
+
+@pytest.fixture
+def on_board(domain, tmp_path, peer, fault):
+    """The driver on a `FailingBoard`, once its channels hold air."""
+    settings = {"fault": str(fault), "volume": VOLUME}
+    wiring = {"format": "pneumaticbox-hardware/1", "board": "failing_board:FailingBoard"}
+    file = tmp_path / "hardware.yaml"
+    file.write_text(yaml.safe_dump({**wiring, "vent_time": 0.2, "settings": settings}))
+    environment = node_environment(tmp_path / "log", domain)
+    path = [str(SUPPORT), environment.get("PYTHONPATH", "")]
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, path))
+    parameters = {**BOX, "backend": "hardware", "hardware_file": str(file)}
+    with Launcher(tmp_path / "log", environment) as launcher:
+        yield launcher.start(NodeCommand("driver", MODULE, parameters))
+
+
+def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer, fault):
+    peer.wait(lambda: peer.states, 20.0, "a state")
+    peer.spin(1.0)
+    peer.command(20 * MG, 5 * MG)
+    peer.wait(
+        lambda: np.allclose(peer.states[-1].position, [20 * MG, 5 * MG], atol=2.5 * MG),
+        10.0,
+        "the masses",
+    )
+    fault.touch()
+    peer.diagnosis("safety", "backend hardware: the board's cable is unplugged", keep_going=False)
+    refused = peer.call(Trigger, "pneumaticbox/reset")
+    assert not refused.success and "no usable sensor sample" in refused.message
+    fault.unlink()
+    peer.wait(lambda: max(peer.states[-1].effort) < 3e3, 10.0, "open outlets")
+    peer.diagnosis("safety", "vented until pneumaticbox/reset", keep_going=False)
+    assert peer.call(Trigger, "pneumaticbox/reset").success
+    assert peer.diagnosis("safety", "in operation", keep_going=False)
+    assert on_board.output().count("cable is unplugged") == 1
