@@ -26,9 +26,10 @@ GOOD = {
         ({"rest_volumes": (3e-5,)}, "rest_volumes must have 2 values, one a channel, got 1"),
         ({"rest_volumes": (3e-5, 0.0)}, "rest_volumes must be above 0, got [3e-05, 0.0]"),
         ({"pressure_limits": (5e4, float("inf"))}, "pressure_limits must be above 0"),
-        ({"control_modes": ("mass",)}, "control_modes must have 2 entries, got 1"),
-        ({"control_modes": ("mass", "volume")}, "control_mode 'volume' is not available yet"),
+        ({"control_modes": ("mass",)}, "control_mode must have 2 entries, got 1"),
+        ({"control_modes": ("mass", "volume")}, "'volume' expects volume_model 'hand', got 'fixed'"),
         ({"control_modes": ("mass", "magic")}, "control_mode must be one of ['mass', "),
+        ({"volume_model": "wish"}, "volume_model must be one of ['hand', 'fixed'], got 'wish'"),
         ({"command_timeout": -1.0}, "command_timeout must be 0 or above, got -1.0"),
     ],
 )

@@ -7,17 +7,33 @@ from pneumaticbox_driver.calibration import load_calibration
 from pneumaticbox_driver.commands import TrajectoryPoint
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT
-from softhand_model.pneumatics import CommandWatch, PneumaticPlant, load_pneumatics
+from softhand_model.pneumatics import CommandWatch, load_pneumatics
+from softhand_model.pneumatics.compiled_plant import PLANT
 
 GAS = GAS_CONSTANT * 293.15  # [J/kg]
 DEAD = 2 * load_pneumatics().choke.dead_volume
 SWELLING_PRESSURE = 40e3  # at which a volume of compliance 1 has doubled [Pa]
 
 
+class Swelling:
+    """Model of volumes (n,) [m3] that grow linearly with the pressure, by `compliance`."""
+
+    def __init__(self, volume, compliance, channels):
+        self._rest = np.full(channels, volume)
+        self._slope = self._rest * compliance / SWELLING_PRESSURE
+
+    def volumes(self, gauge):
+        return self._rest + self._slope * np.maximum(gauge, 0.0)
+
+    def slopes(self, gauge):
+        return self._slope
+
+
 class BottleRig:
     """Runs box and plant together; `mass` is the truth [kg above rest], which the box never sees.
 
     compliance: growth of the volumes per 40 kPa; the volume follows the pressure without delay.
+    model: of the volumes that the box is given; None for the one that the settings name.
     """
 
     def __init__(
@@ -28,12 +44,13 @@ class BottleRig:
         limit=150e3,
         seed=1,
         mode="mass",
+        model=None,
         **settings,
     ):
         self.names = tuple("abcdefgh"[:channels])
         self.volume, self.compliance = volume, compliance
         volumes = np.full(channels, volume)
-        self.plant = PneumaticPlant(self.names, volumes, seed=seed)
+        self.plant = PLANT(self.names, volumes, seed=seed)
         self.rest = self.plant.rest_mass(volumes)
         self.watch = CommandWatch(channels)
         self.box = PneumaticBox(
@@ -45,6 +62,7 @@ class BottleRig:
                 **settings,
             ),
             load_calibration(None, channels),
+            model,
         )
         self.openings = np.zeros(channels, dtype=int)
         self.switchings = []  # (time, channel, valve)

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from pneumaticbox_driver.calibration import ChannelCalibration
 from pneumaticbox_driver.commands import CommandRules, Setpoints, Trajectory, TrajectoryPoint
-from pneumaticbox_driver.controllers import BoxView, ControllerBank, check_mode
+from pneumaticbox_driver.controllers import BoxView, ControllerBank
 from pneumaticbox_driver.fault_watch import FaultView, FaultWatch
 from pneumaticbox_driver.known_masses import KnownMasses
 from pneumaticbox_driver.observer import MassObserver
 from pneumaticbox_driver.pulse_timing import PulseTiming
 from pneumaticbox_driver.safety import SILENCE_LIMIT, PressureGuard, VentLatch
 from pneumaticbox_driver.settings import BoxSettings
+from pneumaticbox_driver.volume_model import VolumeModel, make_volume_model
 from softhand_model.gas import GAS_CONSTANT
 
 Floats = NDArray[np.float64]
@@ -37,12 +38,18 @@ class PneumaticBox:
     Args:
         settings: of the box.
         calibrations: coefficients of the channels, one each.
+        volumes: model of the channels' volumes; None for the one that the settings name.
 
     Raises:
-        ValueError: another number of calibrations than channels.
+        ValueError: another number of calibrations than channels, or a hand that does not exist.
     """
 
-    def __init__(self, settings: BoxSettings, calibrations: Sequence[ChannelCalibration]) -> None:
+    def __init__(
+        self,
+        settings: BoxSettings,
+        calibrations: Sequence[ChannelCalibration],
+        volumes: VolumeModel | None = None,
+    ) -> None:
         n = len(settings.channels)
         if len(calibrations) != n:
             raise ValueError(f"calibrations must be {n}, one a channel, got {len(calibrations)}")
@@ -60,10 +67,18 @@ class PneumaticBox:
         self._faults = FaultWatch(settings.channels, settings)
         self._timing = PulseTiming(n, settings.shortest_pulse, settings.shortest_pause)
         self._bank = ControllerBank(settings.control_modes)
+        self._view = BoxView(
+            observer=self.observer,
+            volume_model=volumes
+            or make_volume_model(settings.volume_model, settings.hand, settings.rest_volumes),
+            rest_volumes=np.array(settings.rest_volumes),
+            ambient=settings.ambient,
+            gas=GAS_CONSTANT * settings.temperature,
+            shortest_pulse=settings.shortest_pulse,
+        )
         self._take_modes()
         for channel in range(n):
             self.setpoints.set(channel, math.nan, stepped=self.modes[channel] == "time")
-        self._rest_volumes = np.array(settings.rest_volumes)
         self._closed: Valves = np.zeros(n, dtype=np.int8)
         self._venting: Valves = np.full(n, -1, dtype=np.int8)
         self._restart()
@@ -108,12 +123,7 @@ class PneumaticBox:
     @property
     def volume(self) -> Floats:
         """Volumes above those at rest, by `V = m R_s T/p_abs` of the estimated mass (n,) [m3]."""
-        return self._volume_at(self.pressures)
-
-    def _volume_at(self, pressures: Floats) -> Floats:
-        gas = GAS_CONSTANT * self.settings.temperature
-        content = self.observer.mass * gas + self.settings.ambient * self._rest_volumes
-        return np.asarray(content / pressures - self._rest_volumes)
+        return self._view.volume_at(self.pressures) - self._view.rest_volumes
 
     @property
     def gauge(self) -> Floats:
@@ -244,16 +254,10 @@ class PneumaticBox:
         return self.guard.apply(gauge, setpoints, self._timing.follow(self.time, wanted))
 
     def _controlled(self, setpoints: Floats, dt: float) -> Valves:
-        view = BoxView(
-            dt=dt,
-            shortest_pulse=self.settings.shortest_pulse,
-            pressures=self.pressures,
-            supply=self.supply,
-            setpoints=setpoints,
-            direction=self.valves,
-            empty=self.empty,
-            observer=self.observer,
-        )
+        view = self._view
+        view.dt, view.supply = dt, self.supply
+        view.pressures, view.setpoints = self.pressures, setpoints
+        view.direction, view.empty = self.valves, self.empty
         return self._bank.update(view)
 
     def _switch(self, valves: Valves) -> Valves:
@@ -287,14 +291,10 @@ class PneumaticBox:
             A sentence on what was done.
 
         Raises:
-            ValueError: another number of modes, or one that is not available; nothing has changed.
+            ValueError: another number of modes, or one that cannot be used; nothing has changed.
         """
-        n = len(self.modes)
-        if len(modes) != n:
-            raise ValueError(f"control_mode must have {n} entries, got {len(modes)}")
-        for mode in modes:
-            check_mode(mode)
-        changed = [i for i in range(n) if modes[i] != self.modes[i]]
+        self.settings.check_modes(modes)
+        changed = [i for i, mode in enumerate(self.modes) if modes[i] != mode]
         self._bank.switch(modes)
         self._take_modes()
         for channel in changed:
@@ -313,7 +313,9 @@ class PneumaticBox:
         else:
             steady = self._known.steady(self.pressures)
             found = (
-                steady - self.settings.ambient if mode == "pressure" else self._volume_at(steady)
+                steady - self.settings.ambient
+                if mode == "pressure"
+                else self._view.volume_at(steady) - self._view.rest_volumes
             )
             value = found[channel]
         # a setpoint of zero or below would open the outlet of a channel that is not known as empty

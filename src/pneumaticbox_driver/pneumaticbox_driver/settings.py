@@ -8,6 +8,7 @@ from pneumaticbox_driver.controllers import check_mode
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
 
 MOST_CHANNELS = 8
+VOLUME_MODELS = ("hand", "fixed")
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,9 @@ class BoxSettings:
     rest with their tubes, `pressure_limits` gauge [Pa], `control_modes` one per channel.
     `command_timeout` [s] vents after that silence of commands, 0 holds the last target.
     `shortest_pulse` and `shortest_pause` [s] are what the valves can follow, `zero_band` [Pa] is
-    the largest reading that can be a sensor's offset at ambient pressure.
+    the largest reading that can be a sensor's offset at ambient pressure. `volume_model` says what
+    volumes do under pressure: "fixed" for bottles, or "hand" for the actuators of `hand`, a name
+    or a file; mode volume is for a hand alone.
 
     Raises:
         ValueError: naming the setting, what was expected and what was found.
@@ -35,6 +38,8 @@ class BoxSettings:
     ambient: float = AMBIENT_PRESSURE
     temperature: float = ROOM_TEMPERATURE
     start_enabled: bool = True
+    volume_model: str = "fixed"
+    hand: str = ""
 
     def __post_init__(self) -> None:
         n = len(self.channels)
@@ -45,14 +50,40 @@ class BoxSettings:
             raise ValueError(f"channels must be letters, digits and _, got {list(self.channels)}")
         for name in ("rest_volumes", "pressure_limits"):
             _check_positive(name, getattr(self, name), n)
-        if len(self.control_modes) != n:
-            raise ValueError(f"control_modes must have {n} entries, got {len(self.control_modes)}")
-        for mode in self.control_modes:
-            check_mode(mode)
+        check_choice("volume_model", self.volume_model, VOLUME_MODELS)
+        self.check_modes(self.control_modes)
         for name in ("command_timeout", "shortest_pause", "shortest_pulse", "zero_band"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise ValueError(f"{name} must be 0 or above, got {value}")
+
+    def check_modes(self, modes: Sequence[str]) -> None:
+        """Check that the channels can be put into these modes (n,).
+
+        Raises:
+            ValueError: another number of modes, one that does not exist, or volume on bottles.
+        """
+        n = len(self.channels)
+        if len(modes) != n:
+            raise ValueError(f"control_mode must have {n} entries, got {len(modes)}")
+        for mode in modes:
+            check_mode(mode)
+        if "volume" in modes and self.volume_model == "fixed":
+            raise ValueError(
+                "control_mode 'volume' expects volume_model 'hand', got 'fixed': "
+                "the volume of a bottle cannot be controlled"
+            )
+
+
+def check_choice(name: str, value: str, choices: Sequence[str]) -> str:
+    """Return `value` if it is one of the choices of a setting, else raise ValueError.
+
+    >>> check_choice("volume_model", "fixed", ("hand", "fixed"))
+    'fixed'
+    """
+    if value not in choices:
+        raise ValueError(f"{name} must be one of {list(choices)}, got {value!r}")
+    return value
 
 
 def _check_positive(name: str, values: Sequence[float], n: int) -> None:

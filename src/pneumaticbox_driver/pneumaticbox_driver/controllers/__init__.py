@@ -2,7 +2,6 @@
 
 from pneumaticbox_driver.controllers.available import (
     AVAILABLE,
-    PLANNED,
     check_mode,
     make_controller,
 )
@@ -11,7 +10,6 @@ from pneumaticbox_driver.controllers.view import BoxView, Controller
 
 __all__ = [
     "AVAILABLE",
-    "PLANNED",
     "BoxView",
     "Controller",
     "ControllerBank",

@@ -34,9 +34,8 @@ class ControllerBank:
 
     def update(self, view: BoxView) -> Valves:
         """Return the wanted valves (n,): +1 inflate, -1 deflate, 0 closed."""
-        if len(self._controllers) == 1:
-            return next(iter(self._controllers.values())).update(view)
         wanted = self._closed
         for mode, controller in self._controllers.items():
-            wanted = np.where(self._masks[mode], controller.update(view), wanted)
+            view.mine = self._masks[mode]
+            wanted = np.where(view.mine, controller.update(view), wanted)
         return wanted
