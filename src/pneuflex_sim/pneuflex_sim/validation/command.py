@@ -7,7 +7,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pneuflex_sim.validation import discretisation
+from pneuflex_sim.validation import (
+    approximation,
+    blocked_force,
+    discretisation,
+    straight_finger,
+    wall_strain,
+    wall_thickness,
+)
 from pneuflex_sim.validation.experiment import Experiment
 from pneuflex_sim.validation.folder import (
     FIGURE,
@@ -20,7 +27,15 @@ from pneuflex_sim.validation.picture import write_figure
 
 OUT = Path("out/validation")
 EXPERIMENTS: dict[str, Experiment] = {
-    module.EXPERIMENT.name: module.EXPERIMENT for module in (discretisation,)
+    module.EXPERIMENT.name: module.EXPERIMENT
+    for module in (
+        discretisation,
+        wall_thickness,
+        blocked_force,
+        straight_finger,
+        wall_strain,
+        approximation,
+    )
 }
 
 

@@ -125,7 +125,9 @@ class FingerStand:
         block's id. It has no friction in the plane of bending; sideways it has, since a finger that
         presses on a smooth wall swerves out of its plane.
         """
-        place = np.array([gap, 0.0, bottom]) + np.array(BLOCK) * np.array([1.0, 0.0, 1.0])
+        place = np.array([gap + self._thickened(), 0.0, bottom]) + np.array(BLOCK) * np.array(
+            [1.0, 0.0, 1.0]
+        )
         shape = pybullet.createCollisionShape(
             pybullet.GEOM_BOX, halfExtents=BLOCK, physicsClientId=self.client
         )
@@ -163,6 +165,13 @@ class FingerStand:
         joints = simulation.shape.frames(simulation.bodies.q)[0]
         tip = simulation.fingertips()[FINGER][0]
         return np.vstack([np.zeros(3), joints, tip])
+
+    def _thickened(self) -> float:
+        """How far [m] the collision box of the last link, which has a least height, stands out from
+        the passive layer.
+        """
+        size = self.simulation.bodies.layout.size[-1, 0]
+        return float(size - self.chain.body_size[-1, 0]) / 2.0
 
     @property
     def _origin(self) -> Array:
