@@ -48,10 +48,11 @@ from pneumaticbox_driver.steady_clock import SteadyClock
 from pneumaticbox_driver.turns.node import Turns
 from pneumaticbox_driver.valve_activity import ValveActivity
 
-SERVE_PERIOD = 0.005  # wall time between looks at commands and services [s]
+SERVE_PERIOD = 0.01  # wall time between looks at commands and services, when none wait [s]
 SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
 WAIT = 0.01  # for a sample, before others are served [s]
 LIVE_SWITCHES = {"drift_correction", "leak_model"}  # of the box, set by parameters of their names
+VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
 REPORT_PERIOD = 1.0  # wall time between diagnostics (REP-107) [s]
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
 
@@ -76,8 +77,10 @@ class PneumaticBoxNode(Node):
         self._watch = SampleWatch()
         self._activity = ValveActivity(len(channels))
         self._stamp = Time()
+        self._told: NDArray[np.int8] = np.zeros(len(channels), dtype=np.int8)
+        self._told_at = -math.inf
         self._board_begin = math.nan  # of the board's clock, on the steady one [s]
-        self._served = self._reported = 0.0
+        self._next_turn = self._reported = 0.0
         self._create_topics(channels)
         self._create_services()
         self._take_priority()
@@ -218,11 +221,20 @@ class PneumaticBoxNode(Node):
         """
         valves = self.box.on_sample(now, pressures)
         self._stamp = stamp
-        self._valves.answer(stamp, valves)
+        self._answer(stamp, valves)
         self._watch.heard(self._node_time(), time.monotonic())
         self.link.samples += 1
         self._state.publish(stamp, pressures)
         return valves
+
+    def _answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
+        """Publish valves: each answer for a plant on topics, else what changes, for others."""
+        now = time.monotonic()
+        told = now - self._told_at < VALVES_PERIOD and (valves == self._told).all()
+        if self.board is not None and told:
+            return
+        self._told, self._told_at = valves, now
+        self._valves.answer(stamp, valves)
 
     # everything else
 
@@ -233,10 +245,10 @@ class PneumaticBoxNode(Node):
             slack: for how long that may take [s].
         """
         now = time.monotonic()
-        if now - self._served < SERVE_PERIOD:
+        if now < self._next_turn:
             return
-        self._served = now
-        self._turns.serve(min(SERVE_SLICE, slack))
+        more = self._turns.serve(min(SERVE_SLICE, slack))
+        self._next_turn = now if more else now + SERVE_PERIOD
         self._watch_sensors(now)
         self._activity.note(self.box.time, self.box.openings)
         if now - self._reported >= REPORT_PERIOD:

@@ -29,8 +29,12 @@ class Turns:
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
 
-    def serve(self, budget: float) -> None:
-        """Serve what waits, until nothing does or `budget` [s] is used up; at least one message."""
+    def serve(self, budget: float) -> bool:
+        """Serve what waits, one message at least, and end after `budget` [s].
+
+        Returns:
+            Whether more may wait.
+        """
         end = time.monotonic() + budget
         entities = self._entities()
         quiet = 0
@@ -38,7 +42,8 @@ class Turns:
             self._next = (self._next + 1) % len(entities)
             quiet = 0 if _serve(entities[self._next]) else quiet + 1
             if quiet == 0 and time.monotonic() > end:
-                return
+                return True
+        return False
 
     def serve_rest(self) -> None:
         """Serve once what is neither of the two, as events of the quality of service."""
