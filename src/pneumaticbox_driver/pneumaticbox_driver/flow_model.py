@@ -36,16 +36,22 @@ class PulseCoefficients:
 def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Floats]:
     """Integrands of the friction and the injector term of equation 4.1.
 
+    Both change sign with the drop of pressure, for air flows back then. So the noise of a sensor
+    cancels where an open outlet has brought a channel to ambient pressure; without the sign it
+    would add up to a flow that is not there.
+
     Args:
         pressure_in: absolute pressure upstream [Pa].
         pressure_out: absolute pressure downstream [Pa].
 
     Returns:
-        `p_in - p_out` [Pa], not below 0, and `p_in Psi(p_out/p_in)` [Pa].
+        `p_in - p_out` [Pa] and `p_in Psi(p_out/p_in)` [Pa], the latter with the higher pressure
+        as `p_in` and the sign of the former.
 
-    >>> friction, injector = flow_rates(np.array([300e3]), np.array([100e3]))
-    >>> float(friction[0]), round(float(injector[0]))
-    (200000.0, 145253)
+    >>> friction, injector = flow_rates(np.array([300e3, 100e3]), np.array([100e3, 300e3]))
+    >>> friction.tolist(), injector.round().tolist()
+    ([200000.0, -200000.0], [145253.0, -145253.0])
     """
-    drop = np.maximum(pressure_in - pressure_out, 0.0)
-    return drop, pressure_in * psi(pressure_out / pressure_in)
+    drop = pressure_in - pressure_out
+    high, low = np.maximum(pressure_in, pressure_out), np.minimum(pressure_in, pressure_out)
+    return drop, np.copysign(high * psi(low / high), drop)

@@ -5,13 +5,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumaticbox_driver.calibration import ChannelCalibration
+from pneumaticbox_driver.channel_calibration import ChannelCalibration
+from pneumaticbox_driver.drift_bound import DriftBound
 from pneumaticbox_driver.flow_model import flow_rates
 from pneumaticbox_driver.pulse_integrals import PulseIntegrals
 from softhand_model.gas import AMBIENT_PRESSURE
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 Valves = NDArray[np.int8]
+SHORTEST = 1e-3  # length of a pulse that a mean flow is taken over [s]
 
 
 class MassObserver:
@@ -20,7 +23,9 @@ class MassObserver:
     Equation 4.1 gives the mass that a pulse will have moved if its valve were switched off now;
     what still flows during the closing delay and out of the dead volume is in its coefficients.
     So `mass` runs ahead of the true mass by what the valve's delay makes inevitable, which is
-    what a controller needs to close in time. All arrays have the channels in order (n,).
+    what a controller needs to close in time. After switch-off the estimate still follows the
+    pressures until the valve has closed (`PulseIntegrals`). All arrays have the channels in
+    order (n,).
 
     Args:
         calibrations: coefficients of the channels, one each.
@@ -31,19 +36,49 @@ class MassObserver:
         self, calibrations: Sequence[ChannelCalibration], ambient: float = AMBIENT_PRESSURE
     ) -> None:
         n = len(calibrations)
+        self._take(calibrations)
+        self._integrals = PulseIntegrals(n, ambient)
+        self._drift = DriftBound(calibrations)
+        self._coefficients: Floats = np.zeros((5, n))  # of the pulses under way
+        self._sign: Floats = np.zeros(n)  # of the pulses under way; 0: there is none
+        self._settled: Floats = np.zeros(n)
+        self.moved: Floats = np.zeros(n)  # by the pulse under way, negative for deflation [kg]
+        self.direction: Valves = np.zeros(n, dtype=np.int8)  # commanded
+        self.flow: Floats = np.zeros(n)  # into the channels [kg/s]
+
+    def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
         self._inflate = np.array([c.inflate.as_array() for c in calibrations]).T
         self._deflate = np.array([c.deflate.as_array() for c in calibrations]).T
-        self._integrals = PulseIntegrals(n, ambient)
-        self._coefficients: Floats = np.zeros((5, n))  # of the pulses under way
-        self._settled: Floats = np.zeros(n)
-        self._moved: Floats = np.zeros(n)
-        self.direction: Valves = np.zeros(n, dtype=np.int8)
-        self.flow: Floats = np.zeros(n)  # into the channels [kg/s]
+
+    def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
+        """Use other coefficients from the next pulses on; the estimates stay.
+
+        Raises:
+            ValueError: another number of calibrations than channels.
+        """
+        if len(calibrations) != len(self.direction):
+            n = len(self.direction)
+            raise ValueError(f"calibrations must be {n}, one a channel, got {len(calibrations)}")
+        self._take(calibrations)
+        self._drift.set_calibrations(calibrations)
 
     @property
     def mass(self) -> Floats:
         """Mass above the fill at rest once all valves, switched off now, have closed (n,) [kg]."""
-        return self._settled + self._moved
+        return self._settled + self.moved
+
+    @property
+    def drift_bound(self) -> Floats:
+        """How far the estimates may be off since `set_mass`, two standard deviations (n,) [kg].
+
+        Pulses count when they have ended; see `DriftBound` for what is in it.
+        """
+        return self._drift.bound
+
+    @property
+    def pulses(self) -> NDArray[np.int_]:
+        """Pulses since `set_mass`, that under way not counted (n,)."""
+        return self._drift.pulses.copy()
 
     def advance(self, dt: float, pressures: Floats, supply: float) -> None:
         """Integrate the pulses under way over the last `dt` [s], up to these absolute pressures.
@@ -53,14 +88,14 @@ class MassObserver:
             pressures: absolute channel pressures (n,) [Pa].
             supply: absolute supply pressure [Pa].
         """
-        if not self.direction.any():
+        if not self._sign.any():
             return
         integrals, c = self._integrals, self._coefficients
         integrals.advance(dt, pressures, supply)
-        moved = (c * integrals.values).sum(axis=0)
+        self.moved = self._sign * np.maximum((c * integrals.values).sum(axis=0), 0.0)
         friction, injector = integrals.rates
-        self._moved = self.direction * np.maximum(moved, 0.0)
         self.flow = self.direction * (c[1] * friction + c[2] * injector)
+        self._settle((self._sign != 0) & ~integrals.flowing)
 
     def switch(self, valves: Valves, pressures: Floats, supply: float) -> None:
         """Take note of the valves commanded from now on; call after `advance` of this sample.
@@ -73,13 +108,30 @@ class MassObserver:
         changed = valves != self.direction
         if not changed.any():
             return
-        self._settled = np.where(changed, self._settled + self._moved, self._settled)
-        self._moved = np.where(changed, 0.0, self._moved)
-        self.flow = np.where(changed, 0.0, self.flow)
+        self._integrals.end(changed)
         self.direction = valves.copy()
-        begun = np.where(valves > 0, self._inflate, self._deflate) * (valves != 0)
-        self._coefficients = np.where(changed, begun, self._coefficients)
-        self._integrals.begin(changed, valves, pressures, supply)
+        self.flow = np.where(changed, 0.0, self.flow)
+        begun = changed & (valves != 0)
+        if not begun.any():
+            return
+        self._settle(begun & (self._sign != 0))
+        self._sign = np.where(begun, valves, self._sign)
+        fresh = np.where(valves > 0, self._inflate, self._deflate)
+        self._coefficients = np.where(begun, fresh, self._coefficients)
+        self._integrals.begin(begun, valves, pressures, supply)
+
+    def _settle(self, ended: Flags) -> None:
+        """Add the pulses that have ended to the settled mass."""
+        if not ended.any():
+            return
+        values, lengths, c = self._integrals.values, self._integrals.lengths, self._coefficients
+        flow = (c[1] * values[1] + c[2] * values[2]) / np.maximum(lengths, SHORTEST)
+        # a pulse that moved nothing, or whose channel was set since, brings no uncertainty
+        moving = ended & (self.moved != 0)
+        self._drift.add(moving, self._sign > 0, values, flow)
+        self._settled = np.where(ended, self._settled + self.moved, self._settled)
+        self.moved = np.where(ended, 0.0, self.moved)
+        self._sign = np.where(ended, 0.0, self._sign)
 
     def pulse_mass(
         self, duration: float, pressures: Floats, supply: float
@@ -98,14 +150,18 @@ class MassObserver:
         return gain, _pulse(self._deflate, duration, pressures, ambient)
 
     def set_mass(self, channel: int, mass: float) -> None:
-        """Correct the estimate of a channel to `mass` [kg].
+        """Correct the estimate of a channel to `mass` [kg]; its drift begins anew.
 
-        A pulse under way is taken to move nothing more: this is for a channel that stands still,
-        and with noise on its pressure equation 4.1 would go on to see a small flow.
+        A pulse under way is taken to move nothing more: this is for a channel that stands still.
         """
         self._settled[channel] = mass
-        self._moved[channel] = 0.0
+        self.moved[channel] = 0.0
         self._coefficients[:, channel] = 0.0
+        self._drift.restart(channel)
+
+    def lose(self, mass: Floats) -> None:
+        """Take leaked air off the estimates: `mass` (n,) [kg]."""
+        self._settled = self._settled - mass
 
 
 def _pulse(coefficients: Floats, duration: float, upstream: Floats, downstream: Floats) -> Floats:

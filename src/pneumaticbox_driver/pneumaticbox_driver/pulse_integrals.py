@@ -9,43 +9,83 @@ from softhand_model.gas import AMBIENT_PRESSURE
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Valves = NDArray[np.int8]
+VALVE_DELAY = 0.03  # from the command to the flow: the middle of Table 4.1's 20 ms to 40 ms [s]
 
 
 class PulseIntegrals:
     """Integrates the terms of equation 4.1 per channel; observer and calibration share it.
 
+    A valve follows its command late, so air flows from about `t_on` + delay to `t_off` + delay,
+    and the integrals run over these: what is still to come counts at the present rate, and is
+    replaced by what is measured until a delay after switch-off. With the printed bounds, `t_on`
+    to `t_off`, a pulse that changes the pressure much, as it does in a small volume, counts
+    flow from before the valve opens and misses that from before it closes.
+
     `values` (5, n) are 1, the friction and the injector integral [Pa s], and the pressures
     upstream and downstream at switch-on [Pa]; `rates` the present integrands (n,), (n,) [Pa].
+    `lengths` (n,) are the commanded durations so far [s].
 
     Args:
         channels: number of channels.
         ambient: absolute ambient pressure [Pa].
+        delay: of the valves [s], a nominal one.
     """
 
-    def __init__(self, channels: int, ambient: float = AMBIENT_PRESSURE) -> None:
+    def __init__(
+        self, channels: int, ambient: float = AMBIENT_PRESSURE, delay: float = VALVE_DELAY
+    ) -> None:
         self.ambient = ambient
+        self._delay = delay
         self.values: Floats = np.zeros((5, channels))
         self.rates: tuple[Floats, Floats] = (np.zeros(channels), np.zeros(channels))
+        self.lengths: Floats = np.zeros(channels)
+        self._ages: Floats = np.zeros(channels)  # since switch-on [s]
+        self._passed: Floats = np.zeros((2, channels))  # integrals of what has flowed
+        self._open: Flags = np.zeros(channels, dtype=bool)
         self._inflating: Flags = np.zeros(channels, dtype=bool)
 
-    def begin(self, changed: Flags, valves: Valves, pressures: Floats, supply: float) -> None:
-        """Start new pulses on the `changed` channels (n,), now that `valves` (n,) are commanded.
+    @property
+    def flowing(self) -> Flags:
+        """Channels whose pulse has not ended: open, or switched off less than a delay ago (n,)."""
+        return self._open | (self._ages < self.lengths + self._delay - 1e-9)
+
+    def begin(self, begun: Flags, valves: Valves, pressures: Floats, supply: float) -> None:
+        """Start pulses on the channels `begun` (n,), now that `valves` (n,) are commanded.
 
         `pressures` (n,) and `supply` are absolute [Pa].
         """
-        self._inflating = valves > 0
+        self._inflating = np.where(begun, valves > 0, self._inflating)
+        self._open = self._open | begun
         upstream, downstream = self._ends(pressures, supply)
         zeros = np.zeros_like(pressures)
         start = np.array([zeros + 1.0, zeros, zeros, upstream, downstream])
-        self.values = np.where(changed, start, self.values)
+        self.values = np.where(begun, start, self.values)
+        self._passed = np.where(begun, 0.0, self._passed)
+        self._ages = np.where(begun, 0.0, self._ages)
+        self.lengths = np.where(begun, 0.0, self.lengths)
         self.rates = flow_rates(upstream, downstream)
 
+    def end(self, ended: Flags) -> None:
+        """Take note that the valves of the channels `ended` (n,) are switched off now."""
+        self._open = self._open & ~ended
+
     def advance(self, dt: float, pressures: Floats, supply: float) -> None:
-        """Integrate over the last `dt` [s] by the trapezoid, up to these absolute pressures."""
-        before = self.rates
-        self.rates = flow_rates(*self._ends(pressures, supply))
-        self.values[1] += (0.5 * dt) * (self.rates[0] + before[0])
-        self.values[2] += (0.5 * dt) * (self.rates[1] + before[1])
+        """Integrate over the last `dt` [s], rates linear in between, up to these pressures."""
+        if dt <= 0:
+            return
+        before, self.rates = self.rates, flow_rates(*self._ends(pressures, supply))
+        start = self._ages
+        now = self._ages = start + dt
+        self.lengths = np.where(self._open, now, self.lengths)
+        end = self.lengths + self._delay
+        first = np.clip(self._delay, start, now)
+        last = np.maximum(np.minimum(end, now), first)
+        middle = (0.5 * (first + last) - start) / dt
+        to_come = np.maximum(end - np.maximum(now, self._delay), 0.0)
+        for row in (0, 1):
+            mean = before[row] + middle * (self.rates[row] - before[row])
+            self._passed[row] += (last - first) * mean
+            self.values[row + 1] = self._passed[row] + to_come * self.rates[row]
 
     def _ends(self, pressures: Floats, supply: float) -> tuple[Floats, Floats]:
         upstream = np.where(self._inflating, supply, pressures)

@@ -1,0 +1,204 @@
+"""The file of a calibration: written per box and outlet, read with checks."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pneumaticbox_driver.channel_calibration import ChannelCalibration, Leak, Range
+from pneumaticbox_driver.flow_model import TERMS, PulseCoefficients
+from softhand_model.document import DocumentError, Node, read_document
+from softhand_model.gas import AMBIENT_PRESSURE
+
+SHIPPED = Path(str(resources.files("pneumaticbox_driver"))) / "data" / "calibration.yaml"
+FORMAT = "pneumaticbox-calibration/2"
+OLD_FORMAT = "pneumaticbox-calibration/1"
+DIRECTIONS = ("inflate", "deflate")
+HEAD = ("format", "box", "date", "version", "ambient", "volume", "outlets")
+PER_DIRECTION = ("residual", "jitter", "covariance")
+
+
+@dataclass(frozen=True)
+class BoxNote:
+    """What stands in a calibration file besides the outlets.
+
+    `box` is the name of the box, `date` when the file was made (ISO 8601), `version` that of
+    this package, `ambient` the absolute ambient pressure [Pa], `volume` what was on the outlets
+    [m3].
+    """
+
+    box: str
+    date: str
+    version: str
+    ambient: float
+    volume: float
+
+
+def save_calibration(
+    path: Path,
+    box: str,
+    channels: Sequence[ChannelCalibration],
+    volume: float,
+    ambient: float = AMBIENT_PRESSURE,
+    date: datetime | None = None,
+) -> None:
+    """Write the calibrations of a box's channels.
+
+    Args:
+        path: file to write.
+        box: name of the box.
+        channels: those whose outlet is not known count as outlets 1, 2 ... in their order.
+        volume: that was on each outlet [m3].
+        ambient: absolute ambient pressure [Pa].
+        date: of the calibration; None for now.
+    """
+    made = datetime.now(UTC) if date is None else date
+    content = {
+        "format": FORMAT,
+        "box": box,
+        "date": made.isoformat(timespec="seconds"),
+        "version": package_version(),
+        "ambient": ambient,
+        "volume": volume,
+        "outlets": [_content(k, channel) for k, channel in enumerate(channels, start=1)],
+    }
+    head = "# Equation 4.1 per outlet of the box; written by `calibrate`. SI units.\n"
+    text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
+    path.write_text(head + text, encoding="utf-8")
+
+
+def package_version() -> str:
+    """Version of the driver's package, "unknown" where it runs without being installed."""
+    try:
+        return metadata.version("pneumaticbox_driver")
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def _content(place: int, channel: ChannelCalibration) -> dict[str, Any]:
+    content: dict[str, Any] = {"outlet": channel.outlet or place, "points": channel.points}
+    for direction in DIRECTIONS:
+        coefficients = getattr(channel, direction)
+        content[direction] = {
+            **{term: _rounded(getattr(coefficients, term)) for term in TERMS},
+            "residual": _rounded(getattr(channel, f"residual_{direction}")),
+            "jitter": _rounded(getattr(channel, f"jitter_{direction}")),
+            "covariance": [_listed(row) for row in channel.covariance(direction).tolist()],
+        }
+    content["leak"] = {
+        "conductance": _rounded(channel.leak.conductance),
+        "error": _rounded(channel.leak.error),
+    }
+    content["supply_range"] = _listed(channel.supply_range)
+    content["pressure_range"] = _listed(channel.pressure_range)
+    return content
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.8e}")
+
+
+def _listed(values: Iterable[float]) -> list[float]:
+    return [_rounded(value) for value in values]
+
+
+def load_calibration(
+    path: str | Path | None, channels: int, outlets: Sequence[int] | None = None
+) -> list[ChannelCalibration]:
+    """Read the calibrations of the outlets that channels use.
+
+    Args:
+        path: file written by `save_calibration`; None for that of the pretended box, which is
+            shipped.
+        channels: how many channels there are.
+        outlets: of the box, counted from 1, one a channel; None for 1 to `channels`.
+
+    Raises:
+        ValueError: the file cannot be read, is of another format, has missing or wrong keys, or
+            lacks an outlet; the message names file, key, what was expected and what was found.
+    """
+    wanted = list(range(1, channels + 1)) if outlets is None else list(outlets)
+    if len(wanted) != channels:
+        raise ValueError(f"outlets must have {channels} entries, one a channel, got {len(wanted)}")
+    listed = _read(path)["outlets"]
+    nodes = {int(node.mapping()["outlet"].number(low=1.0)): node for node in _with_outlets(listed)}
+    lacking = [outlet for outlet in wanted if outlet not in nodes]
+    if lacking:
+        held = ", ".join(str(outlet) for outlet in nodes)
+        raise DocumentError(
+            f"{listed.file}: {listed.key}: expected outlet {lacking[0]}, got {held or 'none'}"
+        )
+    return [_read_channel(outlet, nodes[outlet]) for outlet in wanted]
+
+
+def _with_outlets(listed: Node) -> list[Node]:
+    nodes = listed.items()
+    for node in nodes:
+        if "outlet" not in node.mapping():
+            raise node.error("a mapping with the key outlet")
+    return nodes
+
+
+def load_box_note(path: str | Path | None) -> BoxNote:
+    """Read what a calibration file says of its box; errors as of `load_calibration`."""
+    content = _read(path)
+    texts = {name: content[name].text() for name in ("box", "date", "version")}
+    return BoxNote(
+        ambient=content["ambient"].positive(), volume=content["volume"].positive(), **texts
+    )
+
+
+def _read(path: str | Path | None) -> dict[str, Node]:
+    source = SHIPPED if path is None else Path(path)
+    document = read_document(source)
+    told = document.mapping().get("format")
+    if told is not None and told.value == OLD_FORMAT:
+        raise DocumentError(
+            f"{source}: format: expected {FORMAT}, got {OLD_FORMAT}, which has no uncertainties: "
+            "make a new file with the command `calibrate --output FILE`"
+        )
+    if told is not None:
+        told.choice([FORMAT])
+    return document.fields(HEAD)
+
+
+def _read_channel(outlet: int, node: Node) -> ChannelCalibration:
+    content = node.fields(
+        ["outlet", "points", *DIRECTIONS, "leak", "supply_range", "pressure_range"]
+    )
+    values: dict[str, Any] = {}
+    for direction in DIRECTIONS:
+        values |= _read_direction(direction, content[direction])
+    leak = content["leak"].fields(["conductance", "error"])
+    return ChannelCalibration(
+        points=int(content["points"].number(low=0.0)),
+        leak=Leak(leak["conductance"].number(low=0.0), leak["error"].number(low=0.0)),
+        supply_range=_read_range(content["supply_range"]),
+        pressure_range=_read_range(content["pressure_range"]),
+        outlet=outlet,
+        **values,
+    )
+
+
+def _read_direction(direction: str, node: Node) -> dict[str, Any]:
+    content = node.fields([*TERMS, *PER_DIRECTION])
+    rows = content["covariance"].items()
+    if len(rows) != len(TERMS):
+        raise content["covariance"].error(f"{len(TERMS)} rows")
+    return {
+        direction: PulseCoefficients(**{term: content[term].number() for term in TERMS}),
+        f"residual_{direction}": content["residual"].number(low=0.0),
+        f"jitter_{direction}": content["jitter"].number(low=0.0),
+        f"covariance_{direction}": tuple(row.vector(len(TERMS)) for row in rows),
+    }
+
+
+def _read_range(node: Node) -> Range:
+    low, high = node.vector(2)
+    if low > high:
+        raise node.error("[smallest, largest]")
+    return low, high

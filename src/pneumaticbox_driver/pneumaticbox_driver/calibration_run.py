@@ -1,0 +1,229 @@
+"""A calibration under way: answers sensor samples, waits for the user, ends with coefficients."""
+
+from collections.abc import Generator, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pneumaticbox_driver.calibration import ChannelCalibration, Leak, fit_channel
+from pneumaticbox_driver.calibration_plan import LEAST_CHANGE, CalibrationPlan
+from pneumaticbox_driver.leak_test import measure_leaks
+from pneumaticbox_driver.recording import PulseRecorder, Sample, Step, average, hold
+from pneumaticbox_driver.see_saw import SeeSaw
+from softhand_model.gas import AMBIENT_PRESSURE
+
+Floats = NDArray[np.float64]
+Valves = NDArray[np.int8]
+NEXT = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
+VENT_WINDOW = 0.5  # over which pressures must not fall any more, outlets open [s]
+VENT_STILL = 30.0  # [Pa]
+VENT_LIMIT = 60.0  # a bottle of 0.5 L empties in a tenth of that [s]
+LEAK_SETTLING = 3.0  # after the filling, for the gas to take the temperature of the walls [s]
+LEAST_LIFT = 1e3  # that inlets open for a while must bring [Pa]
+
+
+class CalibrationRun:
+    """Plays a `CalibrationPlan` on all channels at once, sample by sample.
+
+    It vents all channels, takes the pressures then for ambient, and plays Algorithm 1 at the
+    present supply pressure. Then it waits, valves closed, for another supply pressure and `next`,
+    until the plan is done; after the leak test the coefficients are fitted.
+
+    `state` is "running", "waiting", "done" or "failed", `progress` 0 to 1 over the whole plan and
+    `message` a sentence on what it does, waits for, or why it failed.
+
+    Args:
+        channels: names.
+        volumes: of the fixed volumes on the channels (n,) [m3].
+        plan: what to do; None for the defaults.
+        seed: of the durations.
+        outlets: of the box, counted from 1, one a channel; None for 1 to n.
+
+    Raises:
+        ValueError: volumes or outlets that are not one a channel, or volumes not above 0.
+    """
+
+    def __init__(
+        self,
+        channels: Sequence[str],
+        volumes: ArrayLike,
+        plan: CalibrationPlan | None = None,
+        seed: int = 0,
+        outlets: Sequence[int] | None = None,
+    ) -> None:
+        n = len(channels)
+        self.channels = tuple(channels)
+        self.volumes = np.asarray(volumes, dtype=float)
+        if self.volumes.shape != (n,) or not (self.volumes > 0).all():
+            got = self.volumes.tolist()
+            raise ValueError(f"volumes must be {n} above 0 m3, one a channel, got {got}")
+        self.outlets = tuple(range(1, n + 1) if outlets is None else outlets)
+        if len(self.outlets) != n:
+            raise ValueError(f"outlets must have {n} entries, one a channel, got {outlets}")
+        self.plan = CalibrationPlan() if plan is None else plan
+        self.state = "running"
+        self.progress = 0.0
+        self.message = "venting the channels to zero their sensors"
+        self._seed = seed
+        self._closed: Valves = np.zeros(n, dtype=np.int8)
+        self._supply = AMBIENT_PRESSURE  # of the last sample [Pa]
+        self._supplies: list[float] = []  # of the levels so far [Pa]
+        self._result: list[ChannelCalibration] = []
+        self._course = self._play()
+        self._valves = next(self._course)
+
+    @property
+    def result(self) -> list[ChannelCalibration]:
+        """The calibrations, one a channel; raises ValueError unless the run is done."""
+        if self.state != "done":
+            raise ValueError(f"the calibration has no result: {self.state}, {self.message}")
+        return self._result
+
+    def on_sample(self, sample: Sample) -> Valves:
+        """Take a sensor sample and return the valves to command (n,); closed when not running.
+
+        A sample that is no number makes the run fail.
+        """
+        self._supply = sample.supply
+        if self.state != "running":
+            return self._closed
+        if not np.isfinite(sample.pressures.sum() + sample.supply):
+            self.abort("a sensor sample was not a number")
+            return self._closed
+        try:
+            self._valves = self._course.send(sample)
+        except StopIteration:
+            self.state, self.progress = "done", 1.0
+            self.message = f"calibrated channels {', '.join(self.channels)}"
+            return self._closed
+        except ValueError as error:
+            self.abort(str(error))
+            return self._closed
+        return self._closed if self.state == "waiting" else self._valves
+
+    def next(self) -> str:
+        """Go on at the present supply pressure.
+
+        Returns:
+            A sentence on what is done now.
+
+        Raises:
+            ValueError: the run does not wait, or the supply pressure is one of before.
+        """
+        if self.state != "waiting":
+            raise ValueError(f"the calibration does not wait: {self.state}, {self.message}")
+        supply = self._supply - AMBIENT_PRESSURE
+        near = [old for old in self._supplies if abs(old - supply) < LEAST_CHANGE]
+        if near:
+            raise ValueError(
+                f"the supply is at {supply / 1e3:.0f} kPa, where pulses have been recorded: "
+                f"turn it by {LEAST_CHANGE / 1e3:.0f} kPa or more, then call again"
+            )
+        self.state = "running"
+        self.message = f"goes on at a supply of {supply / 1e3:.0f} kPa"
+        return self.message
+
+    def abort(self, reason: str) -> None:
+        """End without a result; no effect when the run has ended."""
+        if self.state in ("running", "waiting"):
+            self.state, self.message = "failed", reason
+
+    # the course
+
+    def _play(self) -> Step:
+        recorder = PulseRecorder(
+            len(self.channels),
+            self.volumes,
+            self.plan.settling,
+            self.plan.averaging,
+            1.5 * self.plan.see_saw.high_pressure,
+        )
+        for level in range(self.plan.supplies):
+            yield from self._level(level, recorder)
+            if level + 1 < self.plan.supplies:
+                yield from self._wait(level)
+        leaks = yield from self._leaks(recorder)
+        self._result = self._fitted(recorder, leaks)
+
+    def _level(self, level: int, recorder: PulseRecorder) -> Step:
+        yield from self._vent()
+        yield from recorder.zero()
+        self._supplies.append(self._supply - AMBIENT_PRESSURE)
+        see_saw = SeeSaw(self.plan.see_saw, len(self.channels), 1000 * self._seed + level)
+        lifted, cycles = np.zeros(len(self.channels)), self.plan.cycles
+        for cycle in range(cycles):
+            self.progress = 0.95 * (level + cycle / cycles) / self.plan.supplies
+            self.message = (
+                f"supply pressure {level + 1} of {self.plan.supplies} "
+                f"({self._supplies[-1] / 1e3:.0f} kPa), pulse {cycle + 1} of {cycles}"
+            )
+            yield from recorder.cycle(see_saw)
+            lifted = np.maximum(lifted, recorder.gauge)
+            if cycle == cycles // 2:
+                self._check_lift(lifted)
+
+    def _check_lift(self, lifted: Floats) -> None:
+        """Raise ValueError if an inlet brings nothing: a plug off, a valve stuck, no supply."""
+        for name, pressure in zip(self.channels, lifted.tolist(), strict=True):
+            if pressure < LEAST_LIFT:
+                raise ValueError(
+                    f"channel {name}: the pressure does not rise with the inlet open: check the "
+                    "supply, the tube and the volume"
+                )
+
+    def _vent(self) -> Step:
+        """Open all outlets until the pressures fall no more."""
+        outlets: Valves = np.full(len(self.channels), -1, dtype=np.int8)
+        sample = yield outlets
+        start, before = sample.time, None
+        while sample.time - start < VENT_LIMIT:
+            since, total, count = sample.time, np.zeros(len(outlets)), 0
+            while sample.time - since < VENT_WINDOW:
+                sample = yield outlets
+                total, count = total + sample.pressures, count + 1
+            mean = total / count
+            if before is not None and (before - mean < VENT_STILL).all():
+                break
+            before = mean
+        yield from hold(len(outlets), self.plan.settling)
+
+    def _wait(self, level: int) -> Step:
+        self.state = "waiting"
+        self.message = f"supply pressure {level + 1} of {self.plan.supplies} is done: {NEXT}"
+        yield self._closed
+
+    def _leaks(self, recorder: PulseRecorder) -> Generator[Valves, Sample, list[Leak]]:
+        if self.plan.leak_test == 0:
+            return [Leak()] * len(self.channels)
+        self.progress = 0.95
+        self.message = f"leak test, {self.plan.leak_test:.0f} s"
+        yield from self._fill(recorder)
+        yield from hold(len(self.channels), LEAK_SETTLING)
+        return (
+            yield from measure_leaks(
+                len(self.channels), self.volumes, recorder.offsets, self.plan.leak_test
+            )
+        )
+
+    def _fill(self, recorder: PulseRecorder) -> Step:
+        """Inflate every channel to the see-saw's high pressure."""
+        target = self.plan.see_saw.high_pressure + AMBIENT_PRESSURE
+        sample = yield self._closed
+        start = sample.time
+        while sample.time - start < VENT_LIMIT:
+            wanted = sample.pressures - recorder.offsets < target
+            if not wanted.any():
+                break
+            sample = yield wanted.astype(np.int8)
+        yield from average(len(self.channels), self.plan.settling)
+
+    def _fitted(self, recorder: PulseRecorder, leaks: list[Leak]) -> list[ChannelCalibration]:
+        result = []
+        for name, outlet, pulses, leak in zip(
+            self.channels, self.outlets, recorder.pulses, leaks, strict=True
+        ):
+            try:
+                result.append(fit_channel(pulses, leak, outlet))
+            except ValueError as error:
+                raise ValueError(f"channel {name}: {error}") from error
+        return result
