@@ -188,6 +188,7 @@ def test_two_simulators_are_told_and_do_not_flood_the_log(start, peer):
         ({"backend": "bench"}, ("backend must be one of", "'hardware'", "got 'bench'")),
         ({"backend": "hardware"}, ("hardware_file must be the path of a hardware file, got none",)),
         ({"control_mode": ["force"]}, ("control_mode must be one of", "got 'force'")),
+        ({"control_mode": ["volume"]}, ("'volume' expects volume_model 'hand', got 'fixed'",)),
         ({"outlets": [1]}, ("outlets must be 2 numbers from 1", "got [1]")),
         ({"backend": "embedded", "embedded_plant": "/none.yaml"}, ("/none.yaml", "readable file")),
         ({"calibration_file": "/none.yaml"}, ("/none.yaml", "expected a readable file")),

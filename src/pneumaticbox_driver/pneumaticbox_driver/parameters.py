@@ -25,6 +25,7 @@ PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand on the box, by name or by the path of its YAML file"),
     Parameter("channels", [""], "names in the order of the outlets; one empty name: the hand's"),
     Parameter("rest_volumes", [0.0], "enclosed at rest with tubes, a channel [m3]; 0: the hand's"),
+    Parameter("volume_model", "", "hand, fixed (bottles) or empty: hand if rest_volumes are its"),
     Parameter("pressure_limits", [0.0], "gauge, a channel [Pa]; 0: the hand's weakest actuator"),
     Parameter("control_mode", ["mass"], "one a channel, or one for all", read_only=False),
     Parameter("backend", "topic", "plant: topic (simulator), embedded (bottles) or hardware"),
@@ -107,7 +108,11 @@ def box_settings(value: Callable[[str], Any]) -> BoxSettings:
         ValueError: a hand that does not exist, or a value that cannot be used.
     """
     channels, volumes = tuple(value("channels")), tuple(value("rest_volumes"))
-    limits = tuple(value("pressure_limits"))
+    limits, model = tuple(value("pressure_limits")), value("volume_model")
+    if not model:
+        # backend embedded has bottles unless it is told otherwise
+        of_hand = volumes == (0.0,) and value("backend") != "embedded"
+        model = "hand" if of_hand else "fixed"
     if channels == ("",) or volumes == (0.0,) or limits == (0.0,):
         hand = load_hand(value("hand"))
         channels = hand.channels if channels == ("",) else channels
@@ -119,5 +124,7 @@ def box_settings(value: Callable[[str], Any]) -> BoxSettings:
         rest_volumes=volumes,
         pressure_limits=limits,
         control_modes=per_channel("control_mode", value("control_mode"), len(channels)),
+        volume_model=model,
+        hand=value("hand"),
         **{name: value(name) for name in same},
     )

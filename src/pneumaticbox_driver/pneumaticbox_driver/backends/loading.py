@@ -31,14 +31,18 @@ def open_board(backend: str, settings: BoxSettings, value: Value) -> Board | Non
 
 
 def _open_embedded(settings: BoxSettings, value: Value) -> Board:
-    """Bottles of the rest volumes on the pretended box."""
+    """The pretended box with bottles of the rest volumes, or with the actuators of the hand."""
     from pneumaticbox_driver.backends.embedded import EmbeddedBench
     from pneumaticbox_driver.backends.embedded_board import EmbeddedBoard
+    from softhand_model.hands import load_hand
     from softhand_model.pneumatics import load_pneumatics
+    from softhand_model.pneumatics.chambers import FreeActuators
 
     plant = value("embedded_plant")
     parameters = load_pneumatics(plant) if plant else None
-    volumes, seed = settings.rest_volumes, value("embedded_seed")
+    of_hand = settings.volume_model == "hand"
+    volumes = FreeActuators(load_hand(settings.hand)) if of_hand else settings.rest_volumes
+    seed = value("embedded_seed")
     board = EmbeddedBoard(EmbeddedBench(settings.channels, volumes, parameters, seed))
     if value("embedded_supply") > 0:
         board.set_supply(value("embedded_supply"))
