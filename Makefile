@@ -2,7 +2,8 @@
 PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src test examples bench scripts
 
-.PHONY: setup demo lab-demo lab-story equilibrium test lint bench bench-lab docs figures lab-figure live-figure clean
+.PHONY: setup demo lab-demo lab-story equilibrium test lint bench bench-lab bench-pneumatics pneumatics-experiments \
+	pneumatics-figures docs figures lab-figure live-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -37,6 +38,19 @@ bench: setup
 # Hidden effects: two hours on two cores at most, taken up where it was stopped (ARGS="--misses").
 bench-lab: setup
 	@$(PYTHON_IN_VENV) -m bench.lab $(ARGS)
+
+# The pneumatic box on five boxes with calibrations of their own (ARGS="--seeds 1 --rows sine").
+bench-pneumatics: setup
+	@$(PYTHON_IN_VENV) -m bench.pneumatics $(ARGS)
+
+# Every experiment of chapter 4 into out/pneumatics (ARGS="--seed 3").
+pneumatics-experiments: setup
+	@.venv/bin/pneumatics-experiment all --force $(ARGS)
+
+# The pictures and tables of docs/pneumatics-experiments.md, from the latest results.
+pneumatics-figures: setup
+	@$(PYTHON_IN_VENV) -m pneumaticbox_driver.experiments.page --copy docs/figures/pneumatics
+	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/pneumatics-experiments.md
 
 # Pages that are made from docstrings.
 docs: setup

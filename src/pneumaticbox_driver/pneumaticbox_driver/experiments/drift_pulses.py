@@ -69,8 +69,9 @@ def over_pulses(run: Series, settings: Settings) -> Floats:
 
 def report(series: Series, settings: Settings) -> Report:
     """Drift after the thesis's numbers of pulses, and how it grows."""
-    typical = rms_known(series["drift"]) / MG
-    count = series["pulses"]
+    known = np.isfinite(series["drift"]).any(axis=1)  # some channel has made so many pulses
+    typical = rms_known(series["drift"][known]) / MG
+    count = series["pulses"][known]
     last = int(count[-1])
     after = sorted({n for n in (*REACH, last) if n <= last})
     metrics = [Metric(f"RMS drift after {n} pulses", float(typical[n]), "mg") for n in after]
@@ -93,8 +94,8 @@ def report(series: Series, settings: Settings) -> Report:
 def draw(figure: "Figure", series: Series, result: Report) -> None:
     """Drift of all channels and its RMS over the number of pulses."""
     panel = figure.subplots()
-    count = series["pulses"]
-    size = np.abs(series["drift"]) / MG
+    known = np.isfinite(series["drift"]).any(axis=1)
+    count, size = series["pulses"][known], np.abs(series["drift"][known]) / MG
     panel.plot(count, size, color=FULL, lw=0.5, alpha=0.4)
     panel.plot(count, rms_known(size), color=OTHER, lw=2, label="RMS of all channels")
     panel.plot([], [], color=FULL, lw=0.5, label="one channel")

@@ -25,6 +25,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if given.experiment == "list":
             print("\n".join(f"{name:18s} {experiment(name).SENTENCE}" for name in EXPERIMENTS))
+        elif given.experiment == "all":
+            for name in EXPERIMENTS:
+                force = ["--force"] if given.force else []
+                run(make_parser().parse_args([name, "--seed", str(given.seed), *force]))
         else:
             run(given)
     except (ValueError, OSError) as reason:
@@ -43,12 +47,13 @@ def make_parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(dest="experiment", required=True, metavar="NAME")
     commands.add_parser("list", help="list the experiments, with a sentence each")
+    everything = commands.add_parser("all", help="run all of them as they stand, a few minutes")
+    _add_common(everything)
     for name in EXPERIMENTS:
         module = experiment(name)
         one = commands.add_parser(name, help=module.SENTENCE, description=_description(module))
-        one.add_argument("--seed", type=int, default=0, help="of box, noise and pulses; 0: ours")
+        _add_common(one)
         one.add_argument("--out", type=Path, default=OUT / name, help=f"folder ({OUT / name})")
-        one.add_argument("--force", action="store_true", help="overwrite what is there")
         one.add_argument("--redraw", action="store_true", help="report and plot kept series anew")
         for setting in fields(module.Settings):
             _add_setting(one, setting.name, setting.default, setting.metadata["help"])
@@ -57,6 +62,11 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _description(module: Any) -> str:
     return f"{module.SENTENCE} Thesis: {module.THESIS}."
+
+
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seed", type=int, default=0, help="number of the box, and of its noise")
+    parser.add_argument("--force", action="store_true", help="overwrite what is there")
 
 
 def _add_setting(parser: argparse.ArgumentParser, name: str, default: Any, help: str) -> None:

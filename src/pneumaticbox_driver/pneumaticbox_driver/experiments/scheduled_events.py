@@ -81,10 +81,11 @@ class ScheduledBox:
             ]
             self.box.schedule_valves([name], points, start, self.box.time)
 
-    def sample(self, stamp: float, clock: Callable[[], float]) -> None:
-        """Answer one sample and note by `clock` [s] which valves it switched."""
+    def sample(self, clock: Callable[[], float]) -> None:
+        """Answer one sample, stamped by `clock` [s], and note by it when valves are switched."""
         before = self.box.valves
-        valves = self.box.on_sample(stamp, self.bench.advance(PERIOD))
+        readings = self.bench.advance(PERIOD)
+        valves = self.box.on_sample(clock(), readings)
         self.bench.command(valves)
         now = clock()
         for channel in np.flatnonzero(valves != before).tolist():
@@ -115,10 +116,10 @@ def in_simulated_time(settings: Settings, seed: int) -> Floats:
     """Errors of the events when the samples come exactly every 2 ms [s]."""
     run = ScheduledBox(settings.channels, settings.events, seed)
     while not run.box.ready:
-        run.sample(run.bench.time, lambda: run.bench.time)
+        run.sample(lambda: run.bench.time)
     run.schedule(run.box.time + LEAD)
     while not run.done:
-        run.sample(run.bench.time, lambda: run.bench.time)
+        run.sample(lambda: run.bench.time)
     return run.errors
 
 
@@ -131,7 +132,7 @@ def by_the_wall_clock(settings: Settings, seed: int) -> Floats:
         return time.monotonic() - began
 
     def step() -> None:
-        run.sample(clock(), clock)
+        run.sample(clock)
         if run.box.ready and np.isnan(scheduled[0]):
             scheduled[0] = run.box.time + LEAD
             run.schedule(scheduled[0])

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumaticbox_driver.calibration import check_calibration
 from pneumaticbox_driver.experiments.bench_run import on_bottles
-from pneumaticbox_driver.experiments.boxes import SUPPLIES, box_of, calibrated
+from pneumaticbox_driver.experiments.boxes import OUTLETS, SUPPLIES, box_of, calibrated
 from pneumaticbox_driver.experiments.drift import (
     drift,
     final_drift,
@@ -43,7 +44,10 @@ def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
     own = calibrated(box, settings.channels, settings.points, seed, progress, settings.supplies)
     shared = [own[0]] * settings.channels
     runs = [on_bottles(box, using, seed).follow(settings, progress) for using in (own, shared)]
-    return {**under("own", runs[0]), **under("shared", runs[1])}
+    names = OUTLETS[: settings.channels]
+    warned = [len(check_calibration(names, using)) for using in (own, shared)]
+    counts = {"warnings": np.array(warned, dtype=float)}
+    return {**under("own", runs[0]), **under("shared", runs[1]), **counts}
 
 
 def report(series: Series, settings: Settings) -> Report:
@@ -53,6 +57,7 @@ def report(series: Series, settings: Settings) -> Report:
     means = [float(np.abs(tracking_error(run, settings)).mean()) / MG for run in (own, shared)]
     within = int((finals["measured"] < BOUND).sum())
     worst = float(finals["measured"].max())
+    warns = series["warnings"][1] > series["warnings"][0]
     metrics = (
         Metric("final drift, worst channel, by the sensors", worst, "mg", "< 2.5, but one"),
         Metric("final drift, worst channel, true", float(finals["truth"].max()), "mg"),
@@ -65,6 +70,7 @@ def report(series: Series, settings: Settings) -> Report:
         Metric("mean tracking error, own calibrations", means[0], "mg"),
         Metric("mean tracking error, shared calibration", means[1], "mg"),
         Metric("mean tracking error, shared / own", means[1] / means[0], "", "about 4"),
+        Metric("the driver warns of a shared calibration", float(warns), "", "calibrate each"),
         Metric("pulses per channel, median", float(np.median(pulses_in_sine(own, settings))), ""),
     )
     verdict = (

@@ -1,0 +1,173 @@
+"""Each experiment in a small version; figures against closed forms where there are some."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from pneumaticbox_driver.experiments import (
+    choke_size,
+    dead_volume,
+    drift_pulses,
+    finger_posture,
+    flow_function,
+    long_run,
+    pulse_error,
+    scheduled_events,
+    six_channels,
+    supply_rejection,
+    valve_speed,
+)
+from pneumaticbox_driver.experiments.boxes import PERIOD, box_of, calibrated
+from pneumaticbox_driver.experiments.catalogue import EXPERIMENTS, experiment
+from pneumaticbox_driver.experiments.drawing import save_figure
+from pneumaticbox_driver.experiments.drift import final_drift, under
+from pneumaticbox_driver.experiments.finger import Fingers
+from pneumaticbox_driver.experiments.report import quiet
+from pneumaticbox_driver.experiments.smallest_step import inlet_flows
+from softhand_model.gas import GAS_CONSTANT, orifice_flow
+
+GAS = GAS_CONSTANT * 293.15  # [J/kg]
+SINE = {"duration": 2.0, "fill": 3.0, "period": 2.0, "mean": 50e-6, "points": 24}
+SMALL = {
+    "pulse_error": pulse_error.Settings(points=40, tests=20, channels=1),
+    "supply_rejection": supply_rejection.Settings(**SINE, channels=2, turns=1.0),
+    "six_channels": six_channels.Settings(**{**SINE, "points": 60}, channels=3),
+    "long_run": long_run.Settings(**SINE, supplies=(260e3, 320e3)),
+    "finger_posture": finger_posture.Settings(duration=3.0, period=3.0, points=24),
+    "drift_pulses": drift_pulses.Settings(**SINE, channels=2, boxes=1, pulses=8),
+    "choke_size": choke_size.Settings(diameters=(0.2e-3, 0.4e-3), channels=1),
+    "valve_speed": valve_speed.Settings(**SINE, channels=1),
+    "dead_volume": dead_volume.Settings(**SINE, channels=1),
+    "scheduled_events": scheduled_events.Settings(events=40, wall_events=5, channels=2),
+    "flow_function": flow_function.Settings(),
+}
+
+
+@pytest.fixture(scope="module")
+def made():
+    """Series and report of an experiment's small version, made once."""
+    kept = {}
+
+    def make(name):
+        if name not in kept:
+            module = experiment(name)
+            series = module.simulate(SMALL[name], 1, quiet)
+            kept[name] = (series, module.report(series, SMALL[name]))
+        return kept[name]
+
+    return make
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_every_experiment_gives_finite_figures_a_verdict_and_a_picture(name, made, tmp_path):
+    series, report = made(name)
+    assert len(report.metrics) >= 3
+    for metric in report.metrics:
+        assert math.isfinite(metric.value), metric.name
+    assert "thesis" in report.verdict and "\n" not in report.verdict
+    json.dumps(report.as_content(), allow_nan=False)
+    save_figure(experiment(name), series, report, tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 5000
+
+
+def test_the_flow_functions_differ_by_what_the_errata_list(made):
+    report = made("flow_function")[1]
+    assert report["RMS error, scaled to fit"] == pytest.approx(0.9, abs=0.05)
+    assert report["Psi at sonic flow, factor 7.0 as printed"] == pytest.approx(0.685, abs=5e-4)
+
+
+def test_the_noise_of_the_ground_truth_is_that_of_two_averaged_readings(made):
+    sensor = box_of(1).channel_sensor
+    step = sensor.range / 2**sensor.bits
+    reading = math.sqrt(sensor.noise**2 + step**2 / 12)
+    expected = math.sqrt(2 / 100) * reading * 0.5e-3 / GAS
+    noise = 1e-6 * made("pulse_error")[1]["noise of the ground truth"]
+    assert noise == pytest.approx(expected, rel=0.25)
+
+
+def test_the_full_model_beats_a_baseline_that_is_fitted_to_the_same_pulses(made):
+    assert made("pulse_error")[1]["deflation: baseline / full model"] > 3
+
+
+def test_the_supply_varies_by_the_share_that_is_asked_for(made):
+    settings = supply_rejection.Settings()
+    supply = supply_rejection.varied(settings)
+    times = np.arange(0.0, settings.end, 0.01)
+    course = np.array([supply(time) for time in times])
+    assert np.ptp(course) / settings.supply == pytest.approx(0.25, rel=1e-3)
+    assert (course[times < settings.fill] == settings.supply).all()
+    slope = np.abs(np.diff(course)).max() / 0.01  # down and up again four times, evenly
+    assert slope == pytest.approx(2 * 4 * np.ptp(course) / settings.duration, rel=1e-2)
+
+
+def test_external_chokes_add_what_the_gas_law_has_for_their_dead_volume(made):
+    report = made("dead_volume")[1]
+    measured = report["added air of an inflation, measured"]
+    assert measured == pytest.approx(report["added air of an inflation, gas law"], rel=0.1)
+
+
+def test_a_choke_lets_pass_what_an_orifice_at_sonic_flow_does(made):
+    series = made("choke_size")[0]
+    box = box_of(1)
+    supply = box.supply.pressure + box.ambient_pressure
+    flows = inlet_flows(box, 1, 0)
+    areas = [c * math.pi / 4 * 0.2e-3**2 for c in box.choke.discharge_coefficient]
+    low, high = (float(orifice_flow(supply, 126e3, area)) for area in areas)
+    assert 0.9 * low < flows[0] < high
+    assert series["flow"][1] / series["flow"][0] == pytest.approx(4, rel=0.1)
+
+
+def test_fast_valves_take_smaller_steps_and_the_dead_volume_limits_them(made):
+    report = made("valve_speed")[1]
+    fast = report["smallest pulse, slow / fast"]
+    assert 2 < fast < report["smallest pulse, slow / fast without dead volume"]
+
+
+def test_scheduled_events_act_at_the_nearest_sample(made):
+    errors = made("scheduled_events")[0]["simulated"] / PERIOD
+    assert np.abs(errors).max() <= 0.5 + 1e-6
+    assert errors.std() == pytest.approx(1 / math.sqrt(12), rel=0.3)
+
+
+def test_a_shared_calibration_is_worse_and_the_driver_says_so(made):
+    report = made("six_channels")[1]
+    worst = "final drift, shared calibration, worst channel"
+    assert report[worst] > 1.5 * report["final drift, worst channel, by the sensors"]
+    assert report["the driver warns of a shared calibration"] == 1.0
+
+
+def test_the_posture_differs_by_what_the_drift_of_the_air_does_to_the_angle(made):
+    series, report = made("finger_posture")
+    fingers = Fingers(4)
+    gauge = np.full(4, 8e3)
+    slope = (fingers.tip_angles(gauge * 1.01) - fingers.tip_angles(gauge)) / (
+        fingers.mass(gauge * 1.01) - fingers.mass(gauge)
+    )
+    moved = series["truth"][-1] - series["truth"][np.searchsorted(series["time"], 4.0)]
+    off = [report[f"{name}: deviation of the tip angle"] for name in finger_posture.NAMES]
+    np.testing.assert_allclose(off, np.degrees(slope * moved), atol=1.0, rtol=0.4)
+
+
+def test_drift_counts_from_the_pulses_of_each_channel():
+    time = np.arange(5.0)
+    run = {
+        "time": time,
+        "pulses": np.array([[0, 0], [1, 0], [1, 2], [2, 4], [4, 4]], dtype=float),
+        "truth": np.array([[0, 0], [1, 0], [1, 2], [2, 4], [4, 4]], dtype=float),
+        "estimate": np.zeros((5, 2)),
+        "measured": np.zeros((5, 2)),
+    }
+    settings = drift_pulses.Settings(pulses=4)
+    np.testing.assert_allclose(
+        drift_pulses.over_pulses(run, settings), np.arange(5.0)[:, None] * [1, 1]
+    )
+    np.testing.assert_allclose(final_drift(run), [4, 4])
+    assert set(under("own", run)) == {f"own_{name}" for name in run}
+
+
+def test_boxes_of_other_seeds_have_calibrations_of_their_own():
+    first, again, other = (calibrated(box_of(k), 1, 24, k, quiet)[0] for k in (0, 0, 1))
+    assert first == again
+    assert abs(other.inflate.injector / first.inflate.injector - 1) > 1e-3
