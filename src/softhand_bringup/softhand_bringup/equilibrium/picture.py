@@ -40,6 +40,7 @@ def draw(courses: Sequence[Course], target: Path) -> None:
         _draw_lines(panel)
     for panel, label in zip(panels[:, 0], LABELS, strict=True):
         panel.set_ylabel(label)
+    figure.supxlabel("grey: pressed; dotted: a valve opens", fontsize=9)
     figure.savefig(target, dpi=110)
 
 
@@ -87,4 +88,4 @@ def _draw_course(panels: Sequence[Axes], course: Course) -> None:
         panel.plot(course.time, values, color=colour, linewidth=1)
     middle = 1e6 * course.before(course.mass)
     panels[AIR].set_ylim(middle - AIR_SPAN, middle + AIR_SPAN)
-    panels[-1].set_xlabel("time [s]; grey: pressed, dotted: a valve opens", fontsize=9)
+    panels[-1].set_xlabel("time [s]")
