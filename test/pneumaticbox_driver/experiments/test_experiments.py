@@ -36,7 +36,9 @@ SMALL = {
     "six_channels": six_channels.Settings(**{**SINE, "points": 60}, channels=3),
     "long_run": long_run.Settings(**SINE, supplies=(260e3, 320e3)),
     "finger_posture": finger_posture.Settings(duration=3.0, period=3.0, points=24),
-    "drift_pulses": drift_pulses.Settings(**SINE, channels=2, boxes=1, pulses=8),
+    "drift_pulses": drift_pulses.Settings(
+        **{**SINE, "duration": 6.0}, channels=2, boxes=1, pulses=8
+    ),
     "choke_size": choke_size.Settings(diameters=(0.2e-3, 0.4e-3), channels=1),
     "valve_speed": valve_speed.Settings(**SINE, channels=1),
     "dead_volume": dead_volume.Settings(**SINE, channels=1),

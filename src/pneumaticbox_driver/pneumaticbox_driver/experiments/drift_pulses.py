@@ -75,6 +75,8 @@ def report(series: Series, settings: Settings) -> Report:
     last = int(count[-1])
     after = sorted({n for n in (*REACH, last) if n <= last})
     metrics = [Metric(f"RMS drift after {n} pulses", float(typical[n]), "mg") for n in after]
+    if last <= FIRST_OF_FIT:
+        raise ValueError(f"duration must be longer: the sine took no more than {last} pulses")
     grown = (count >= FIRST_OF_FIT) & (typical > 0)
     growth = float(np.polyfit(np.log(count[grown]), np.log(typical[grown]), 1)[0])
     within = float(np.argmax(typical > BOUND)) if (typical > BOUND).any() else float(last)

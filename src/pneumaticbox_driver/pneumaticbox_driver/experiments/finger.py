@@ -108,7 +108,6 @@ def on_fingers(
         tuple(OUTLETS[:n]), tuple(fingers.rest.tolist()), (fingers.limit,) * n, ("mass",) * n
     )
     box = PneumaticBox(settings, calibrations, fingers)
-    if drift_correction:
-        box.drift_correction = True
+    box.drift_correction = drift_correction
     bench = EmbeddedBench(OUTLETS[:n], _AtPressures(fingers), constants, seed)
     return BenchRun(box, bench, fingers.mass, sensor_offset)

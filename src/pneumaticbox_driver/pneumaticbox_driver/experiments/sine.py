@@ -17,8 +17,8 @@ class Sine:
     The defaults are such that the box needs about the 122 pulses of Fig. 4.9 for them, on a
     bottle at about the pressure at which a finger works.
 
-    >>> Sine().at(np.array([0.0, 8.0, 18.0])).tolist()
-    [0.00013, 0.00013, 0.00017]
+    >>> (1e6 * Sine().at(np.array([0.0, 8.0, 18.0]))).round(3).tolist()  # mg
+    [130.0, 130.0, 170.0]
     """
 
     duration: float = option(60.0, "time of the sine [s]")
