@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pneuflex_sim.validation import (
     approximation,
+    base_torque,
     blocked_force,
     discretisation,
     straight_finger,
@@ -32,6 +33,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         discretisation,
         wall_thickness,
         blocked_force,
+        base_torque,
         straight_finger,
         wall_strain,
         approximation,

@@ -109,11 +109,18 @@ class FingerStand:
     def settle(self, pressure: float) -> None:
         """Bring the chamber to a gauge pressure [Pa] and wait until the finger is at rest.
 
-        Raises RuntimeError for a finger that does not come to rest.
+        Raises RuntimeError as `rest`.
         """
         start, steps = self._pressure, round(RAMP / self.simulation.step_size)
         for k in range(steps):
             self.step(start + (pressure - start) * (k + 1) / steps)
+        self.rest(pressure)
+
+    def rest(self, pressure: float) -> None:
+        """Wait until the finger is at rest, the chamber at a gauge pressure [Pa].
+
+        Raises RuntimeError for a finger that does not come to rest.
+        """
         for _ in range(round(LONGEST / self.simulation.step_size)):
             if np.abs(self.simulation.bodies.v).max() < STILL:
                 return
@@ -132,7 +139,7 @@ class FingerStand:
             pybullet.GEOM_BOX, halfExtents=BLOCK, physicsClientId=self.client
         )
         block = pybullet.createMultiBody(
-            0, shape, -1, (place + self._origin).tolist(), physicsClientId=self.client
+            0, shape, -1, (place + self.origin).tolist(), physicsClientId=self.client
         )
         pybullet.setCollisionFilterGroupMask(
             block, -1, ENVIRONMENT, -1, physicsClientId=self.client
@@ -150,10 +157,21 @@ class FingerStand:
         """What presses on a block; the place is not a number where nothing does."""
         points = pybullet.getContactPoints(block, physicsClientId=self.client)
         force = np.array([point[9] for point in points])
-        places = np.array([point[6] for point in points]).reshape(-1, 3) - self._origin
+        places = np.array([point[6] for point in points]).reshape(-1, 3) - self.origin
         if not force.sum() > 0.0:
             return Touch(0.0, np.full(2, np.nan))
         return Touch(float(force.sum()), (force @ places / force.sum())[[0, 2]])
+
+    def scale_stiffness(self, axis: int, factor: float) -> None:
+        """Make all joints stiffer about one axis of their links (0 sideways, 1 bending, 2 twist).
+
+        The springs read these numbers in every step.
+        """
+        self.simulation.bodies.layout.stiffness[:, axis] *= factor
+
+    def base_torque(self) -> Array:
+        """Torque (3,) [N m] of the finger on its base; needs the sensor."""
+        return self.simulation.wrist_wrench()[1].copy()
 
     def bends(self) -> Array:
         """Angles (n,) [rad] of the joints about y."""
@@ -174,7 +192,8 @@ class FingerStand:
         return float(size - self.chain.body_size[-1, 0]) / 2.0
 
     @property
-    def _origin(self) -> Array:
+    def origin(self) -> Array:
+        """Place (3,) [m] of the base in the world."""
         return np.array(self.simulation.scene.wrist_position)
 
 

@@ -142,8 +142,8 @@ def draw(figure: Figure, results: Results) -> None:
         axes.plot(depth, curve["invariant"], f"C{k}", label=f"kappa h = {bend}")
         axes.plot(depth[::6], curve["cubic_invariant"][::6], f"C{k}o", ms=4)
     axes.axvline(LIMIT, color="0.6", ls=":", lw=1)
-    axes.set(xlabel="depth d/h in the undeformed wall [-]", ylabel="J1 [-]", ylim=(0, None))
-    axes.legend(fontsize=8, title="dots: cubic", title_fontsize=8)
+    axes.set(xlabel="depth d/h in the undeformed wall [-]", ylabel="J1 [-]", ylim=(0, 11))
+    axes.legend(fontsize=8, title="lines: eq. 3.44; dots: cubic", title_fontsize=8, ncols=3)
 
 
 EXPERIMENT = Experiment(
