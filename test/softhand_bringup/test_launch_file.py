@@ -12,7 +12,9 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 LAUNCH_FILE = Path(__file__).parents[2] / "src/grasp_strategies/launch/softhand.launch.py"
-ISSUED_ARGUMENTS = {"hand", "scene", "object", "model", "gui", "use_sim_time", "backend"}
+ARGUMENTS = {
+    "hand", "scene", "object", "model", "gui", "use_sim_time", "backend", "hardware_file"
+}  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",
     "output", "condition", "emulate_tty", "respawn", "sigterm_timeout", "exec_name",
@@ -64,7 +66,7 @@ def nodes(entities):
 
 def test_with_a_stand_in_for_launch_the_file_declares_the_arguments_of_the_documentation(entities):
     arguments = {e.name: e for e in entities if e.kind == "argument"}
-    assert set(arguments) == ISSUED_ARGUMENTS
+    assert set(arguments) == ARGUMENTS
     assert arguments["backend"].default == "topic"
     assert all(isinstance(a.default, str) and a.text for a in arguments.values())
 
@@ -86,4 +88,4 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
     for node in nodes(entities).values():
         for value in node.parameters[0].values():
             given[value.name] = value.type
-    assert given == dict.fromkeys(ISSUED_ARGUMENTS, str) | {"gui": bool, "use_sim_time": bool}
+    assert given == dict.fromkeys(ARGUMENTS, str) | {"gui": bool, "use_sim_time": bool}

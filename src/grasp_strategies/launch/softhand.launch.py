@@ -19,6 +19,7 @@ ARGUMENTS = {
     "gui": ("false", "open PyBullet's window"),
     "use_sim_time": ("true", "driver and sequencer follow /clock"),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),
+    "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
 
 
@@ -63,6 +64,7 @@ def driver():
             {
                 "hand": text("hand"),
                 "backend": text("backend"),
+                "hardware_file": text("hardware_file"),
                 "use_sim_time": switch("use_sim_time"),
             }
         ],
