@@ -140,7 +140,7 @@ def contact_forces(simulation, base, link):
 @pytest.mark.parametrize(
     ("config", "named"),
     [
-        ({"hand": "claw"}, "rbo_hand_1, rbo_hand_2, single_finger"),
+        ({"hand": "claw"}, "rbo_hand_1, rbo_hand_1_split, rbo_hand_2, single_finger"),
         ({"object": "brick"}, "object: expected one of cylinder"),
         ({"scene": "moon"}, "scene: expected one of table, stand"),
         ({"step": 0.02}, "step: expected 0.0001 to 0.01 s, got 0.02"),

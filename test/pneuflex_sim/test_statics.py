@@ -34,7 +34,9 @@ def test_a_level_finger_sags_as_the_static_solver_says(
 def test_a_blocked_tip_pushes_as_hard_as_the_static_solver_says(
     simulate, hold_pressure, weightless, step
 ):
-    simulation = simulate(hand="single_finger", scene="stand", step=step, model=weightless)
+    simulation = simulate(
+        hand="single_finger", scene="stand", step=step, model=weightless, collision="boxes"
+    )
     client, gap = simulation.world.client, 0.010
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_BOX, halfExtents=[0.05, 0.2, 0.2], physicsClientId=client

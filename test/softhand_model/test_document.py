@@ -64,5 +64,5 @@ def test_missing_file_is_named(tmp_path):
 
 
 def test_unknown_name_is_answered_with_the_list():
-    with pytest.raises(ValueError, match=r"hand: expected one of rbo_hand_1, rbo_hand_2, single_f"):
+    with pytest.raises(ValueError, match=r"hand: expected one of rbo_hand_1, rbo_hand_1_split"):
         find_document("rbo_hand_3", "hands", "hand")

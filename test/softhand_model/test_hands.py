@@ -9,7 +9,7 @@ from softhand_model.hands import Strut, hand_names, load_hand
 
 
 def test_shipped_hands():
-    assert hand_names() == ["rbo_hand_1", "rbo_hand_2", "single_finger"]
+    assert hand_names() == ["rbo_hand_1", "rbo_hand_1_split", "rbo_hand_2", "single_finger"]
 
 
 def test_rbo_hand_2_has_seven_actuators_in_six_chains():
@@ -39,7 +39,7 @@ def test_thumb_rides_on_the_outer_arc_of_the_palm():
     assert mount.position[1] == pytest.approx(-palm.turn * (outer - middle))
 
 
-@pytest.mark.parametrize("name", ["rbo_hand_1", "rbo_hand_2", "single_finger"])
+@pytest.mark.parametrize("name", ["rbo_hand_1", "rbo_hand_1_split", "rbo_hand_2", "single_finger"])
 def test_actuators_and_struts_weigh_less_than_the_hand(name):
     hand = load_hand(name)
     rubber = sum(part.mass for chain in hand.chains for part in chain.actuators.values())
@@ -53,7 +53,8 @@ def test_rbo_hand_1_feeds_three_pairs_of_p5_from_one_channel():
     assert hand.channels == ("a",)
     assert hand.max_pressures() == pytest.approx([250e3])
     lean = [chain.mount.rpy[1] for chain in hand.chains]
-    assert lean == pytest.approx([np.radians(30)] * 6)
+    assert lean == pytest.approx([np.radians(30)] * 3)
+    assert all(chain.web.length == 0.5 * 0.120 for chain in hand.chains)
 
 
 def test_rest_volume_of_a_channel_is_the_sum_of_its_actuators():
@@ -123,7 +124,7 @@ LITTLE = ("chains", "little", "actuators", "little")
         ),
         (set_in("chains", "little", "turn", value=1), "expected the key turn for arcs"),
         (set_in("chains", "palm", "turn", value=2), "palm.turn: expected one of 1, -1, got 2"),
-        (set_in("chains", "little", "actuators", value={}), "expected one actuator, or two arcs"),
+        (set_in("chains", "little", "actuators", value={}), "expected one actuator, or two str"),
         (set_in("chains", "little", "actuators", value=LITTLE), "actuators: expected a mapping"),
         (set_in("tips", value=["thumb", "toe"]), "tips[1]: expected one of little, ring"),
         (set_in("mass", value="heavy"), "mass: expected a number above 0, got 'heavy'"),

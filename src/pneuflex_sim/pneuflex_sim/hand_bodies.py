@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 from pneuflex_sim import base_kernel, spring_kernel
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import Body, HandLayout
+from pneuflex_sim.link_shapes import PIECES, link_shapes, set_margin
 from pneuflex_sim.spatial import cross
 from pneuflex_sim.world import World
 from pneuflex_sim.wrist import Wrist
 from softhand_model.effects.gravity import STANDARD_GRAVITY
+from softhand_model.hands import WRIST
 
 Array = NDArray[np.float64]
 
@@ -32,6 +34,7 @@ BASE_MASS = 1000.0  # [kg]: so heavy that the chain does not move it within a st
 BASE_INERTIA = 10.0  # [kg m2]
 BASE_RESISTANCE = (BASE_MASS, BASE_INERTIA)
 RUBBER_FRICTION = 1.0  # PyBullet multiplies the coefficients of both bodies
+CLAMP = 1e5
 SPEED_LIMIT = 95.0  # [rad/s]: PyBullet clamps joint speeds at 100, so a diverged run stays finite
 LONGEST_BLOW = 0.02  # [s] a joint may stay at the clamp after a blow
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
@@ -43,9 +46,16 @@ class HandBodies:
     """
 
     def __init__(
-        self, layout: HandLayout, world: World, wrist: Wrist, rigid: bool, weight_scale: float
+        self,
+        layout: HandLayout,
+        world: World,
+        wrist: Wrist,
+        rigid: bool,
+        weight_scale: float,
+        collision: str = PIECES,
     ) -> None:
         self.layout, self.world, self.rigid = layout, world, rigid
+        self.collision = collision
         self.weight_scale = weight_scale
         self._create()
         n = len(layout.mass)
@@ -85,15 +95,7 @@ class HandBodies:
     def _create_body(self, body: Body) -> int:
         layout, client, joints = self.layout, self.world.client, body.joints
         count = joints.stop - joints.start
-        shapes = [
-            pybullet.createCollisionShape(
-                pybullet.GEOM_BOX,
-                halfExtents=(size / 2).tolist(),
-                collisionFramePosition=center.tolist(),
-                physicsClientId=client,
-            )
-            for size, center in zip(layout.size[joints], layout.center[joints], strict=True)
-        ]
+        shapes = link_shapes(layout, body, self.collision, client)
         base = pybullet.createMultiBody(
             0.0 if self.rigid else BASE_MASS,
             -1,
@@ -116,7 +118,14 @@ class HandBodies:
     def _set_dynamics(self, base: int, body: Body) -> None:
         layout, client = self.layout, self.world.client
         inertia = layout.inertia(self.world.step_size)
-        pybullet.changeDynamics(base, -1, linearDamping=0, angularDamping=0, physicsClientId=client)
+        pybullet.changeDynamics(
+            base,
+            -1,
+            linearDamping=0,
+            angularDamping=0,
+            maxJointVelocity=CLAMP,
+            physicsClientId=client,
+        )
         if not self.rigid:
             pybullet.changeDynamics(
                 base,
@@ -139,6 +148,7 @@ class HandBodies:
                 lateralFriction=RUBBER_FRICTION,
                 physicsClientId=client,
             )
+            set_margin(base, link, self.collision, client)
             pybullet.setCollisionFilterGroupMask(
                 base, link, groups[link], COLLIDES_WITH[groups[link]], physicsClientId=client
             )
@@ -331,8 +341,16 @@ def _collision_groups(layout: HandLayout, body: Body) -> list[int]:
     groups = []
     for name in body.chains:
         joints = layout.chain_joints[name]
-        group = PALM
-        if name in layout.description.tips:
-            group = FINGER if layout.description.chain(name).mount.parent == "wrist" else THUMB
-        groups += [group] * (joints.stop - joints.start)
+        groups += [_collision_group(layout, name)] * (joints.stop - joints.start)
     return groups
+
+
+def _collision_group(layout: HandLayout, name: str) -> int:
+    """Arcs are the palm, what rides on them is the thumb, all else belongs to fingers."""
+    chain = layout.description.chain(name)
+    if chain.turn:
+        return PALM
+    parent = chain.mount.parent
+    if parent == WRIST:
+        return FINGER
+    return THUMB if layout.description.chain(parent).turn else _collision_group(layout, parent)

@@ -46,6 +46,7 @@ class HandLayout:
     """
 
     description: HandDescription
+    segments: int  # an actuator
     models: dict[str, ChainModel]
     bodies: tuple[Body, ...]
     chain_joints: dict[str, slice]
@@ -130,6 +131,7 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
     }
     return HandLayout(
         description,
+        segments,
         models,
         tuple(bodies),
         chain_joints,

@@ -17,6 +17,7 @@ from pneuflex_sim.contacts import OBJECT, Contact, ContactNames
 from pneuflex_sim.hand_bodies import ENVIRONMENT, HandBodies
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
+from pneuflex_sim.link_shapes import PIECES, check_kind
 from pneuflex_sim.objects import ObjectDescription, collision_shape, load_object
 from pneuflex_sim.scenes import SceneDescription, build_scene, load_scene
 from pneuflex_sim.tip_sensors import TipSensors
@@ -30,7 +31,7 @@ from softhand_model.pneumatics.compiled_plant import PLANT
 
 Array = NDArray[np.float64]
 
-GAS_PERIOD = 0.05  # [s] between updates of the gas stiffness, which only steadies the step
+GAS_PERIOD = 0.0  # [s] between updates of the gas stiffness, which only steadies the step
 STATE = (
     "steps",
     "wrist",
@@ -46,9 +47,10 @@ STATE = (
 @dataclass(frozen=True)
 class SimulationConfig:
     """What is simulated: names of hand, object and scene (hand and scene also as descriptions),
-    model file, step [s], segments an actuator, seed, offsets [m].
+    model file, step [s], segments an actuator, seed, offsets [m], collision shapes of the links
+    (`pieces` along the outline, or `boxes`).
 
-    Raises ValueError for a step, a number of segments or a mass scale that cannot be used.
+    Raises ValueError for a step, a number of segments, a mass scale or shapes that cannot be used.
     """
 
     hand: str | HandDescription = "rbo_hand_2"
@@ -61,6 +63,7 @@ class SimulationConfig:
     gui: bool = False
     object_offset: tuple[float, ...] = (0.0, 0.0)
     object_mass_scale: float = 1.0
+    collision: str = PIECES
     wrist: WristParameters = field(default_factory=WristParameters)
     solver: SolverSettings = field(default_factory=SolverSettings)
 
@@ -73,6 +76,7 @@ class SimulationConfig:
             raise ValueError(
                 f"object_offset: expected two or three finite numbers, got {self.object_offset}"
             )
+        check_kind(self.collision)
         if not self.object_mass_scale > 0:
             raise ValueError(
                 f"object_mass_scale: expected a positive number, got {self.object_mass_scale}"
@@ -100,7 +104,12 @@ class Simulation:
         pybullet.setGravity(0, 0, -STANDARD_GRAVITY * weight_scale, physicsClientId=client)
         self.wrist = self._new_wrist()
         self.bodies = HandBodies(
-            layout, self.world, self.wrist, self.scene.rigid_wrist, weight_scale
+            layout,
+            self.world,
+            self.wrist,
+            self.scene.rigid_wrist,
+            weight_scale,
+            config.collision,
         )
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)

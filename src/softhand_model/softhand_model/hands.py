@@ -1,8 +1,9 @@
 """Descriptions of hands: which actuators, on which channels, mounted where.
 
 A hand is a list of chains in the frame `wrist` (z distal, x palmar, y towards the thumb of a right
-hand). A chain is one actuator, or two parallel arcs that bend and twist as one, with or without a
-flexible strut at its base; it is mounted on the wrist or on the tip of an earlier chain.
+hand). A chain is one actuator, a pair of straight ones side by side that bend as one, or two
+parallel arcs that bend and twist as one, with or without a flexible strut at its base; it is
+mounted on the wrist or on the tip of an earlier chain.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from softhand_model.actuator import Actuator, actuator_names, load_actuator
 from softhand_model.document import DocumentError, Node, find_document, read_document, shipped_names
+from softhand_model.palm_sheet import PalmSheet
 from softhand_model.rotation import from_rpy
 
 Array = NDArray[np.float64]
@@ -78,12 +80,29 @@ class Strut:
 
 
 @dataclass(frozen=True)
-class ChainDescription:
-    """One chain: its actuators (one, or inner and outer arc) with their channels, mount, strut and
-    sense of the arc.
+class Web:
+    """Mesh that joins a chain to its neighbours from the base up to `length` [m] along its rubber;
+    `chains` is how many are joined, this one counted.
 
-    turn is +1 when the arc turns the chain's z towards its +y, -1 towards -y, and 0 for a straight
-    actuator.
+    The passive layers of the joined part are one sheet: no chain of it sways (about x) or twists
+    (about z) without the others, so a load on one meets the springs of all. That is exact for one
+    loaded chain and too stiff by `chains` when all are loaded alike; bending is left as it is. The
+    model is ours: the thesis (7.2) says no more than that the mesh raises the low torsional
+    stiffness.
+    """
+
+    chains: int
+    length: float
+
+
+@dataclass(frozen=True)
+class ChainDescription:
+    """One chain: its actuators (one, a pair of straight ones, or inner and outer arc) with their
+    channels, mount, strut and sense of the arc.
+
+    turn is +1 when the arc turns the chain's z towards its +y, -1 towards -y, and 0 for straight
+    actuators. pitch [m] is the distance between the middles of a pair, the first towards -y; 0
+    for a single actuator and for arcs. web is the mesh to other chains, if there is any.
     """
 
     name: str
@@ -92,6 +111,8 @@ class ChainDescription:
     mount: Mount
     strut: Strut | None = None
     turn: int = 0
+    pitch: float = 0.0
+    web: Web | None = None
 
 
 @dataclass(frozen=True)
@@ -106,8 +127,8 @@ class Plate:
 
 @dataclass(frozen=True)
 class HandDescription:
-    """A hand: channels in their order, total mass [kg], chains (parents first) and the chains that
-    are fingertips.
+    """A hand: channels in their order, total mass [kg], chains (parents first), the chains that are
+    fingertips, plate and palm sheet if it has them.
     """
 
     name: str
@@ -116,6 +137,7 @@ class HandDescription:
     chains: tuple[ChainDescription, ...]
     tips: tuple[str, ...]
     plate: Plate | None = None
+    sheet: PalmSheet | None = None
 
     def chain(self, name: str) -> ChainDescription:
         """The chain of that name; raises ValueError listing the names."""
@@ -174,7 +196,9 @@ def load_hand(name: str | Path) -> HandDescription:
     ('a', 'b', 'c', 'd')
     """
     document = read_document(find_document(name, "hands", "hand"), FORMAT)
-    fields = document.fields(["format", "name", "channels", "mass", "chains", "tips"], ["plate"])
+    fields = document.fields(
+        ["format", "name", "channels", "mass", "chains", "tips"], ["plate", "sheet"]
+    )
     channels = fields["channels"].names()
     chains: dict[str, ChainDescription] = {}
     actuators: set[str] = set()
@@ -193,19 +217,20 @@ def load_hand(name: str | Path) -> HandDescription:
         tuple(chains.values()),
         tips,
         plate,
+        _sheet(fields["sheet"]) if "sheet" in fields else None,
     )
 
 
 def _chain(
     name: str, node: Node, channels: tuple[str, ...], parents: list[str]
 ) -> ChainDescription:
-    fields = node.fields(["actuators", "mount"], ["strut", "turn"])
+    fields = node.fields(["actuators", "mount"], ["strut", "turn", "pitch", "web"])
     actuators, fed_by = {}, {}
     for key, actuator in fields["actuators"].mapping().items():
         entry = actuator.fields(["type", "channel"])
         actuators[key] = load_actuator(entry["type"].choice(actuator_names()))
         fed_by[key] = entry["channel"].choice(channels)
-    _check_shape(fields["actuators"], list(actuators.values()))
+    _check_shape(node, fields, list(actuators.values()))
     arc = next(iter(actuators.values())).arc_radius is not None
     if arc != ("turn" in fields):
         raise DocumentError(
@@ -219,20 +244,39 @@ def _chain(
         _mount(fields["mount"], parents),
         _strut(fields["strut"]) if "strut" in fields else None,
         fields["turn"].choice([1, -1]) if arc else 0,
+        fields["pitch"].positive() if "pitch" in fields else 0.0,
+        _web(fields["web"]) if "web" in fields else None,
     )
 
 
-def _check_shape(node: Node, actuators: list[Actuator]) -> None:
-    """One actuator, or two arcs of the same angle with the inner one first."""
-    if len(actuators) == 1:
-        return
+def _check_shape(node: Node, fields: dict[str, Node], actuators: list[Actuator]) -> None:
+    """One actuator, a pair of straight ones of one length, or two arcs of the same angle with the
+    inner one first; the key pitch for a pair alone, the key web for straight ones alone.
+    """
     arcs = [(actuator.arc_radius, actuator.arc_angle) for actuator in actuators]
-    good = len(arcs) == 2 and None not in arcs[0] + arcs[1] and arcs[0][1] == arcs[1][1]
-    if not good or not arcs[0][0] < arcs[1][0]:  # type: ignore[operator]
+    curved = [radius is not None for radius, _ in arcs]
+    pair = curved == [False, False]
+    good = len(actuators) == 1 or (pair and actuators[0].length == actuators[1].length)
+    if curved == [True, True]:
+        good = arcs[0][1] == arcs[1][1] and arcs[0][0] < arcs[1][0]  # type: ignore[operator]
+    if not good:
         raise DocumentError(
-            f"{node.file}: {node.key}: expected one actuator, or two arcs of one angle, inner "
-            f"first, got {', '.join(actuator.name for actuator in actuators) or 'none'}"
+            f"{node.file}: {fields['actuators'].key}: expected one actuator, or two straight ones "
+            "of one length, or two arcs of one angle, inner first, "
+            f"got {', '.join(actuator.name for actuator in actuators) or 'none'}"
         )
+    if pair != ("pitch" in fields):
+        raise DocumentError(
+            f"{node.file}: {node.key}: expected the key pitch for a pair of straight actuators and "
+            f"for it alone, got {', '.join(fields)}"
+        )
+    if any(curved) and "web" in fields:
+        raise fields["web"].error("no web on arcs")
+
+
+def _web(node: Node) -> Web:
+    fields = node.fields(["chains", "length"])
+    return Web(fields["chains"].choice(range(2, 11)), fields["length"].positive())
 
 
 def _mount(node: Node, parents: list[str]) -> Mount:
@@ -252,6 +296,17 @@ def _plate(node: Node) -> Plate:
     if min(fields["size"].vector()) <= 0.0:
         raise fields["size"].error("3 numbers above 0")
     return Plate(fields["size"].vector(), fields["position"].vector())
+
+
+def _sheet(node: Node) -> PalmSheet:
+    sizes = ["length", "width", "thickness", "modulus"]
+    fields = node.fields([*sizes, "angle", "position", "rpy"])
+    return PalmSheet(
+        **{key: fields[key].positive() for key in sizes},
+        angle=fields["angle"].number(above=0.0, high=np.pi),
+        position=fields["position"].vector(),
+        rpy=fields["rpy"].vector(),
+    )
 
 
 def _refuse_repeated(node: Node, seen: set[str], chain: ChainDescription) -> None:

@@ -50,7 +50,7 @@ def cut_chain(description: ChainDescription, segments: int) -> SegmentChain:
     if description.turn:
         chain = _arc(description, parts, segments)
     else:
-        chain = _straight(description, parts[0], segments)
+        chain = _straight(description, parts, segments)
     return chain if description.strut is None else _on_strut(chain, description, description.strut)
 
 
@@ -64,26 +64,38 @@ def segment_stiffness(actuator: Actuator, segments: int) -> Array:
     return actuator.stiffness((np.arange(segments) + 0.5) * edge) / edge
 
 
-def _straight(description: ChainDescription, actuator: Actuator, segments: int) -> SegmentChain:
-    edge = actuator.length / segments
+def _straight(description: ChainDescription, parts: list[Actuator], segments: int) -> SegmentChain:
+    edge = parts[0].length / segments
     length = np.full(segments, edge)
     length[-1] = edge / 2.0
     offset = np.zeros((segments, 3))
     offset[:, 2] = edge
     offset[0, 2] = edge / 2.0
     middle = (np.arange(segments) + 0.5) * edge + length / 2.0
-    height, width = actuator.height(middle), actuator.width(middle)
+    height = np.max([part.height(middle) for part in parts], axis=0)
+    width = description.pitch + np.mean([part.width(middle) for part in parts], axis=0)
+    stiffness = np.sum([segment_stiffness(part, segments) for part in parts], axis=0)
     return SegmentChain(
         _names(description, segments),
         offset,
         _identity(segments),
         _identity(segments),
-        np.repeat(segment_stiffness(actuator, segments)[:, None], 3, axis=1),
+        _webbed(description, edge, np.repeat(stiffness[:, None], 3, axis=1)),
         np.stack([height, width, length], axis=1),
         np.stack([-height / 2.0, 0.0 * height, length / 2.0], axis=1),
-        _link_masses(actuator, segments),
+        np.sum([_link_masses(part, segments) for part in parts], axis=0),
         np.array([0.0, 0.0, edge / 2.0]),
     )
+
+
+def _webbed(description: ChainDescription, edge: float, stiffness: Array) -> Array:
+    """Stiffness (n, 3) with that of the neighbours about x and z where mesh joins the chain to them
+    (see `hands.Web`); `edge` [m] is the length of a segment.
+    """
+    if description.web is not None:
+        joined = (np.arange(len(stiffness)) + 0.5) * edge < description.web.length
+        stiffness[joined] *= [description.web.chains, 1.0, description.web.chains]
+    return stiffness
 
 
 def _arc(description: ChainDescription, parts: list[Actuator], segments: int) -> SegmentChain:
@@ -154,6 +166,15 @@ def arc_angle(parts: list[Actuator]) -> float:
 def mean_radius(parts: list[Actuator]) -> float:
     """Radius [m] in the middle of parallel arcs."""
     return float(np.mean([part.arc_radius or 0.0 for part in parts]))
+
+
+def lateral_places(description: ChainDescription) -> Array:
+    """Place (actuators,) [m] of each actuator's middle along y of the chain's sections."""
+    parts = list(description.actuators.values())
+    if description.turn:
+        radii = np.array([part.arc_radius or 0.0 for part in parts])
+        return np.asarray(-description.turn * (radii - radii.mean()))
+    return np.asarray(description.pitch * (np.arange(len(parts)) - (len(parts) - 1) / 2.0))
 
 
 def _breadth(parts: list[Actuator]) -> float:

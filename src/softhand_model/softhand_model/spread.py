@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand_model.actuator import Actuator
 from softhand_model.hands import ChainDescription
 from softhand_model.parallel_arcs import bend_and_twist, parallel_arcs
 from softhand_model.rotation import rotate
-from softhand_model.segments import SegmentChain
+from softhand_model.segments import SegmentChain, segment_stiffness
 
 Array = NDArray[np.float64]
 
@@ -16,13 +17,23 @@ Array = NDArray[np.float64]
 def spread_angles(description: ChainDescription, chain: SegmentChain, segments: int) -> list[Array]:
     """Matrix (3*n, segments) of each actuator, from segment angles to joint rotation vectors."""
     parts = list(description.actuators.values())
-    if len(parts) == 2:
+    if description.turn and len(parts) == 2:
         bends, twists = bend_and_twist(
             parallel_arcs(parts[0], parts[1], description.turn), segments
         )
     else:
-        bends, twists = np.eye(segments)[None], np.zeros((1, segments, segments))
+        bends = np.array([np.diag(share) for share in _shares(parts, segments)])
+        twists = np.zeros_like(bends)
     return [_onto_joints(chain, *shares) for shares in zip(bends, twists, strict=True)]
+
+
+def _shares(parts: list[Actuator], segments: int) -> Array:
+    """Weight (actuators, segments) [-] of each actuator's bend: its share of the stiffness.
+
+    One passive layer bends all alike, so the sum of their moments B_j*(kappa - kappa_j) is 0.
+    """
+    stiffness = np.array([segment_stiffness(part, segments) for part in parts])
+    return stiffness / stiffness.sum(axis=0)
 
 
 def _onto_joints(chain: SegmentChain, bend: Array, twist: Array) -> Array:
