@@ -59,6 +59,7 @@ class PulseEffect:
         self._valves: Valves = np.zeros(n, dtype=np.int8)
         self._since: Floats = np.full(n, np.inf)  # the valve was switched last [s]
         self._counting: Flags = np.zeros(n, dtype=bool)  # a pulse is under way, or settles
+        self._acted: Flags = np.zeros(n, dtype=bool)  # the pulse has moved the pressure
         self._direction: Valves = np.zeros(n, dtype=np.int8)  # of the pulses summed up
         self._start: Floats = np.zeros(n)  # pressure from which the pulse is judged [Pa]
         self._mass: Floats = np.zeros(n)  # estimate at that time [kg]
@@ -121,17 +122,20 @@ class PulseEffect:
             self._direction = np.where(begun, valves, self._direction)
             self._peak = np.where(begun, gauge, self._peak)
             self._outrun[begun] = 0.0
+            self._acted &= ~begun
             self._counting |= begun
         self._since[changed] = 0.0
         self._valves = valves.copy()
 
     def _close_books(self, done: Flags, gauge: Floats) -> None:
-        """Add pulses that have settled to those before them."""
+        """Add pulses that have settled to those before them; one that has acted ends their sum."""
         self._owed += done * np.maximum(self._due, self._whole)
         self._shift += np.where(done, gauge - self._start, 0.0)
+        self.idle |= done & (self._owed >= EXPECTED)
+        acted = done & self._acted
+        self._owed[acted] = self._shift[acted] = 0.0
         self._due[done] = self._whole[done] = 0.0
         self._counting &= ~done
-        self.idle |= done & (self._owed >= EXPECTED)
 
     def _forget(self, cleared: Flags) -> None:
         for evidence in (self._owed, self._shift, self._due, self._whole):
@@ -143,6 +147,7 @@ class PulseEffect:
         moved = self._counting & (np.abs(shift) > noise)
         if moved.any():
             self._forget(moved)
+            self._acted |= moved
             self._start = np.where(moved, gauge, self._start)
             self._mass = np.where(moved, mass, self._mass)
         self.idle |= self._counting & (self._owed + self._due >= WHILE_OPEN * EXPECTED)
