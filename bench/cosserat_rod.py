@@ -83,7 +83,7 @@ def markdown(rows: list[dict[str, Any]]) -> str:
     """
     words = {True: "yes", False: "NO", None: "-"}
     lines = [
-        f"| {row['name']} | {row['value']:.2g} {row['unit']} | {row['target'] or '-'} "
+        f"| {row['name']} | {row['value']:.3g} {row['unit']} | {row['target'] or '-'} "
         f"| {words[row['met']]} |"
         for row in rows
     ]

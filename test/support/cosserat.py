@@ -228,3 +228,9 @@ def _spatial_ends(place: np.ndarray, turn: Rotation):
         )
 
     return ends
+
+
+def free_end(rod: Rod, reach: float) -> tuple[np.ndarray, Rotation]:
+    """Place (3,) [m] and orientation of an unloaded rod at x = reach [m]."""
+    _, values = _free_in_space(replace(rod, length=reach))
+    return values[:3, -1], Rotation.from_quat(values[3:7, -1])

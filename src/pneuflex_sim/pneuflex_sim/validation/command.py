@@ -20,6 +20,7 @@ from pneuflex_sim.validation.experiment import Experiment
 from pneuflex_sim.validation.folder import (
     FIGURE,
     RESULTS,
+    EarlierRunError,
     read_results,
     write_report,
     write_results,
@@ -75,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     names = list(EXPERIMENTS) if options.name == "all" else [options.name]
     try:
         return max([_make(EXPERIMENTS[name], options) for name in names])
-    except ValueError as error:
+    except EarlierRunError as error:
         return _refuse(str(error))
 
 
@@ -86,7 +87,7 @@ def _make(experiment: Experiment, options: argparse.Namespace) -> int:
         results = read_results(experiment, folder)
     else:
         if (folder / RESULTS).exists() and not options.force:
-            raise ValueError(f"{folder}: expected no earlier run, got one; --force overwrites it")
+            raise EarlierRunError(f"{folder}: expected no run, got one; --force overwrites it")
         print(f"{experiment.name}: {experiment.title} ...", file=sys.stderr, flush=True)
         results = experiment.simulate()
         write_results(experiment, results, folder)

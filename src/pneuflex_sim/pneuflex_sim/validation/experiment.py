@@ -33,7 +33,7 @@ class Finding:
         >>> Finding.at_most("tip angle", "-", 0.0421, 0.1, "%").ours
         '0.042 % (<= 0.1)'
         """
-        return cls(what, thesis, f"{value:.2g} {unit} (<= {limit:g})", value <= limit)
+        return cls(what, thesis, f"{value:.2g} {unit} (<= {limit:g})", bool(value <= limit))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,10 @@ from pneuflex_sim.validation.experiment import Experiment, Results, table, verdi
 RESULTS, VERDICT, FIGURE = "results.json", "verdict.txt", "figure.png"
 
 
+class EarlierRunError(ValueError):
+    """A folder lacks the earlier run that is asked for, or holds one that must not be lost."""
+
+
 def write_results(experiment: Experiment, results: Results, folder: Path) -> None:
     """Write what was simulated."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -18,13 +22,14 @@ def write_results(experiment: Experiment, results: Results, folder: Path) -> Non
 
 
 def read_results(experiment: Experiment, folder: Path) -> Results:
-    """What was simulated before; raises ValueError naming the file, expected and got."""
+    """What was simulated before; raises EarlierRunError naming the file, expected
+    and got."""
     path = folder / RESULTS
     if not path.exists():
-        raise ValueError(f"{path}: expected the results of an earlier run, got no such file")
+        raise EarlierRunError(f"{path}: expected the results of an earlier run, got no such file")
     content = json.loads(path.read_text(encoding="utf-8"))
     if content.get("experiment") != experiment.name:
-        raise ValueError(
+        raise EarlierRunError(
             f"{path}: experiment: expected {experiment.name}, got {content.get('experiment')}"
         )
     return content["results"]

@@ -9,7 +9,8 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from pneuflex_sim.hand_bodies import ENVIRONMENT
+from pneuflex_sim.collision_groups import ENVIRONMENT
+from pneuflex_sim.link_shapes import BOXES
 from pneuflex_sim.scenes import SceneDescription, load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.wrist import WristParameters
@@ -25,6 +26,7 @@ STEP = 0.001  # [s]
 RAMP = 0.3  # [s] in which a pressure is reached
 FASTEST = 1e5  # [rad/s]; at PyBullet's 100 a blocked finger at 40 kPa pushes a fifth too little
 STILL = 1e-7  # [rad/s] of the fastest joint of a finger at rest
+CALM = 20  # steps that a finger at rest is still
 LONGEST = 30.0  # [s] that a finger may take to come to rest
 BLOCK = (0.02, 0.1, 0.05)  # half extents [m]
 SIDEWAYS_ONLY = (1.0, 1.0, 0.0)  # shares of the friction along x, y, z
@@ -50,17 +52,24 @@ class FingerStand:
     """A weightless finger on a fixed base, in the frame of the base: z along it, bending to +x.
 
     with_sensor: the base stands on a stiff wrist that tells its load, see `base_torque`.
+    collision: shapes of the links. Boxes end where the chain does, so that the contact is at its
+    tip; the simulator's own pieces are rounded there.
     """
 
     def __init__(
-        self, actuator: Actuator, segments: int, step: float = STEP, with_sensor: bool = False
+        self,
+        actuator: Actuator,
+        segments: int,
+        with_sensor: bool = False,
+        collision: str = BOXES,
     ) -> None:
         self.simulation = Simulation(
             SimulationConfig(
                 hand=hand_of(actuator),
                 scene=_scene(with_sensor),
                 model="base",
-                step=step,
+                collision=collision,
+                step=STEP,
                 segments=segments,
                 wrist=SENSOR,
             )
@@ -121,8 +130,10 @@ class FingerStand:
 
         Raises RuntimeError for a finger that does not come to rest.
         """
+        still = 0
         for _ in range(round(LONGEST / self.simulation.step_size)):
-            if np.abs(self.simulation.bodies.v).max() < STILL:
+            still = still + 1 if np.abs(self.simulation.bodies.v).max() < STILL else 0
+            if still == CALM:
                 return
             self.step(pressure)
         raise RuntimeError(f"the finger does not come to rest at {pressure:.0f} Pa")
@@ -188,6 +199,8 @@ class FingerStand:
         """How far [m] the collision box of the last link, which has a least height, stands out from
         the passive layer.
         """
+        if self.simulation.config.collision != BOXES:
+            return 0.0
         size = self.simulation.bodies.layout.size[-1, 0]
         return float(size - self.chain.body_size[-1, 0]) / 2.0
 
