@@ -12,6 +12,7 @@ from softhand_model.compiled import compiled
 
 Array = NDArray[np.float64]
 
+LEAST_VOLUME = 0.2  # of a chamber bent the wrong way, as a share of that at rest
 BEND = 1  # index of the bending axis (y) in joint rotations
 
 
@@ -59,7 +60,8 @@ class AirCoupling:
 
     def volumes(self, rotations: Array) -> Array:
         """Volume of each channel [m3] for the joint rotations (n, 3) against rest [rad]."""
-        return self.rest_volumes + self._volume_gain @ rotations[:, BEND]
+        volumes = self.rest_volumes + self._volume_gain @ rotations[:, BEND]
+        return np.maximum(volumes, LEAST_VOLUME * self.rest_volumes)
 
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float

@@ -17,26 +17,32 @@ import pybullet
 from numpy.typing import NDArray
 
 from pneuflex_sim import base_kernel, spring_kernel
+from pneuflex_sim.collision_groups import (
+    COLLIDES_WITH,
+    PALM,
+    collision_groups,
+)
+from pneuflex_sim.collision_groups import (
+    ENVIRONMENT as ENVIRONMENT,
+)
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import Body, HandLayout
 from pneuflex_sim.link_shapes import PIECES, link_shapes, set_margin
+from pneuflex_sim.palm_pad import PalmPad
 from pneuflex_sim.spatial import cross
 from pneuflex_sim.world import World
 from pneuflex_sim.wrist import Wrist
 from softhand_model.effects.gravity import STANDARD_GRAVITY
-from softhand_model.hands import WRIST
 
 Array = NDArray[np.float64]
 
-ENVIRONMENT, FINGER, THUMB, PALM = 1, 2, 4, 8  # collision groups
-COLLIDES_WITH = {FINGER: ENVIRONMENT | THUMB, THUMB: ENVIRONMENT | FINGER, PALM: ENVIRONMENT}
 BASE_MASS = 1000.0  # [kg]: so heavy that the chain does not move it within a step
 BASE_INERTIA = 10.0  # [kg m2]
 BASE_RESISTANCE = (BASE_MASS, BASE_INERTIA)
 RUBBER_FRICTION = 1.0  # PyBullet multiplies the coefficients of both bodies
-CLAMP = 1e5
-SPEED_LIMIT = 95.0  # [rad/s]: PyBullet clamps joint speeds at 100, so a diverged run stays finite
-LONGEST_BLOW = 0.02  # [s] a joint may stay at the clamp after a blow
+SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
+SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
+LONGEST_BLOW = 0.02  # [s]
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -76,11 +82,12 @@ class HandBodies:
             np.zeros((n, 3, 3)),
         )
         self._starts, self._damping = layout.starts, layout.damping
-        self._mounts = (
-            np.array([body.position for body in layout.bodies]),
-            np.array([body.orientation for body in layout.bodies]),
-        )
-        self._pushed = np.zeros((len(self.ids), 2, 3))
+        places = [body.position for body in layout.bodies]
+        turns = [body.orientation for body in layout.bodies]
+        if self.pad is not None:
+            places, turns = [*places, self.pad.place], [*turns, self.pad.turn]
+        self._mounts = np.array(places), np.array(turns)
+        self._pushed = np.zeros((len(self._bases_ids), 2, 3))
         self._mass = float(layout.mass.sum())
         self._center_of_mass = HandShape(layout).center_of_mass(layout.rest)
         self.reset(wrist)
@@ -88,6 +95,9 @@ class HandBodies:
     # ---------------------------------------------------------------- creation
     def _create(self) -> None:
         self.ids = [self._create_body(body) for body in self.layout.bodies]
+        sheet = self.layout.description.sheet
+        self.pad = None if sheet is None else PalmPad(sheet)
+        self._bases_ids = self.ids if self.pad is None else [*self.ids, self._create_pad(self.pad)]
         self._joints = [
             list(range(body.joints.stop - body.joints.start)) for body in self.layout.bodies
         ]
@@ -115,15 +125,29 @@ class HandBodies:
         self._set_dynamics(base, body)
         return base
 
-    def _set_dynamics(self, base: int, body: Body) -> None:
-        layout, client = self.layout, self.world.client
-        inertia = layout.inertia(self.world.step_size)
+    @property
+    def pad_id(self) -> int | None:
+        """PyBullet id of the palm sheet, None for a hand without one."""
+        return None if self.pad is None else self._bases_ids[-1]
+
+    def _create_pad(self, pad: PalmPad) -> int:
+        client = self.world.client
+        base = pad.create(0.0 if self.rigid else BASE_MASS, client)
+        self._set_base_dynamics(base)
+        pybullet.changeDynamics(base, -1, lateralFriction=RUBBER_FRICTION, physicsClientId=client)
+        pybullet.setCollisionFilterGroupMask(
+            base, -1, PALM, COLLIDES_WITH[PALM], physicsClientId=client
+        )
+        return base
+
+    def _set_base_dynamics(self, base: int) -> None:
+        client = self.world.client
         pybullet.changeDynamics(
             base,
             -1,
             linearDamping=0,
             angularDamping=0,
-            maxJointVelocity=CLAMP,
+            maxJointVelocity=SPEED_CLAMP,
             physicsClientId=client,
         )
         if not self.rigid:
@@ -134,8 +158,13 @@ class HandBodies:
                 localInertiaDiagonal=[BASE_INERTIA] * 3,
                 physicsClientId=client,
             )
+
+    def _set_dynamics(self, base: int, body: Body) -> None:
+        layout, client = self.layout, self.world.client
+        inertia = layout.inertia(self.world.step_size)
+        self._set_base_dynamics(base)
         pybullet.setCollisionFilterGroupMask(base, -1, PALM, 0, physicsClientId=client)
-        groups = _collision_groups(layout, body)
+        groups = collision_groups(layout, body)
         for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
             pybullet.changeDynamics(
                 base,
@@ -169,16 +198,16 @@ class HandBodies:
         rest without pressure; nothing moves.
         """
         joints = self.layout.rest if joints is None else joints
+        self._release_pad()
         self._bases = self._base_poses(wrist)
-        for body, base, position, orientation in zip(
-            self.layout.bodies, self.ids, *self._bases, strict=True
-        ):
+        for base, position, orientation in zip(self._bases_ids, *self._bases, strict=True):
             pybullet.resetBasePositionAndOrientation(
                 base, position.tolist(), orientation.tolist(), physicsClientId=self.world.client
             )
             pybullet.resetBaseVelocity(
                 base, [0, 0, 0], [0, 0, 0], physicsClientId=self.world.client
             )
+        for body, base in zip(self.layout.bodies, self.ids, strict=True):
             for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
                 pybullet.resetJointStateMultiDof(
                     base,
@@ -211,7 +240,7 @@ class HandBodies:
         self._watch_speeds()
 
     def _watch_speeds(self) -> None:
-        """A blow may bring a joint to the clamp for an instant; one that stays has diverged."""
+        """A blow may make a joint fast for an instant; one that stays fast has diverged."""
         fastest = np.abs(self.v).max()
         self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
         if not np.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
@@ -246,7 +275,8 @@ class HandBodies:
             array[:] = saved
 
     def _arrays(self) -> tuple[Array, ...]:
-        return (self.q, self.v, self.torque, self._pushed, *self._carried)
+        pad = () if self.pad is None else (self.pad.state, self._mounts[0])
+        return (self.q, self.v, self.torque, self._pushed, *self._carried, *pad)
 
     # ---------------------------------------------------------------- forces
     def apply_springs(self, bend: Array, gas_stiffness: Array) -> None:
@@ -288,9 +318,10 @@ class HandBodies:
             return
         client, step = self.world.client, self.world.step_size
         velocity = np.array(
-            [pybullet.getBaseVelocity(base, physicsClientId=client) for base in self.ids]
+            [pybullet.getBaseVelocity(base, physicsClientId=client) for base in self._bases_ids]
         )
         poses = self._bases
+        self._sink_pad(wrist, velocity)
         base_kernel.feel_load(
             step,
             velocity,
@@ -309,7 +340,9 @@ class HandBodies:
             step, BASE_RESISTANCE, lift, poses, self._bases, velocity, self._pushed, push
         )
         places = poses[0].tolist()
-        for base, place, (force, torque) in zip(self.ids, places, push.tolist(), strict=True):
+        for base, place, (force, torque) in zip(
+            self._bases_ids, places, push.tolist(), strict=True
+        ):
             pybullet.applyExternalForce(
                 base, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client
             )
@@ -317,9 +350,25 @@ class HandBodies:
                 base, -1, torque, pybullet.WORLD_FRAME, physicsClientId=client
             )
 
+    def _sink_pad(self, wrist: Wrist, velocity: Array) -> None:
+        """Let the palm sheet yield to what its velocity (bases, 2, 3) [m/s] gained on the push."""
+        if self.pad is None:
+            return
+        normal = np.empty(3)
+        base_kernel.rotate(wrist.orientation, self.pad.axis, normal)
+        gained = (velocity[-1, 0] - self._pushed[-1, 0]) @ normal
+        self.pad.advance(self.world.step_size, -BASE_MASS * float(gained) / self.world.step_size)
+        self._mounts[0][-1] = self.pad.mount()
+
+    def _release_pad(self) -> None:
+        if self.pad is not None:
+            self.pad.state[:] = 0.0
+            self._mounts[0][-1] = self.pad.place
+
     def _base_poses(self, wrist: Wrist) -> tuple[Array, Array]:
         """Positions (b, 3) [m] and quaternions (b, 4) of all bases for this wrist."""
-        places, turns = np.empty((len(self.ids), 3)), np.empty((len(self.ids), 4))
+        count = len(self._bases_ids)
+        places, turns = np.empty((count, 3)), np.empty((count, 4))
         base_kernel.place_bases(wrist.position, wrist.orientation, self._mounts, places, turns)
         return places, turns
 
@@ -332,25 +381,3 @@ class HandBodies:
         base_kernel.rotate(wrist.orientation, self._center_of_mass, arm)
         cross(arm, weight[0], weight[1])
         return weight
-
-
-def _collision_groups(layout: HandLayout, body: Body) -> list[int]:
-    """Collision group of each joint's link: fingers and thumb meet each other, all meet the
-    environment.
-    """
-    groups = []
-    for name in body.chains:
-        joints = layout.chain_joints[name]
-        groups += [_collision_group(layout, name)] * (joints.stop - joints.start)
-    return groups
-
-
-def _collision_group(layout: HandLayout, name: str) -> int:
-    """Arcs are the palm, what rides on them is the thumb, all else belongs to fingers."""
-    chain = layout.description.chain(name)
-    if chain.turn:
-        return PALM
-    parent = chain.mount.parent
-    if parent == WRIST:
-        return FINGER
-    return THUMB if layout.description.chain(parent).turn else _collision_group(layout, parent)

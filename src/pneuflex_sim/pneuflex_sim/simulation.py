@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.air_coupling import BEND, AirCoupling
+from pneuflex_sim.collision_groups import ENVIRONMENT
 from pneuflex_sim.contacts import OBJECT, Contact, ContactNames
-from pneuflex_sim.hand_bodies import ENVIRONMENT, HandBodies
+from pneuflex_sim.hand_bodies import HandBodies
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
 from pneuflex_sim.link_shapes import PIECES, check_kind
@@ -31,7 +32,6 @@ from softhand_model.pneumatics.compiled_plant import PLANT
 
 Array = NDArray[np.float64]
 
-GAS_PERIOD = 0.0  # [s] between updates of the gas stiffness, which only steadies the step
 STATE = (
     "steps",
     "wrist",
@@ -39,7 +39,6 @@ STATE = (
     "_rotations",
     "_volumes",
     "_imposed",
-    "_gas",
     "tip_sensors",
 )
 
@@ -119,7 +118,6 @@ class Simulation:
         self.object: ObjectDescription | None = (
             load_object(config.object) if self.scene.has_object else None
         )
-        self._gas_every = max(1, round(GAS_PERIOD / config.step))
         self._fixed_names = build_scene(self.scene, client)
         self._object_weight = (1 - weight_scale) * STANDARD_GRAVITY
         self._create_object()
@@ -160,7 +158,7 @@ class Simulation:
                 for joint in range(joints.start, joints.stop):
                     links[base, joint - body.joints.start] = (chain, layout.names[joint])
         bodies = (
-            dict.fromkeys(self.bodies.ids, "palm_plate")
+            dict.fromkeys([*self.bodies.ids, self.bodies.pad_id], "palm_plate")
             | self._fixed_names
             | {self.object_id: OBJECT}
         )
@@ -217,9 +215,8 @@ class Simulation:
         self._update_air(valves)
         gauge = self.pressures_abs - self.ambient
         bend = self.air.rest_bend(self.step_size, gauge, self._rotations, self.temperature)
-        if self.steps % self._gas_every == 0:
-            self._gas = self.air.gas_stiffness(gauge, self.pressures_abs, self._volumes)
-        self.bodies.apply_springs(bend, self._gas)
+        gas = self.air.gas_stiffness(gauge, self.pressures_abs, self._volumes)
+        self.bodies.apply_springs(bend, gas)
         self.bodies.drive_bases(self.wrist)
         if self.object_id >= 0 and self._object_weight:
             place = pybullet.getBasePositionAndOrientation(

@@ -20,6 +20,8 @@ transform is needed.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,6 +40,12 @@ from pneuflex_sim.spatial import (
 from softhand_model.compiled import compiled
 
 Array = NDArray[np.float64]
+
+STOP_ANGLE = 2.4  # [rad] of a joint from rest; at pi a rotation would turn over into its opposite
+STOP_SHARE = 20.0  # stiffness of the stop over the joint's own
+BRAKE_ANGLE = 0.3  # [rad] a joint may turn in a step before it is braked,
+SLOWEST_BRAKE, FASTEST_BRAKE = 30.0, 80.0  # [rad/s] within these speeds
+BRAKE_TIME = 0.1  # [s] damping of the brake over the joint's stiffness
 
 
 @compiled
@@ -194,6 +202,31 @@ def solve_chain(first, last, added, right, mass, frame, arm, center, world_inert
 
 
 @compiled
+def _beyond_stop(angle):
+    """How far [rad] a rotation from rest is beyond the stop; 0 within."""
+    if angle > STOP_ANGLE:
+        return angle - STOP_ANGLE
+    return min(0.0, angle + STOP_ANGLE)
+
+
+@compiled
+def _brake(first, last, dt, v, acceleration, stiffness, torque, right, added):
+    """Add damping to the joints that would turn faster than the brake allows; whether any does."""
+    fastest, braked = min(max(BRAKE_ANGLE / dt, SLOWEST_BRAKE), FASTEST_BRAKE), False
+    for i in range(first, last):
+        for k in range(3):
+            after = v[i, k] + dt * acceleration[i, k]
+            if abs(after) > fastest:
+                damping = BRAKE_TIME * stiffness[i, k]
+                drag = damping * (v[i, k] - math.copysign(fastest, after))
+                torque[i, k] -= drag
+                right[i, k] -= drag
+                added[i, k] += dt * damping
+                braked = True
+    return braked
+
+
+@compiled
 def spring_torques(
     dt,
     first_step,
@@ -239,17 +272,27 @@ def spring_torques(
                     external[i, k] -= torque[i, k]
         place_joints(first, last, q, offset, com, inertia, frame, arm, center, world_inertia)
         for i in range(first, last):
+            for k in range(3):
+                bend[i, k] = min(max(bend[i, k], -STOP_ANGLE), STOP_ANGLE)
             quaternion_of_rotation(bend[i], turned)
             quaternion_product(rest[i], turned, target)
             rotation_between(target, q[i], error)
             for k in range(3):
                 slack = damping[i, k] + dt * gas_stiffness[i, k]
                 torque[i, k] = -stiffness[i, k] * (error[k] + dt * v[i, k]) - slack * v[i, k]
-                right[i, k] = torque[i, k] + external[i, k]
                 added[i, k] = dt * (slack + dt * stiffness[i, k])
+                over = _beyond_stop(bend[i, k] + error[k] + dt * v[i, k])
+                if over != 0.0:
+                    torque[i, k] -= STOP_SHARE * stiffness[i, k] * over
+                    added[i, k] += dt * dt * STOP_SHARE * stiffness[i, k]
+                right[i, k] = torque[i, k] + external[i, k]
         solve_chain(
             first, last, added, right, mass, frame, arm, center, world_inertia, acceleration
         )
+        if _brake(first, last, dt, v, acceleration, stiffness, torque, right, added):
+            solve_chain(
+                first, last, added, right, mass, frame, arm, center, world_inertia, acceleration
+            )
         for i in range(first, last):
             for k in range(3):
                 torque[i, k] -= added[i, k] * acceleration[i, k]
