@@ -8,7 +8,7 @@ from importlib import resources
 import pybullet
 import yaml
 
-from pneuflex_sim.hand_bodies import ENVIRONMENT
+from pneuflex_sim.collision_groups import ENVIRONMENT
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,75 @@
+"""The palm sheet in PyBullet: a hull on a base of its own that sinks towards the wrist under load.
+
+It is as stiff as the bent sheet (`softhand_model.palm_sheet`) along the normal of its crown and
+rigid along and about all other axes; its outline stays what it is. The load is felt one step late,
+so the sheet has to be heavier than what lies on it: MASS makes it slower than it is, at rest it
+stands where the spring says.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from pneuflex_sim.pieces import MARGIN
+from softhand_model.palm_sheet import PalmSheet
+from softhand_model.rotation import from_rpy, rotate
+
+Array = NDArray[np.float64]
+
+MASS = 2.0  # [kg]
+ARCH_POINTS = 13
+
+
+class PalmPad:
+    """State of a sheet: how far it has sunk [m] and how fast [m/s], against its mount.
+
+    place (3,) [m], turn (4,) and axis (3,): pose and outward normal in the frame of the wrist.
+    """
+
+    def __init__(self, sheet: PalmSheet) -> None:
+        self.sheet, self.stiffness = sheet, sheet.stiffness()
+        self.place, self.turn = np.array(sheet.position), from_rpy(sheet.rpy)
+        self.axis = rotate(self.turn, np.array([1.0, 0.0, 0.0]))
+        self.state = np.zeros(2)
+
+    def create(self, mass: float, client: int) -> int:
+        """Create the body, of a mass [kg]; its PyBullet id."""
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_MESH,
+            vertices=pad_vertices(self.sheet, MARGIN).tolist(),
+            physicsClientId=client,
+        )
+        body = pybullet.createMultiBody(mass, shape, -1, physicsClientId=client)
+        pybullet.changeDynamics(body, -1, collisionMargin=MARGIN, physicsClientId=client)
+        return int(body)
+
+    def mount(self) -> Array:
+        """Place (3,) [m] of the sheet in the frame of the wrist, as far as it has sunk."""
+        return self.place - self.state[0] * self.axis
+
+    def advance(self, step: float, force: float) -> None:
+        """One implicit step [s] of the critically damped spring under a force [N] towards the
+        wrist.
+        """
+        sunk, speed = self.state
+        damping = 2.0 * np.sqrt(self.stiffness * MASS)
+        inertia = MASS + step * damping + step**2 * self.stiffness
+        drive = force - self.stiffness * (sunk + step * speed) - damping * speed
+        speed += step * drive / inertia
+        self.state[:] = sunk + step * speed, speed
+
+
+def pad_vertices(sheet: PalmSheet, margin: float) -> Array:
+    """Vertices (k, 3) [m] of the hull of a sheet in its frame, eroded by a margin [m]."""
+    arch = sheet.profile(ARCH_POINTS)
+    arch -= margin * arch_normals(sheet, ARCH_POINTS)
+    half = 0.5 * sheet.width - margin
+    return np.array([[x, y, z] for x, z in arch for y in (-half, half)])
+
+
+def arch_normals(sheet: PalmSheet, points: int) -> Array:
+    """Outward normals (points, 2) of the arch, x and z."""
+    heading = np.linspace(-0.5, 0.5, points) * sheet.angle
+    return np.stack([np.cos(heading), np.sin(heading)], axis=1)
