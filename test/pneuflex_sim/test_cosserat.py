@@ -90,11 +90,10 @@ def test_level_finger_of_ten_segments_sags_as_the_rod():
     assert distance(chain.tip, rod.tip) < 1e-3
 
 
-@pytest.mark.parametrize("pressure", [20e3, 40e3, 60e3])
-def test_blocked_chain_comes_to_the_rod_at_second_order(pressure):
-    rod = cosserat.blocked(rod_of(FINGER, pressure), GAP)
+def test_blocked_chain_comes_to_the_rod_at_second_order():
+    rod = cosserat.blocked(rod_of(FINGER, 40e3), GAP)
     errors = [
-        distance(blocked_finger(FINGER, segments, pressure, GAP).tip, rod.tip)
+        distance(blocked_finger(FINGER, segments, 40e3, GAP).tip, rod.tip)
         for segments in (5, 10, 20)
     ]
     assert np.divide(errors[:-1], errors[1:]) == pytest.approx([4.0, 4.0], abs=0.7)

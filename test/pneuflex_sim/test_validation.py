@@ -125,3 +125,16 @@ def test_a_push_by_a_point_force_leaves_no_moment_at_the_tip(moved):
     force, torque = load.force[:, 0], load.torque[:, 0]
     assert np.abs(force) @ [1.0, 0.0, 1.0] < 1e-3 * abs(force[1])
     assert torque == pytest.approx(np.cross(pose.place, force), abs=1e-6)
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_a_straight_finger_rolled_at_its_tip_twists_as_springs_in_series(factor):
+    with FingerStand(actuator(), SEGMENTS, with_sensor=True) as stand:
+        stand.scale_stiffness(2, factor)
+        grip = Grip(stand)
+        start = grip.pose()
+        roll = Rotation.from_rotvec([0.0, 0.0, 0.3])
+        grip.move(Pose(start.place, start.turn * roll), 0.0)
+        torque = stand.base_torque()
+        springs = factor * gripped_part(stand.chain).stiffness[:, 1]
+    assert torque[2] == pytest.approx(0.3 / np.sum(1.0 / springs), rel=1e-3)

@@ -14,7 +14,7 @@ from cosserat import Rod
 
 ELEMENTS = 20
 STEP = 1.5e-5  # [s]
-RAMP, DURATION = 0.15, 0.5  # [s]
+RAMP, DURATION = 0.1, 0.35  # [s]
 SHEAR_STIFFNESS = 4e3  # [N]
 STOP_STIFFNESS = 1e5  # [N/m]
 LINE_DENSITY = 0.33  # [kg/m]
