@@ -48,8 +48,9 @@ def test_the_pressure_range_is_covered_where_the_printed_form_sticks_at_ambient(
 def test_with_the_few_points_of_the_thesis_s_adverse_case_the_defaults_cover_the_range():
     plan = SeeSawPlan()
     course = pressures(SeeSaw(plan, 20, seed=1), 25, plan.speed_ratio)
-    assert (course.max(axis=0) > 0.8 * plan.high_pressure).all()
-    assert not (pressures(SeeSaw(THESIS, 20, seed=1), 25, 4.0) > 0.8 * plan.high_pressure).any()
+    assert (course.max(axis=0) > 0.7 * plan.high_pressure).all()
+    thesis = pressures(SeeSaw(replace(plan, skew_factor=2.0), 20, seed=1), 25, 4.0)
+    assert not (thesis > 0.7 * plan.high_pressure).any()
 
 
 def test_the_faster_deflation_gets_the_shorter_pulses_and_the_skew_reverses():

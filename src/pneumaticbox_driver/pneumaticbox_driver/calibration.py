@@ -64,6 +64,8 @@ def fit_channel(
         covariance_deflate=as_matrix(down.covariance),
         jitter_inflate=up.jitter,
         jitter_deflate=down.jitter,
+        delays_inflate=up.delays,
+        delays_deflate=down.delays,
         leak=leak,
         supply_range=(float(min(supplies)), float(max(supplies))),
         pressure_range=(float(min(gauges)), float(max(gauges))),

@@ -19,7 +19,7 @@ FORMAT = "pneumaticbox-calibration/2"
 OLD_FORMAT = "pneumaticbox-calibration/1"
 DIRECTIONS = ("inflate", "deflate")
 HEAD = ("format", "box", "date", "version", "ambient", "volume", "outlets")
-PER_DIRECTION = ("residual", "jitter", "covariance")
+PER_DIRECTION = ("residual", "jitter", "delays", "covariance")
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,7 @@ def _content(place: int, channel: ChannelCalibration) -> dict[str, Any]:
             **{term: _rounded(getattr(coefficients, term)) for term in TERMS},
             "residual": _rounded(getattr(channel, f"residual_{direction}")),
             "jitter": _rounded(getattr(channel, f"jitter_{direction}")),
+            "delays": _listed(getattr(channel, f"delays_{direction}")),
             "covariance": [_listed(row) for row in channel.covariance(direction).tolist()],
         }
     content["leak"] = {
@@ -193,6 +194,7 @@ def _read_direction(direction: str, node: Node) -> dict[str, Any]:
         direction: PulseCoefficients(**{term: content[term].number() for term in TERMS}),
         f"residual_{direction}": content["residual"].number(low=0.0),
         f"jitter_{direction}": content["jitter"].number(low=0.0),
+        f"delays_{direction}": content["delays"].vector(2),
         f"covariance_{direction}": tuple(row.vector(len(TERMS)) for row in rows),
     }
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
-from pneumaticbox_driver.recording import AVERAGING, SETTLING
+from pneumaticbox_driver.recording import SETTLING
 from pneumaticbox_driver.see_saw import SeeSawPlan
 
 LEAST_CHANGE = 10e3  # between two supply pressures, or they do not tell the terms [Pa]
@@ -26,7 +26,7 @@ class CalibrationPlan:
     supplies: int = 2
     see_saw: SeeSawPlan = field(default_factory=SeeSawPlan)
     settling: float = SETTLING
-    averaging: float = AVERAGING
+    averaging: float = 0.8  # longer than a single pulse needs: few points have to do
     leak_test: float = 30.0
 
     def __post_init__(self) -> None:

@@ -220,7 +220,7 @@ class CalibrationRun:
     def _fitted(self, recorder: PulseRecorder, leaks: list[Leak]) -> list[ChannelCalibration]:
         result = []
         for name, outlet, pulses, leak in zip(
-            self.channels, self.outlets, recorder.pulses, leaks, strict=True
+            self.channels, self.outlets, recorder.pulses(), leaks, strict=True
         ):
             try:
                 result.append(fit_channel(pulses, leak, outlet))

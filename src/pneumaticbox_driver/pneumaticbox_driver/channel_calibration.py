@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pneumaticbox_driver.flow_model import PulseCoefficients
+from pneumaticbox_driver.flow_model import NOMINAL_DELAYS, Delays, PulseCoefficients
 
 Floats = NDArray[np.float64]
 Matrix = tuple[tuple[float, ...], ...]
@@ -32,7 +32,8 @@ class ChannelCalibration:
 
     `residual_inflate`, `residual_deflate` are RMS [kg] over the `points` recorded pulses;
     `covariance_inflate`, `covariance_deflate` (5, 5) those of the coefficients in the order of
-    `TERMS`; `jitter_inflate`, `jitter_deflate` [s] the scatter of a pulse's effective duration.
+    `TERMS`; `jitter_inflate`, `jitter_deflate` [s] the scatter of a pulse's effective duration;
+    `delays_inflate`, `delays_deflate` [s] from the commands to the opening and to the closing.
     `supply_range` and `pressure_range` [Pa gauge] are what the pulses covered, `outlet` is that
     of the box, counted from 1, 0 if unknown.
     """
@@ -46,6 +47,8 @@ class ChannelCalibration:
     covariance_deflate: Matrix = UNKNOWN
     jitter_inflate: float = 0.0
     jitter_deflate: float = 0.0
+    delays_inflate: Delays = NOMINAL_DELAYS
+    delays_deflate: Delays = NOMINAL_DELAYS
     leak: Leak = Leak()
     supply_range: Range = EVERYTHING
     pressure_range: Range = EVERYTHING

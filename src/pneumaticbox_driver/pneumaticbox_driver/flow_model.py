@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from softhand_model.gas import psi
 
 Floats = NDArray[np.float64]
+VALVE_DELAY = 0.03  # from the command to the flow: the middle of Table 4.1's 20 ms to 40 ms [s]
+Delays = tuple[float, float]  # of opening and closing [s]
+NOMINAL_DELAYS: Delays = (VALVE_DELAY, VALVE_DELAY)
 TERMS = ("bias", "friction", "injector", "switch_in", "switch_out")  # c0 ... c4
 
 

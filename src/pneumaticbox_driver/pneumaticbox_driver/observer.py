@@ -49,6 +49,8 @@ class MassObserver:
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
         self._inflate = np.array([c.inflate.as_array() for c in calibrations]).T
         self._deflate = np.array([c.deflate.as_array() for c in calibrations]).T
+        self._inflate_delays = np.array([c.delays_inflate for c in calibrations]).T
+        self._deflate_delays = np.array([c.delays_deflate for c in calibrations]).T
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
         """Use other coefficients from the next pulses on; the estimates stay.
@@ -118,7 +120,8 @@ class MassObserver:
         self._sign = np.where(begun, valves, self._sign)
         fresh = np.where(valves > 0, self._inflate, self._deflate)
         self._coefficients = np.where(begun, fresh, self._coefficients)
-        self._integrals.begin(begun, valves, pressures, supply)
+        delays = np.where(valves > 0, self._inflate_delays, self._deflate_delays)
+        self._integrals.begin(begun, valves, pressures, supply, delays)
 
     def _settle(self, ended: Flags) -> None:
         """Add the pulses that have ended to the settled mass."""
@@ -146,8 +149,9 @@ class MassObserver:
         """
         inlet = np.full_like(pressures, supply)
         ambient = np.full_like(pressures, self._integrals.ambient)
-        gain = _pulse(self._inflate, duration, inlet, pressures)
-        return gain, _pulse(self._deflate, duration, pressures, ambient)
+        gain = _pulse(self._inflate, self._inflate_delays, duration, inlet, pressures)
+        loss = _pulse(self._deflate, self._deflate_delays, duration, pressures, ambient)
+        return gain, loss
 
     def set_mass(self, channel: int, mass: float) -> None:
         """Correct the estimate of a channel to `mass` [kg]; its drift begins anew.
@@ -164,8 +168,11 @@ class MassObserver:
         self._settled = self._settled - mass
 
 
-def _pulse(coefficients: Floats, duration: float, upstream: Floats, downstream: Floats) -> Floats:
+def _pulse(
+    coefficients: Floats, delays: Floats, length: float, upstream: Floats, downstream: Floats
+) -> Floats:
     friction, injector = flow_rates(upstream, downstream)
+    duration = np.maximum(length + delays[1] - delays[0], 0.0)
     return np.maximum(
         coefficients[0]
         + duration * (coefficients[1] * friction + coefficients[2] * injector)

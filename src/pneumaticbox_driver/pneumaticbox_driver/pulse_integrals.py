@@ -3,23 +3,22 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumaticbox_driver.flow_model import flow_rates
+from pneumaticbox_driver.flow_model import VALVE_DELAY, flow_rates
 from softhand_model.gas import AMBIENT_PRESSURE
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Valves = NDArray[np.int8]
-VALVE_DELAY = 0.03  # from the command to the flow: the middle of Table 4.1's 20 ms to 40 ms [s]
 
 
 class PulseIntegrals:
     """Integrates the terms of equation 4.1 per channel; observer and calibration share it.
 
-    A valve follows its command late, so air flows from about `t_on` + delay to `t_off` + delay,
-    and the integrals run over these: what is still to come counts at the present rate, and is
-    replaced by what is measured until a delay after switch-off. With the printed bounds, `t_on`
-    to `t_off`, a pulse that changes the pressure much, as it does in a small volume, counts
-    flow from before the valve opens and misses that from before it closes.
+    A valve follows its command late, so air flows from `t_on` + opening delay to `t_off` +
+    closing delay, and the integrals run over these: what is still to come counts at the present
+    rate, and is replaced by what is measured until the valve has closed. With the printed
+    bounds, `t_on` to `t_off`, a pulse that changes the pressure much, as it does in a small
+    volume, counts flow from before the valve opens and misses that from before it closes.
 
     `values` (5, n) are 1, the friction and the injector integral [Pa s], and the pressures
     upstream and downstream at switch-on [Pa]; `rates` the present integrands (n,), (n,) [Pa].
@@ -28,32 +27,39 @@ class PulseIntegrals:
     Args:
         channels: number of channels.
         ambient: absolute ambient pressure [Pa].
-        delay: of the valves [s], a nominal one.
     """
 
-    def __init__(
-        self, channels: int, ambient: float = AMBIENT_PRESSURE, delay: float = VALVE_DELAY
-    ) -> None:
+    def __init__(self, channels: int, ambient: float = AMBIENT_PRESSURE) -> None:
         self.ambient = ambient
-        self._delay = delay
+        self._delays: Floats = np.full((2, channels), VALVE_DELAY)
         self.values: Floats = np.zeros((5, channels))
         self.rates: tuple[Floats, Floats] = (np.zeros(channels), np.zeros(channels))
         self.lengths: Floats = np.zeros(channels)
-        self._ages: Floats = np.zeros(channels)  # since switch-on [s]
+        self._ages: Floats = np.full(channels, VALVE_DELAY)  # since switch-on [s]
         self._passed: Floats = np.zeros((2, channels))  # integrals of what has flowed
         self._open: Flags = np.zeros(channels, dtype=bool)
         self._inflating: Flags = np.zeros(channels, dtype=bool)
 
     @property
     def flowing(self) -> Flags:
-        """Channels whose pulse has not ended: open, or switched off less than a delay ago (n,)."""
-        return self._open | (self._ages < self.lengths + self._delay - 1e-9)
+        """Channels whose pulse has not ended: open, or switched off and not closed yet (n,)."""
+        return self._open | (self._ages < self.lengths + self._delays[1] - 1e-9)
 
-    def begin(self, begun: Flags, valves: Valves, pressures: Floats, supply: float) -> None:
+    def begin(
+        self,
+        begun: Flags,
+        valves: Valves,
+        pressures: Floats,
+        supply: float,
+        delays: Floats | None = None,
+    ) -> None:
         """Start pulses on the channels `begun` (n,), now that `valves` (n,) are commanded.
 
-        `pressures` (n,) and `supply` are absolute [Pa].
+        `pressures` (n,) and `supply` are absolute [Pa]; `delays` (2, n) of opening and closing
+        [s], None for the nominal ones.
         """
+        given = np.full_like(self._delays, VALVE_DELAY) if delays is None else delays
+        self._delays = np.where(begun, given, self._delays)
         self._inflating = np.where(begun, valves > 0, self._inflating)
         self._open = self._open | begun
         upstream, downstream = self._ends(pressures, supply)
@@ -77,11 +83,12 @@ class PulseIntegrals:
         start = self._ages
         now = self._ages = start + dt
         self.lengths = np.where(self._open, now, self.lengths)
-        end = self.lengths + self._delay
-        first = np.clip(self._delay, start, now)
+        opening, closing = self._delays
+        end = self.lengths + closing
+        first = np.clip(opening, start, now)
         last = np.maximum(np.minimum(end, now), first)
         middle = (0.5 * (first + last) - start) / dt
-        to_come = np.maximum(end - np.maximum(now, self._delay), 0.0)
+        to_come = np.maximum(end - np.maximum(now, opening), 0.0)
         for row in (0, 1):
             mean = before[row] + middle * (self.rates[row] - before[row])
             self._passed[row] += (last - first) * mean

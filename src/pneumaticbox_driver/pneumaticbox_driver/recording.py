@@ -1,20 +1,23 @@
 """Records test pulses on volumes that are known: the data acquisition of Algorithm 1."""
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pneumaticbox_driver.flow_model import VALVE_DELAY
 from pneumaticbox_driver.pulse_integrals import PulseIntegrals
 from pneumaticbox_driver.regression import Pulse
 from pneumaticbox_driver.see_saw import SeeSaw
+from pneumaticbox_driver.valve_delays import PulseTrace, valve_delays
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE, air_mass
 
 Floats = NDArray[np.float64]
 Valves = NDArray[np.int8]
 SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
 AVERAGING = 0.2  # of the pressures between two pulses [s]
+CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
 CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]
 
 
@@ -33,14 +36,14 @@ Step = Generator[Valves, Sample, None]
 
 @dataclass(frozen=True)
 class Rest:
-    """Pressures between two pulses: middle of the window [s], means [Pa], their variances [Pa2].
-
-    The pressures are absolute, as the sensors read them (n,).
+    """Pressures between two pulses: middle of the window [s], means (n,) [Pa], their variances (n,)
+    [Pa2] and the number of samples. The pressures are absolute.
     """
 
     time: float
     mean: Floats
     variance: Floats
+    count: int
 
 
 def record_pulses(see_saw: SeeSaw, channels: int, cycles: int, volume: float) -> Recording:
@@ -59,7 +62,25 @@ def record_pulses(see_saw: SeeSaw, channels: int, cycles: int, volume: float) ->
     yield from recorder.zero()
     for _ in range(cycles):
         yield from recorder.cycle(see_saw)
-    return recorder.pulses
+    return recorder.pulses()
+
+
+@dataclass(frozen=True)
+class PlayedPulse:
+    """What was recorded of a pulse on every channel.
+
+    `direction` +1 or -1, `lengths` (n,) of the commands [s], `times` (samples,) from switch-on
+    [s], `pressures` (samples, n) absolute, offsets taken off [Pa], `supply` (samples,) absolute
+    [Pa], and the `before` and `after` of it.
+    """
+
+    direction: int
+    lengths: Floats
+    times: Floats
+    pressures: Floats
+    supply: Floats
+    before: Rest
+    after: Rest
 
 
 class PulseRecorder:
@@ -84,64 +105,142 @@ class PulseRecorder:
         averaging: float = AVERAGING,
         ceiling: float = CEILING,
     ) -> None:
-        self.pulses: list[list[Pulse]] = [[] for _ in range(channels)]
         self.offsets: Floats = np.zeros(channels)  # of the sensors [Pa]
-        self.rest = Rest(0.0, np.full(channels, AMBIENT_PRESSURE), np.zeros(channels))
+        self.rest = Rest(0.0, np.full(channels, AMBIENT_PRESSURE), np.zeros(channels), 1)
         self._n = channels
         self._volumes = np.broadcast_to(np.asarray(volumes, dtype=float), channels)
         self._settling, self._averaging, self._ceiling = settling, averaging, ceiling
+        self._played: list[PlayedPulse] = []
 
     @property
     def gauge(self) -> Floats:
         """Gauge pressures after the last pulse (n,) [Pa]."""
-        return self.rest.mean - self.offsets - AMBIENT_PRESSURE
+        return self.rest.mean - AMBIENT_PRESSURE
 
     def zero(self) -> Step:
         """Take the pressures as they are for ambient: they give the offsets of the sensors."""
-        self.rest = yield from average(self._n, 2 * self._averaging)
-        self.offsets = self.rest.mean - AMBIENT_PRESSURE
+        reading = yield from average(self._n, 2 * self._averaging)
+        self.offsets = reading.mean - AMBIENT_PRESSURE
+        self.rest = self._without_offset(reading)
 
     def cycle(self, see_saw: SeeSaw) -> Step:
         """Inflate every channel once, then deflate it once."""
         inflation, deflation = see_saw.next(self.gauge)
         for direction, durations in ((1, inflation), (-1, deflation)):
-            yield from self._pulse(direction, durations)
+            before = self.rest
+            lengths, samples = yield from self._play(direction, durations)
+            yield from hold(self._n, self._settling)
+            reading = yield from average(self._n, self._averaging)
+            self.rest = self._without_offset(reading)
+            times = np.array([sample.time for sample in samples])
+            played = PlayedPulse(
+                direction,
+                lengths,
+                times - times[0],
+                np.array([sample.pressures for sample in samples]) - self.offsets,
+                np.array([sample.supply for sample in samples]),
+                before,
+                self.rest,
+            )
+            self._played.append(played)
 
-    def _pulse(self, direction: int, durations: Floats) -> Step:
-        """One pulse on every channel, each of its own duration (n,) [s]."""
-        before = self.rest
-        integrals = yield from self._play(direction, durations)
-        yield from hold(self._n, self._settling)
-        self.rest = after = yield from average(self._n, self._averaging)
-        capacity = air_mass(1.0, self._volumes, ROOM_TEMPERATURE)  # [kg/Pa]
-        moved = direction * capacity * (after.mean - before.mean)
-        noise = capacity * np.sqrt(before.variance + after.variance)
-        gauge = 0.5 * (before.mean + after.mean) - self.offsets - AMBIENT_PRESSURE
-        exposure = gauge * (after.time - before.time)
-        columns = np.array([integrals.lengths, *integrals.values[1:], moved, noise, exposure])
-        for pulses, column in zip(self.pulses, columns.T.tolist(), strict=True):
-            pulses.append(Pulse(direction > 0, *column))
+    def _without_offset(self, rest: Rest) -> Rest:
+        return replace(rest, mean=rest.mean - self.offsets)
 
-    def _play(self, direction: int, durations: Floats) -> Generator[Valves, Sample, PulseIntegrals]:
-        """Open all valves, close each after its duration (n,) [s]; returns the regressors."""
-        closed = np.zeros(self._n, dtype=np.int8)
-        sample = yield closed
+    def _play(
+        self, direction: int, durations: Floats
+    ) -> Generator[Valves, Sample, tuple[Floats, list[Sample]]]:
+        """Open all valves, close each after its duration (n,) [s].
+
+        Returns the lengths of the pulses (n,) [s] and the samples from switch-on until all
+        valves must have closed.
+        """
+        samples = [(yield np.zeros(self._n, dtype=np.int8))]
+        start = samples[0].time
         valves = np.full(self._n, direction, dtype=np.int8)
-        integrals = PulseIntegrals(self._n)
-        integrals.begin(valves != 0, valves, sample.pressures - self.offsets, sample.supply)
-        kept = integrals.values.copy()
-        while (flowing := integrals.flowing).any():
-            before = sample.time
+        lengths: Floats = np.zeros(self._n)
+        while samples[-1].time - start - lengths.max() < CLOSING or valves.any():
             sample = yield valves
-            pressures = sample.pressures - self.offsets
-            integrals.advance(sample.time - before, pressures, sample.supply)
-            kept = np.where(flowing, integrals.values, kept)
-            full = direction * (pressures - AMBIENT_PRESSURE) > self._ceiling
-            ended = (integrals.lengths > durations - 1e-6) | full
-            integrals.end(ended)
+            samples.append(sample)
+            lengths = np.where(valves != 0, sample.time - start, lengths)
+            gauge = sample.pressures - self.offsets - AMBIENT_PRESSURE
+            ended = (lengths > durations - 1e-6) | (direction * gauge > self._ceiling)
             valves = np.where(ended, 0, valves).astype(np.int8)
-        integrals.values = kept
-        return integrals
+        return lengths, samples
+
+    # what was recorded
+
+    def pulses(self) -> list[list[Pulse]]:
+        """The recorded pulses per channel, their integrals by the delays of the valves."""
+        result: list[list[Pulse]] = [[] for _ in range(self._n)]
+        delays = {direction: self._delays(direction) for direction in (1, -1)}
+        for played in self._played:
+            for pulses, pulse in zip(
+                result, self._read(played, delays[played.direction]), strict=True
+            ):
+                pulses.append(pulse)
+        return result
+
+    def _delays(self, direction: int) -> Floats:
+        """Delays of opening and closing in one direction (2, n) [s]."""
+        played = [p for p in self._played if p.direction == direction]
+        if not played:
+            return np.full((2, self._n), VALVE_DELAY)
+        noise = [np.sqrt(np.mean([p.after.variance * p.after.count for p in played], axis=0))]
+        return np.array(
+            [
+                valve_delays([trace_of(p, channel) for p in played], float(noise[0][channel]))
+                for channel in range(self._n)
+            ]
+        ).T
+
+    def _read(self, played: PlayedPulse, delays: Floats) -> list[Pulse]:
+        values = integrals_of(played, delays)
+        before, after = played.before, played.after
+        capacity = air_mass(1.0, self._volumes, ROOM_TEMPERATURE)  # [kg/Pa]
+        moved = played.direction * capacity * (after.mean - before.mean)
+        noise = capacity * np.sqrt(before.variance + after.variance)
+        gauge = 0.5 * (before.mean + after.mean) - AMBIENT_PRESSURE
+        exposure = gauge * (after.time - before.time)
+        columns = np.array([played.lengths, *values[1:], moved, noise, exposure])
+        return [
+            Pulse(played.direction > 0, *column, (opening, closing))
+            for column, (opening, closing) in zip(
+                columns.T.tolist(), delays.T.tolist(), strict=True
+            )
+        ]
+
+
+def trace_of(played: PlayedPulse, channel: int) -> PulseTrace:
+    """The pressure of one channel over a pulse."""
+    return PulseTrace(
+        played.times,
+        played.pressures[:, channel],
+        float(played.lengths[channel]),
+        float(played.before.mean[channel]),
+        float(played.after.mean[channel]),
+        played.direction,
+    )
+
+
+def integrals_of(played: PlayedPulse, delays: Floats) -> Floats:
+    """Regressors of equation 4.1 of a pulse on every channel (5, n).
+
+    Args:
+        played: what was recorded.
+        delays: of opening and closing (2, n) [s].
+    """
+    n = len(played.lengths)
+    integrals = PulseIntegrals(n)
+    every = np.ones(n, dtype=bool)
+    valves = np.full(n, played.direction, dtype=np.int8)
+    pressures, supply = played.pressures, played.supply
+    integrals.begin(every, valves, pressures[0], float(supply[0]), delays)
+    for k in range(1, len(played.times)):
+        step = float(played.times[k] - played.times[k - 1])
+        integrals.advance(step, pressures[k], float(supply[k]))
+        integrals.end(integrals.lengths > played.lengths - 1e-6)
+    return integrals.values
 
 
 def hold(channels: int, duration: float) -> Step:
@@ -165,4 +264,4 @@ def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
         sample = yield closed
     mean = total / count
     scatter = np.maximum(squares / count - mean**2, 0.0) / max(count - 1, 1)
-    return Rest(0.5 * (start + sample.time), reference + mean, scatter)
+    return Rest(0.5 * (start + sample.time), reference + mean, scatter, count)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumaticbox_driver.flow_model import TERMS, PulseCoefficients
+from pneumaticbox_driver.flow_model import NOMINAL_DELAYS, TERMS, Delays, PulseCoefficients
 
 Floats = NDArray[np.float64]
 CONDITION_LIMIT = 1e4  # of the scaled design; beyond it the coefficients are noise
@@ -21,6 +21,7 @@ class Pulse:
     `pressure_out` absolute at switch-on [Pa], `duration` that of the electrical command [s],
     `noise` what the sensor leaves in `mass`, one sigma [kg], 0 if unknown, and `exposure` the
     channel's gauge pressure times the time between the two measurements [Pa s], for leaks.
+    `delays` [s] are those of opening and closing that the integrals reckon with.
     """
 
     inflating: bool
@@ -32,6 +33,7 @@ class Pulse:
     mass: float
     noise: float = 0.0
     exposure: float = 0.0
+    delays: Delays = NOMINAL_DELAYS
 
 
 @dataclass(frozen=True)
@@ -40,13 +42,15 @@ class PulseFit:
 
     `covariance` (5, 5) is that of the coefficients in the order of `TERMS`, `residual` the RMS of
     what the fit leaves [kg] and `jitter` [s] the scatter of a pulse's effective duration: times
-    its flow it is what pulses move more or less than equation 4.1 says, one sigma.
+    its flow it is what pulses move more or less than equation 4.1 says, one sigma. `delays` [s]
+    are those of the pulses, averaged.
     """
 
     coefficients: PulseCoefficients
     covariance: Floats
     residual: float
     jitter: float
+    delays: Delays
 
 
 def regressors(pulses: Sequence[Pulse]) -> Floats:
@@ -98,7 +102,14 @@ def fit_pulses(pulses: Sequence[Pulse]) -> PulseFit:
     covariance[: len(terms), : len(terms)] = spread * inverse / np.outer(scale, scale)
     values = dict(zip(terms, (solution / scale).tolist(), strict=True))
     rms = float(np.sqrt(np.mean(residual**2)))
-    return PulseFit(PulseCoefficients(**values), covariance, rms, noise.jitter)
+    return PulseFit(
+        PulseCoefficients(**values), covariance, rms, noise.jitter, _mean_delays(pulses)
+    )
+
+
+def _mean_delays(pulses: Sequence[Pulse]) -> Delays:
+    opening, closing = np.mean([pulse.delays for pulse in pulses], axis=0).tolist()
+    return opening, closing
 
 
 def _weighted(design: Floats, mass: Floats, sigma: Floats) -> tuple[Floats, Floats]:

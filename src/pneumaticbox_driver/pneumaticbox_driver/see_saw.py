@@ -20,11 +20,11 @@ class SeeSawPlan:
     """
 
     shortest: float = 0.045  # just above the slowest opening delay, or a pulse may move nothing
-    longest: float = 2.0
-    mean_duration: float = 0.25
+    longest: float = 1.5
+    mean_duration: float = 0.18
     low_pressure: float = 3e3
     high_pressure: float = 60e3
-    skew_factor: float = 16.0
+    skew_factor: float = 25.0
     speed_ratio: float = 4.0
 
 
