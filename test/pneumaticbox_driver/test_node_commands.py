@@ -73,21 +73,30 @@ def test_a_schedule_is_refused_in_other_modes_and_a_command_in_mode_time(start, 
     np.testing.assert_allclose(peer.mass(), 0.0, atol=0.1 * MG)
 
 
-def test_a_storm_of_commands_is_told_and_does_not_hold_up_the_control_step(start, peer):
-    start(backend="embedded")
-    peer.wait(lambda: peer.states, 20.0, "a state")
-    peer.spin(1.0)
+def gaps_under(peer, topic):
+    """Times between control steps [s] while 10,000 commands are published on a topic."""
+    peer.spin(0.5)
     peer.states.clear()
     point = JointTrajectoryPoint(positions=[5 * MG, 0.0])
     message = JointTrajectory(joint_names=CHANNELS, points=[point])
+    publisher = peer.node.create_publisher(JointTrajectory, topic, 10)
+    peer.spin(0.3)
     for number in range(1, 10_001):
         point.positions[0] = 20 * MG if number == 10_000 else 5 * MG
-        peer.publish(JointTrajectory, "pneumaticbox/command", message)
+        publisher.publish(message)
         if number % 100 == 0:
             peer.spin(0.002)
     peer.spin(0.2)
-    stamps = [seconds(state.header.stamp) for state in peer.states]
-    assert np.median(np.diff(stamps)) < 0.003  # 500 Hz; what is late now and then is the machine
+    return np.diff([seconds(state.header.stamp) for state in peer.states])
+
+
+def test_a_storm_of_commands_is_told_and_does_not_hold_up_the_control_step(start, peer):
+    start(backend="embedded")
+    peer.wait(lambda: peer.states, 20.0, "a state")
+    elsewhere = gaps_under(peer, "nobody/listens")
+    stormy = gaps_under(peer, "pneumaticbox/command")
+    # what is left of the machine beside a publisher that never rests is the same in both
+    assert np.median(stormy) < 3 * np.median(elsewhere) + 0.001
     storm = peer.diagnosis("commands", "command storm", "messages a second", keep_going=False)
     counts = {pair.key: pair.value for pair in storm.values}
     assert int(counts["messages"]) + int(counts["lost messages"]) > 9_000  # those of its beginning

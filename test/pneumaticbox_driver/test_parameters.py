@@ -2,25 +2,15 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
 
-from pneumaticbox_driver.parameters import PARAMETERS, box_settings, outlet_numbers
-from softhand_model.hands import load_hand
+from pneumaticbox_driver.parameters import PARAMETERS, box_settings, outlet_numbers, usage
 
 
 def settings(**given):
     values = {parameter.name: parameter.default for parameter in PARAMETERS} | given
     return box_settings(values.__getitem__)
-
-
-def test_without_a_word_the_hand_gives_channels_volumes_and_limits():
-    found, hand = settings(), load_hand("rbo_hand_2")
-    assert found.channels == hand.channels
-    np.testing.assert_allclose(found.rest_volumes, hand.rest_volumes())
-    np.testing.assert_allclose(found.pressure_limits, hand.max_pressures())
-    assert found.control_modes == ("mass",) * len(hand.channels)
 
 
 BOTTLES = {"channels": ["a"], "rest_volumes": [1e-4], "pressure_limits": [1e5]}
@@ -52,3 +42,11 @@ def test_every_parameter_stands_in_the_shipped_file_with_its_default():
     shipped = yaml.safe_load(file.read_text())["pneumaticbox"]["ros__parameters"]
     shipped.pop("use_sim_time")
     assert shipped == {parameter.name: parameter.default for parameter in PARAMETERS}
+
+
+def test_the_help_names_every_parameter_and_which_may_change():
+    lines = {line[2:].split(" ")[0]: line for line in usage().splitlines()[5:]}
+    assert set(lines) == {parameter.name for parameter in PARAMETERS}
+    for parameter in PARAMETERS:
+        assert parameter.description in lines[parameter.name]
+        assert lines[parameter.name].startswith("*") != parameter.read_only

@@ -28,11 +28,16 @@ class PlantPeer(Peer):
 
     def __init__(self, domain, log_folder):
         super().__init__(domain, log_folder)
-        self.plant = PneumaticPlant(CHANNELS, [VOLUME] * 2)
-        self.rest = self.plant.rest_mass([VOLUME] * 2)
+        self.put(VOLUME)
         self.valves = self.listen(JointState, "pneumaticbox/valves", DEEP)
         self.states = self.listen(JointState, "pneumaticbox/state", DEEP)
         self.told = self.listen(DiagnosticArray, "/diagnostics")
+
+    def put(self, volume):
+        """Put bottles of this volume [m3] on the channels of a new plant."""
+        self.volumes = [volume] * len(CHANNELS)
+        self.plant = PneumaticPlant(CHANNELS, self.volumes)
+        self.rest = self.plant.rest_mass(self.volumes)
 
     def sample(self, readings=None, names=(*CHANNELS, "supply")):
         """Publish a sample of the plant's present, or other readings."""
@@ -52,7 +57,7 @@ class PlantPeer(Peer):
 
         self.wait(answered, 5.0, f"valves with stamp {now}")
         command = [int(value) for value in self.valves[-1].position]
-        self.plant.step(dt, command, [VOLUME] * 2)
+        self.plant.step(dt, command, self.volumes)
 
     def connect(self):
         """Until the driver is there, and past its start."""

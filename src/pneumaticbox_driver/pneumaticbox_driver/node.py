@@ -26,7 +26,7 @@ from pneumaticbox_driver.backends.board import Board
 from pneumaticbox_driver.backends.loading import open_board
 from pneumaticbox_driver.backends.topic.node import ClockPulse, SampleFeed, ValvesOut
 from pneumaticbox_driver.box import PneumaticBox
-from pneumaticbox_driver.calibration import load_calibration
+from pneumaticbox_driver.calibrating import Calibrating, calibrations_of
 from pneumaticbox_driver.commanding.node import COMMAND, SCHEDULE, Commands
 from pneumaticbox_driver.deadline_loop import DeadlineLoop
 from pneumaticbox_driver.diagnostics import LinkState, box_reports
@@ -38,7 +38,7 @@ from pneumaticbox_driver.node_setup.node import (
     sim_time_ignored,
 )
 from pneumaticbox_driver.note_throttle import NoteThrottle
-from pneumaticbox_driver.parameters import box_settings, check_backend, outlet_numbers
+from pneumaticbox_driver.parameters import box_settings, check_backend, usage
 from pneumaticbox_driver.priority import set_priority
 from pneumaticbox_driver.safety import SampleWatch
 from pneumaticbox_driver.services.node import offer_switch, offer_triggers
@@ -51,7 +51,7 @@ from pneumaticbox_driver.valve_activity import ValveActivity
 SERVE_PERIOD = 0.01  # wall time between looks at commands and services, when none wait [s]
 SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
 WAIT = 0.01  # for a sample, before others are served [s]
-LIVE_SWITCHES = {"drift_correction", "leak_model"}  # of the box, set by parameters of their names
+SWITCHES = {"drift_correction", "leak_model"}  # of the box, set by parameters of their names
 VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
 REPORT_PERIOD = 1.0  # wall time between diagnostics (REP-107) [s]
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
@@ -66,10 +66,11 @@ class PneumaticBoxNode(Node):
         self.backend = check_backend(self._value("backend"))
         settings = box_settings(self._value)
         channels = settings.channels
-        outlets = outlet_numbers(self._value("outlets"), len(channels))
-        calibration = load_calibration(self._value("calibration_file") or None, max(outlets))
-        calibration = [calibration[outlet - 1] for outlet in outlets]
-        self.box = PneumaticBox(settings, calibration)
+        calibrations = calibrations_of(self._value, len(channels))
+        self.box = PneumaticBox(settings, calibrations)
+        self._calibrating = Calibrating(self.box, calibrations, self._value)
+        for name in SWITCHES:
+            setattr(self.box, name, self._value(name))
         self.board = open_board(self.backend, settings, self._value)
         self.link = LinkState(clock_warning=choose_clock(self, self.backend))
         self.steady = SteadyClock()
@@ -114,8 +115,8 @@ class PneumaticBoxNode(Node):
             "vent": self._vent,
             "tare": self.box.tare,
             "reset": self._reset,
-            "calibrate": self._calibrate,
-            "calibrate_next": self._calibrate,
+            "calibrate": self._calibrating.begin,
+            "calibrate_next": self._calibrating.next,
         }
         offer_triggers(self, calls)
 
@@ -149,7 +150,7 @@ class PneumaticBoxNode(Node):
                 self.box.set_modes(given)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        for name in LIVE_SWITCHES & values.keys():
+        for name in SWITCHES & values.keys():
             setattr(self.box, name, values[name])
         if "embedded_supply" in values:
             self.board.set_supply(values["embedded_supply"])
@@ -177,14 +178,6 @@ class PneumaticBoxNode(Node):
         done = self.box.reset()
         self.link.accept()
         return done
-
-    def _calibrate(self) -> str:
-        if not self._value("calibration_volume") > 0:
-            raise ValueError("calibration_volume must be above 0 m3: no fixed volume is attached")
-        raise ValueError(
-            "calibration over ROS is not available yet; the command `calibrate` makes a file for "
-            "the parameter calibration_file"
-        )
 
     # samples
 
@@ -250,6 +243,7 @@ class PneumaticBoxNode(Node):
         more = self._turns.serve(min(SERVE_SLICE, slack))
         self._next_turn = now if more else now + SERVE_PERIOD
         self._watch_sensors(now)
+        self._calibrating.look()
         self._activity.note(self.box.time, self.box.openings)
         if now - self._reported >= REPORT_PERIOD:
             self._reported = now
@@ -304,7 +298,8 @@ class PneumaticBoxNode(Node):
             self.link.simulators = self._feed.publishers()
         self._commands.count_commanders()
         self.link.storm = self._commands.traffic.storm(now)
-        self._diagnostics.publish(box_reports(self.box, self.link, self._activity))
+        reports = box_reports(self.box, self.link, self._activity)
+        self._diagnostics.publish([*reports, self._calibrating.report()])
 
 
 def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
@@ -332,6 +327,10 @@ def run_board(
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; 0 then, 2 for what cannot be used or is not there."""
+    given = sys.argv[1:] if args is None else args
+    if {"-h", "--help"} & set(given):
+        print(usage())
+        return 0
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     stop = threading.Event()
 

@@ -1,5 +1,6 @@
 """The node's parameters: default, description with unit, range, and whether they may change."""
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -31,7 +32,7 @@ PARAMETERS = (
     Parameter("backend", "topic", "plant: topic (simulator), embedded (bottles) or hardware"),
     Parameter("calibration_file", "", "of `calibrate`; empty: that of the pretended box"),
     Parameter("outlets", [0], "whose coefficients a channel uses, from 1; one 0: in order"),
-    Parameter("box", "", "name of the box that calibration_file must be of; empty: any"),
+    Parameter("box", "", "name of this box and of its calibration; empty: any", read_only=False),
     Parameter(
         "calibration_volume",
         0.0,
@@ -44,6 +45,13 @@ PARAMETERS = (
     ),
     Parameter(
         "calibration_supplies", 2, "supply pressures for calibrate", (1, 20), read_only=False
+    ),
+    Parameter(
+        "calibration_leak_test",
+        30.0,
+        "time for which calibrate watches for leaks [s]; 0: it does not",
+        (0.0, 3600.0),
+        read_only=False,
     ),
     Parameter("calibration_output", "", "new file for calibrate to write", read_only=False),
     Parameter("drift_correction", False, "correct masses by still pressures", read_only=False),
@@ -68,6 +76,22 @@ PARAMETERS = (
     ),
     Parameter("hardware_file", "", "YAML file of the box's wiring, for backend hardware"),
 )
+
+
+def usage() -> str:
+    """What `driver --help` prints: every parameter with its description and default."""
+    lines = [
+        "usage: driver [--ros-args -p NAME:=VALUE ... --params-file FILE]",
+        "",
+        "Controls the air of a soft hand's channels over ROS 2; topics and services stand in",
+        "docs/topics-and-services.md. Parameters, * for those that may change while it runs:",
+        "",
+    ]
+    for parameter in PARAMETERS:
+        mark = " " if parameter.read_only else "*"
+        default = json.dumps(parameter.default)
+        lines.append(f"{mark} {parameter.name:<22} {parameter.description} (default: {default})")
+    return "\n".join(lines)
 
 
 def check_backend(backend: str) -> str:
