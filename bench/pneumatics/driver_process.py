@@ -15,6 +15,7 @@ from softhand_bringup.launcher import Launcher, NodeCommand
 
 CHANNELS = list("abcdefgh")
 VOLUME, LIMIT, RATE = 1e-4, 1.5e5, 500.0
+START = 3.0  # in which a driver that cannot start has ended [s]
 AFTER_START = 5.0  # for what is compiled and imported once [s]
 
 
@@ -28,6 +29,8 @@ def cpu_share(watched: float) -> float:
         os.environ.update({k: v for k, v in environment.items() if k.startswith(("ROS", "FAST"))})
         with Launcher(Path(folder), environment) as launcher:
             driver = launcher.start(NodeCommand("driver", "pneumaticbox_driver.node", _embedded()))
+            time.sleep(START)
+            launcher.check()
             with PneumaticboxClient(patience=60.0, domain=domain) as client:
                 client.run(*_sine(AFTER_START + watched + 5.0))
             time.sleep(AFTER_START)
