@@ -7,7 +7,7 @@ import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.skin import chain_mesh, strut_mesh
+from pneuflex_sim.skin import HandSkin
 from pneuflex_sim.urdf import joint_names, joint_orientations, joint_positions, write_urdf
 
 
@@ -77,13 +77,9 @@ def test_joint_angles_and_orientations_are_inverse(bent_hand):
 
 
 def test_the_skin_ends_at_the_tip_and_encloses_the_rubber(bent_hand):
-    shape, q = bent_hand.shape, bent_hand.bodies.q
+    q, skin = bent_hand.bodies.q, HandSkin(bent_hand.shape)
     for name, (tip, _) in bent_hand.fingertips().items():
-        mesh = chain_mesh(shape, name, q)
-        corners = mesh.vertices[mesh.indices.reshape(-1, 3)]
-        volume = (
-            np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-        )
+        mesh = skin.actuator(name, q)
         assert np.linalg.norm(mesh.vertices[-1] - tip) < 0.012
-        assert 5e-6 < volume < 40e-6  # outward faces, and the size of a finger [m3]
-        assert (strut_mesh(shape, name, q) is None) == (name == "thumb")
+        assert 5e-6 < mesh.volume < 40e-6  # outward faces, and the size of a finger [m3]
+        assert (f"{name}_strut" in skin.parts(q)) == (name != "thumb")

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import pybullet
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
+from pneuflex_sim.mesh import Mesh
 from pneuflex_sim.objects import ObjectDescription, load_object
 from pneuflex_sim.scenes import load_scene
-from pneuflex_sim.skin import Mesh, chain_mesh, strut_mesh
+from pneuflex_sim.skin import RUBBER, SCAFFOLD, SHEET, HandSkin
 from softhand_model.hands import load_hand
 from softhand_model.model_file import load_model
 
@@ -23,12 +23,12 @@ Array = NDArray[np.float64]
 
 TABLE_HALF = (0.6, 0.6, 0.05)  # the table's drawn half extents [m]
 
-RUBBER, SCAFFOLD, OBJECT, TABLE = (
-    (0.93, 0.55, 0.25, 1),
-    (0.35, 0.38, 0.45, 1),
-    (0.25, 0.5, 0.75, 1),
-    (0.86, 0.86, 0.83, 1),
-)
+COLORS = {
+    RUBBER: (0.93, 0.55, 0.25, 1),
+    SCAFFOLD: (0.35, 0.38, 0.45, 1),
+    SHEET: (0.95, 0.78, 0.55, 1),
+}
+OBJECT, TABLE = (0.25, 0.5, 0.75, 1), (0.86, 0.86, 0.83, 1)
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Renderer:
         self, hand: str, object_name: str | None = None, scene: str = "table", segments: int = 5
     ) -> None:
         self.layout = build_layout(load_hand(hand), segments, load_model(None))
-        self.shape = HandShape(self.layout)
+        self.skin = HandSkin(HandShape(self.layout))
         self.object = load_object(object_name) if object_name else None
         self.scene = load_scene(scene)
 
@@ -81,17 +81,8 @@ class Renderer:
         if self.scene.table_friction is not None:
             _box(TABLE_HALF, (0, 0, -TABLE_HALF[2]), (0, 0, 0, 1), TABLE, client)
         wrist = state.wrist_position.tolist(), state.wrist_orientation.tolist()
-        wrist_turn = Rotation.from_quat(state.wrist_orientation)
-        plate = self.layout.description.plate
-        if plate is not None:
-            half = tuple(0.5 * edge for edge in plate.size)
-            place = state.wrist_position + wrist_turn.apply(plate.position)
-            _box(half, tuple(place), tuple(state.wrist_orientation), SCAFFOLD, client)
-        for chain in self.layout.description.chains:
-            _mesh(chain_mesh(self.shape, chain.name, state.joints), *wrist, RUBBER, client)
-            strut = strut_mesh(self.shape, chain.name, state.joints)
-            if strut is not None:
-                _mesh(strut, *wrist, SCAFFOLD, client)
+        for material, mesh in self.skin.parts(state.joints).values():
+            _mesh(mesh, *wrist, COLORS[material], client)
         if self.object is not None and state.object_position is not None:
             _object(
                 self.object,

@@ -1,5 +1,9 @@
-"""Smooth surface of each actuator for pictures: rings of the cross section swept along the bent
-chain.
+"""Smooth surface of a hand by linear blend skinning: the outline at rest, carried by the links.
+
+A point of the surface is where the links near it would carry it, in the mean by their weights
+(thesis 5.1.4). At rest that is exact. Where links turn against each other by an angle, blending
+flattens the sections by about its half's cosine: by 5 % where a finger of five segments is bent by
+180 deg.
 """
 
 from __future__ import annotations
@@ -8,139 +12,182 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.interpolate import BSpline
+from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand_shape import HandShape
+from pneuflex_sim.mesh import Mesh, box, mesh_of, tube, tube_triangles
+from pneuflex_sim.outline import ChainOutline, cross_section
+from softhand_model.hands import WRIST
+from softhand_model.palm_sheet import PalmSheet
+from softhand_model.rotation import from_rpy
 
 Array = NDArray[np.float64]
+Frames = tuple[Array, Array]  # origins (b, 3) [m] and rotation matrices (b, 3, 3)
 
-RING_POINTS = 24
-RINGS_A_SPAN = 5
+RINGS_A_SEGMENT = 6
+TIP_ROUNDING = 0.4  # radius at the tip, as a share of height or width there
+TIP_RINGS = 5
+ARCH_POINTS = 25
+RUBBER, SCAFFOLD, SHEET = "rubber", "scaffold", "sheet"  # materials
 
 
 @dataclass(frozen=True)
-class Mesh:
-    """Triangles of a closed surface: vertices (v, 3) [m], normals (v, 3), indices (3 t,)."""
+class BoundSkin:
+    """A surface bound to bones: weights (v, b), places (v, b, 3) [m] of the vertices in the bones'
+    frames at rest, and triangles.
+    """
 
-    vertices: Array
-    normals: Array
+    weights: Array
+    places: Array
     indices: NDArray[np.int32]
 
+    def mesh(self, frames: Frames) -> Mesh:
+        """The surface for the frames of all bones."""
+        origin, turn = frames
+        moved = origin + np.einsum("bij,vbj->vbi", turn, self.places)
+        return mesh_of(np.einsum("vb,vbi->vi", self.weights, moved), self.indices)
 
-def cross_section(points: int = RING_POINTS) -> Array:
-    """Unit outline (points, 2) of a PneuFlex section: flat at x = 0 (the passive layer), round at x
-    = -1, y in +-0.5.
+
+def bind(rings: Array, along: Array, frames: Frames) -> BoundSkin:
+    """Bind rings (r, k, 3) [m] to bones at rest; ring i lies at along[i] (r,), counted in bones."""
+    origin, turn = frames
+    count, points = rings.shape[:2]
+    vertices = np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0), rings[-1].mean(axis=0)])
+    place = np.concatenate([np.repeat(along, points), along[[0, -1]]])
+    local = np.einsum("bji,vbj->vbi", turn, vertices[:, None] - origin)
+    return BoundSkin(blend_weights(place, len(origin)), local, tube_triangles(count, points))
+
+
+def blend_weights(place: Array, bones: int) -> Array:
+    """Weights (v, bones) [-] of bones at 0, 1, ... on points at places (v,): quadratic B-splines,
+    clamped so that both ends belong to their bones alone.
+
+    With straight lines for weights a bent finger looks wavy: its line would touch that of the
+    links in their middles and pass through the joints.
+
+    >>> blend_weights(np.array([3.0]), 7).round(3).tolist()[0]
+    [0.0, 0.0, 0.125, 0.75, 0.125, 0.0, 0.0]
     """
-    angle = np.linspace(0, 2 * np.pi, points, endpoint=False)
-    c, s = np.cos(angle), np.sin(angle)
-    power = np.where(
-        c > 0, 0.3, 0.8
-    )  # nearly square towards the passive layer, rounded on the back
-    return np.stack(
-        [0.5 * (np.sign(c) * np.abs(c) ** power - 1), 0.5 * np.sign(s) * np.abs(s) ** 0.6], axis=1
+    last, degree = bones - 1.0, min(2, bones - 1)
+    inner = np.arange(1.5, last - 1.0) if degree == 2 else np.array([])
+    knots = np.concatenate([np.zeros(degree + 1), inner, np.full(degree + 1, last)])
+    inside = np.clip(place, 0.0, last)
+    return np.asarray(BSpline.design_matrix(inside, knots, degree).toarray())
+
+
+class HandSkin:
+    """Surfaces of all parts of one hand, in the frame of the wrist."""
+
+    def __init__(self, shape: HandShape) -> None:
+        self.shape = shape
+        self._rubber: dict[str, tuple[str, BoundSkin]] = {}
+        self._struts: dict[str, BoundSkin] = {}
+        rest = np.asarray(shape.layout.rest)
+        for chain in shape.layout.description.chains:
+            outline = ChainOutline(chain, shape.layout.segments)
+            bones = bone_frames(shape, chain.name, rest)
+            for k, actuator in enumerate(chain.actuators):
+                skin = bind(*rest_rings(outline, k, bones), bones)
+                self._rubber[actuator] = (chain.name, skin)
+            if chain.strut is not None:
+                bones = strut_frames(shape, chain.name, rest)
+                size = (chain.strut.thickness, chain.strut.width, chain.strut.length)
+                self._struts[chain.name] = bind(*_strut_rings(size, bones), bones)
+        self._fixed = _fixed_parts(shape)
+
+    def actuator(self, name: str, q: Array) -> Mesh:
+        """Surface of an actuator for the joint orientations `q` (n, 4)."""
+        chain, skin = self._rubber[name]
+        return skin.mesh(bone_frames(self.shape, chain, q))
+
+    def parts(self, q: Array) -> dict[str, tuple[str, Mesh]]:
+        """Material and surface of every part by name: actuators, struts, plate and palm sheet."""
+        rubber = {name: (RUBBER, self.actuator(name, q)) for name in self._rubber}
+        struts = {
+            f"{name}_strut": (SCAFFOLD, skin.mesh(strut_frames(self.shape, name, q)))
+            for name, skin in self._struts.items()
+        }
+        return rubber | struts | self._fixed
+
+
+def bone_frames(shape: HandShape, name: str, q: Array) -> Frames:
+    """Frames of a chain's bones (see `outline`) for the joint orientations `q` (n, 4)."""
+    chain, joints = shape.layout.description.chain(name), shape.layout.chain_joints[name]
+    first = joints.start + (chain.strut is not None)
+    position, frame, _ = shape.frames(q)
+    before = frame[first] @ Rotation.from_quat(q[first]).as_matrix().T
+    if chain.strut is None and chain.mount.parent != WRIST:
+        before = before @ Rotation.from_quat(chain.mount.quaternion).as_matrix()
+    links = slice(first, joints.stop)
+    return (
+        np.concatenate([position[first : first + 1], position[links]]),
+        np.concatenate([before[None], frame[links]]),
     )
 
 
-def chain_mesh(shape: HandShape, name: str, q: Array) -> Mesh:
-    """Surface of a chain's rubber in the wrist frame for the joint orientations `q` (n, 4)."""
-    return _sweep(*_interpolate(*_nodes(shape, name, q), rounded=True), cross_section())
-
-
-def strut_mesh(shape: HandShape, name: str, q: Array) -> Mesh | None:
-    """Surface of a chain's strut in the wrist frame, None for a chain without one."""
-    strut = shape.layout.description.chain(name).strut
-    if strut is None:
-        return None
+def strut_frames(shape: HandShape, name: str, q: Array) -> Frames:
+    """Frames of the mount and of the link of a chain's strut, both at its joint in the middle."""
     joint = shape.layout.chain_joints[name].start
     position, frame, _ = shape.frames(q)
     mount = frame[joint] @ Rotation.from_quat(q[joint]).as_matrix().T
-    half = 0.5 * strut.length
-    ends = [position[joint] - half * mount[:, 2], position[joint] + half * frame[joint][:, 2]]
-    turns = Rotation.from_matrix(np.stack([mount, frame[joint]]))
-    sizes = np.tile([strut.thickness, strut.width], (2, 1))
-    return _sweep(*_interpolate(np.array(ends), turns, sizes, rounded=False), cross_section())
+    return np.repeat(position[joint][None], 2, axis=0), np.stack([mount, frame[joint]])
 
 
-def _sweep(centers: Array, frames: Array, extents: Array, outline: Array) -> Mesh:
-    """Closed surface of an outline carried along a centre line."""
-    rings = centers[:, None] + np.einsum("nij,nkj->nki", frames, _rings(outline, extents))
-    count, points = rings.shape[:2]
-    vertices = np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0), rings[-1].mean(axis=0)])
-    indices = _triangles(count, points)
-    return Mesh(vertices, _normals(vertices, indices), indices)
-
-
-def _rings(outline: Array, extents: Array) -> Array:
-    """Outlines (n, k, 3) scaled to height and width."""
-    flat = outline[None] * extents[:, None, :2]
-    return np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
-
-
-def _nodes(shape: HandShape, name: str, q: Array) -> tuple[Array, Rotation, Array]:
-    """Segment boundaries of the rubber: base, middle of each link between joints, tip; with their
-    frames and sizes.
+def rest_rings(outline: ChainOutline, actuator: int, bones: Frames) -> tuple[Array, Array]:
+    """Rings (r, k, 3) [m] of an actuator at rest from base to rounded tip, and where they lie (r,),
+    counted in segments.
     """
-    layout = shape.layout
-    joints = layout.chain_joints[name]
-    first = joints.start + (layout.description.chain(name).strut is not None)
-    last = joints.stop
-    position, frame, _ = shape.frames(q)
-    tip = position[last - 1] + frame[last - 1] @ layout.chain_tips[name]
-    middle = 0.5 * (position[first : last - 1] + position[first + 1 : last])
-    before = frame[first] @ Rotation.from_quat(q[first]).as_matrix().T
-    half = np.linalg.norm(layout.chain_tips[name])
-    points = np.vstack([position[first] - half * before[:, 2], middle, tip])
-    turns = np.concatenate([before[None], frame[first : last - 1], frame[last - 1 : last]])
-    sizes = layout.size[first:last, :2]
-    taper = np.vstack([sizes[:1], sizes[:-1], sizes[-1:]])
-    return points, Rotation.from_matrix(turns), taper
+    unit, rings = cross_section(), []
+    rounding = TIP_ROUNDING * outline.extents(outline.length)[actuator].min()
+    turned = np.linspace(0.0, 0.5 * np.pi, TIP_RINGS + 1)
+    body = np.linspace(0.0, outline.length, RINGS_A_SEGMENT * outline.segments + 1)
+    body = body[body < outline.length - 1.01 * rounding]
+    places = np.append(body, outline.length - rounding * (1.0 - np.sin(turned)))
+    insets = np.append(np.zeros(len(body)), rounding * (1.0 - np.cos(turned)))
+    for place, lost in zip(places, insets, strict=True):
+        flat = outline.outlines(place, unit)[actuator]
+        height, width = outline.extents(place)[actuator]
+        middle = np.array([-0.5 * height, outline.places[actuator]])
+        flat = middle + (flat - middle) * (1.0 - 2.0 * lost / np.array([height, width]))
+        bone = int(np.clip(place / outline.edge + 0.5, 0, outline.segments))
+        point, turn = outline.section(bone, place)
+        local = point + np.column_stack([flat, np.zeros(len(flat))]) @ turn.T
+        rings.append(bones[0][bone] + local @ bones[1][bone].T)
+    return np.array(rings), places / outline.edge
 
 
-def _interpolate(
-    points: Array, turns: Rotation, sizes: Array, rounded: bool
-) -> tuple[Array, Array, Array]:
-    """Cubic Hermite centre line with the frames' z axes as tangents, frames by slerp, sizes linear;
-    rounded tip.
+def _strut_rings(size: tuple[float, float, float], bones: Frames) -> tuple[Array, Array]:
+    """Rings of a straight strut of thickness, width and length [m], and where they lie, from 0 to
+    1.
     """
-    knots = np.arange(len(points), dtype=float)
-    at = np.linspace(0, knots[-1], RINGS_A_SPAN * (len(points) - 1) + 1)
-    span = np.minimum(at.astype(int), len(points) - 2)
-    t = (at - span)[:, None]
-    step = np.linalg.norm(np.diff(points, axis=0), axis=1)[span][:, None]
-    tangents = turns.as_matrix()[:, :, 2]
-    centers = (
-        (2 * t**3 - 3 * t**2 + 1) * points[span]
-        + (t**3 - 2 * t**2 + t) * step * tangents[span]
-        + (3 * t**2 - 2 * t**3) * points[span + 1]
-        + (t**3 - t**2) * step * tangents[span + 1]
-    )
-    extents = np.stack([np.interp(at, knots, sizes[:, k]) for k in range(2)], axis=1)
-    if not rounded:
-        return centers, Slerp(knots, turns)(at).as_matrix(), extents
-    tip = np.clip((at - knots[-1] + 0.8) / 0.8, 0, 1)
-    extents *= np.sqrt(1 - (0.97 * tip[:, None]) ** 2)
-    return centers, Slerp(knots, turns)(at).as_matrix(), extents
+    along = np.linspace(0.0, 1.0, RINGS_A_SEGMENT + 1)
+    flat = cross_section() * size[:2]
+    rings = [
+        np.column_stack([flat, np.full(len(flat), (share - 0.5) * size[2])]) for share in along
+    ]
+    return bones[0][0] + np.array(rings) @ bones[1][0].T, along
 
 
-def _triangles(rings: int, points: int) -> NDArray[np.int32]:
-    """Indices of the tube between rings and of both caps."""
-    faces = []
-    for r in range(rings - 1):
-        for k in range(points):
-            a, b = r * points + k, r * points + (k + 1) % points
-            faces += [(a, b, a + points), (b, b + points, a + points)]
-    base, tip, last = rings * points, rings * points + 1, (rings - 1) * points
-    for k in range(points):
-        faces += [(base, (k + 1) % points, k), (tip, last + k, last + (k + 1) % points)]
-    return np.array(faces, dtype=np.int32).ravel()
+def _fixed_parts(shape: HandShape) -> dict[str, tuple[str, Mesh]]:
+    """Plate and palm sheet; the sheet as it is without load."""
+    description, parts = shape.layout.description, {}
+    if description.plate is not None:
+        plate = description.plate
+        parts["plate"] = (SCAFFOLD, box(plate.size, np.array(plate.position)))
+    if description.sheet is not None:
+        parts["sheet"] = (SHEET, sheet_mesh(description.sheet))
+    return parts
 
 
-def _normals(vertices: Array, indices: NDArray[np.int32]) -> Array:
-    """Vertex normals, outward: area-weighted means of the faces'."""
-    faces = indices.reshape(-1, 3)
-    corner = vertices[faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    total = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(total, faces[:, k], normal)
-    return total / np.maximum(np.linalg.norm(total, axis=1), 1e-12)[:, None]
+def sheet_mesh(sheet: PalmSheet) -> Mesh:
+    """Surface of a palm sheet in the frame of the wrist; its outer side is that of the pieces."""
+    arch, heading = sheet.profile(ARCH_POINTS), np.linspace(-0.5, 0.5, ARCH_POINTS) * sheet.angle
+    inner = arch - sheet.thickness * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    half = 0.5 * sheet.width
+    corners = ((arch, -half), (arch, half), (inner, half), (inner, -half))
+    rings = [
+        np.column_stack([line[:, 0], np.full(len(line), y), line[:, 1]]) for line, y in corners
+    ]
+    turn = Rotation.from_quat(from_rpy(sheet.rpy)).as_matrix()
+    return tube(np.stack(rings, axis=1)).moved(np.array(sheet.position), turn)
