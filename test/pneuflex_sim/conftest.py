@@ -68,7 +68,7 @@ def hold_pressure():
 
         def impose(_valves):
             share = min(1.0, (simulation.time - start) / ramp)
-            simulation._volumes = simulation.air.volumes(simulation._rotations)
+            simulation._volumes = simulation.air.volumes(simulation.bodies.turned)
             simulation.pressures_abs = simulation.ambient + share * goal
 
         simulation._update_air = impose

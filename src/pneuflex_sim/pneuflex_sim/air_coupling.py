@@ -37,19 +37,17 @@ class AirCoupling:
                 self._volume_gain[channel, joints] += model.volume_gain[row]
             self._members.append((chain.name, joints, of_channel))
         self._total_gain = self._volume_gain.sum(axis=1)
+        self._effects = not all(layout.models[name].rest_tables for name, _, _ in self._members)
         self._tables = self._stack_tables()
+        self._bend, self._gas = np.zeros((n, 3)), np.zeros((n, 3))
 
-    def _stack_tables(self) -> tuple[Array, ...] | None:
-        """Rest tables of all actuators for `add_rest_rotations`; None with effects."""
+    def _stack_tables(self) -> tuple[Array, ...]:
+        """Rest tables of all actuators, without effects, for the kernels."""
         found = [
             (table, channel, joints.start)
             for name, joints, of_channel in self._members
-            for table, channel in zip(
-                self.layout.models[name].rest_tables, of_channel, strict=False
-            )
+            for table, channel in zip(self.layout.models[name].base_tables, of_channel, strict=True)
         ]
-        if len(found) < sum(len(of_channel) for _, _, of_channel in self._members):
-            return None
         tables, channels, starts = zip(*found, strict=True)
         widths = np.array([table.cubic.shape[2] for table in tables])
         cubic = np.zeros((len(tables), *tables[0].cubic.shape[:2], widths.max()))
@@ -63,19 +61,37 @@ class AirCoupling:
         volumes = self.rest_volumes + self._volume_gain @ rotations[:, BEND]
         return np.maximum(volumes, LEAST_VOLUME * self.rest_volumes)
 
+    def act(
+        self,
+        step: float,
+        pressures: Array,
+        pressures_abs: Array,
+        volumes: Array,
+        rotations: Array,
+        temperature: float,
+    ) -> tuple[Array, Array]:
+        """What `rest_bend` and `gas_stiffness` tell, in arrays that the next call overwrites."""
+        drop = pressures_abs / volumes * self._total_gain
+        self._bend[:] = self._gas[:] = 0.0
+        act_on_joints(pressures, drop, *self._tables, self.layout.stiffness, self._bend, self._gas)
+        if self._effects:
+            self._bend_by_models(step, pressures, rotations, temperature)
+        return self._bend, self._gas
+
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> Array:
         """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to the rest."""
-        bend = np.zeros_like(rotations)
-        if self._tables is not None:
-            add_rest_rotations(pressures, *self._tables, bend)
-            return bend
+        still = np.ones_like(self.rest_volumes)
+        return self.act(step, pressures, still, still, rotations, temperature)[0].copy()
+
+    def _bend_by_models(
+        self, step: float, pressures: Array, rotations: Array, temperature: float
+    ) -> None:
         for name, joints, of_channel in self._members:
-            bend[joints] = self.layout.models[name].step(
+            self._bend[joints] = self.layout.models[name].step(
                 step, pressures[of_channel], rotations[joints], temperature
             )
-        return bend
 
     def gas_stiffness(self, pressures: Array, pressures_abs: Array, volumes: Array) -> Array:
         """Stiffness (n, 3) [N m/rad] that enclosed air adds to each joint while all joints of its
@@ -86,22 +102,25 @@ class AirCoupling:
         for that motion and bound it for any other, so they keep the implicit step stable. They act
         only on the motion within a step: statics do not depend on them.
         """
-        stiffness = np.zeros_like(self.layout.stiffness)
-        pressure_drop = pressures_abs / volumes * self._total_gain
-        for name, joints, of_channel in self._members:
-            gain = self.layout.models[name].rest_gain(pressures[of_channel])
-            stiffness[joints, BEND] = pressure_drop[of_channel] @ gain
-        return stiffness * self.layout.stiffness
+        bend, gas = np.zeros_like(self._bend), np.zeros_like(self._gas)
+        drop = pressures_abs / volumes * self._total_gain
+        act_on_joints(pressures, drop, *self._tables, self.layout.stiffness, bend, gas)
+        return gas
 
 
 @compiled
-def add_rest_rotations(pressures, channel, step, cubic, start, width, bend):
-    """Add the cubics of all actuators at their channels' pressures [Pa] to `bend` (n, 3) [rad]."""
+def act_on_joints(pressures, drop, channel, step, cubic, start, width, stiffness, bend, gas):
+    """Add to `bend` (n, 3) [rad] the cubics of all actuators at their channels' pressures [Pa], and
+    to `gas` (n, 3) [N m/rad] their slopes times `drop` [Pa/rad] of the channel and the stiffness.
+    """
     for actuator in range(len(channel)):
         relative = max(pressures[channel[actuator]], 0.0) / step[actuator]
         index = min(int(relative), cubic.shape[1] - 1)
         t = relative - index
+        fall = drop[channel[actuator]] / step[actuator]
         for k in range(width[actuator]):
-            c = cubic[actuator, index]
-            value = c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
-            bend[start[actuator] + k // 3, k % 3] += value
+            c, joint, axis = cubic[actuator, index], start[actuator] + k // 3, k % 3
+            bend[joint, axis] += c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
+            if axis == BEND:
+                slope = c[1, k] + t * (2.0 * c[2, k] + t * 3.0 * c[3, k])
+                gas[joint, axis] += fall * slope * stiffness[joint, axis]

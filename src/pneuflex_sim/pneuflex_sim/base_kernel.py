@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from pneuflex_sim.spatial import cross, quaternion_product
+from pneuflex_sim.wrist import advance_wrist
 from softhand_model.compiled import compiled
 
 
@@ -76,3 +77,53 @@ def push_bases(step, resistance, lift, poses, next_poses, velocity, pushed, push
                 gain = (pushed[b, part, k] - velocity[b, part, k]) / step
                 push[b, part, k] = resistance[part] * gain
         push[b, 0, 2] += resistance[0] * lift
+
+
+@compiled
+def carry_bases(
+    step,
+    resistance,
+    lift,
+    mount_places,
+    mount_turns,
+    places,
+    turns,
+    velocity,
+    pushed,
+    hand_weight,
+    center_of_mass,
+    translation,
+    rotation,
+    target_position,
+    target_orientation,
+    force,
+    torque,
+    position,
+    orientation,
+    speed,
+    spin,
+    push,
+):
+    """One step of wrist and bases: feel the load, advance the wrist under it, find the push.
+
+    places (b, 3) [m] and turns (b, 4) are the bases' poses, and become those to reach;
+    `hand_weight` [N] acts at `center_of_mass` (3,) of the resting hand in the wrist frame. push
+    (b, 3, 3) becomes force, torque and the place where they act.
+    """
+    weight, arm = np.zeros((2, 3)), np.empty(3)
+    weight[0, 2] = -hand_weight
+    rotate(orientation, center_of_mass, arm)
+    cross(arm, weight[0], weight[1])
+    feel_load(step, velocity, pushed, resistance, places, weight, position, force, torque)
+    state = (position, orientation, speed, spin)
+    target = (target_position, target_orientation)
+    advance_wrist(step, translation, rotation, target, (force, torque), state)
+    next_places, next_turns = np.empty_like(places), np.empty_like(turns)
+    place_bases(position, orientation, (mount_places, mount_turns), next_places, next_turns)
+    poses, next_poses = (places, turns), (next_places, next_turns)
+    push_bases(step, resistance, lift, poses, next_poses, velocity, pushed, push)
+    for b in range(len(places)):
+        for k in range(3):
+            push[b, 2, k] = places[b, k]
+    places[:] = next_places
+    turns[:] = next_turns

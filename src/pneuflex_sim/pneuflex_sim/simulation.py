@@ -36,7 +36,6 @@ STATE = (
     "steps",
     "wrist",
     "pressures_abs",
-    "_rotations",
     "_volumes",
     "_imposed",
     "tip_sensors",
@@ -174,10 +173,9 @@ class Simulation:
             model.reset()
         self.tip_sensors.reset()
         self.bodies.reset(self.wrist)
-        self._rotations = self.bodies.rotations()
         self.plant.reset(self.air.rest_volumes)
         self._imposed: Array | None = None
-        self._volumes = self.air.volumes(self._rotations)
+        self._volumes = self.air.volumes(self.bodies.turned)
         self.pressures_abs = np.full(len(self.channels), self.ambient)
         if self.object is not None:
             offset = np.zeros(3)
@@ -214,9 +212,15 @@ class Simulation:
         """
         self._update_air(valves)
         gauge = self.pressures_abs - self.ambient
-        bend = self.air.rest_bend(self.step_size, gauge, self._rotations, self.temperature)
-        gas = self.air.gas_stiffness(gauge, self.pressures_abs, self._volumes)
-        self.bodies.apply_springs(bend, gas)
+        actuated = self.air.act(
+            self.step_size,
+            gauge,
+            self.pressures_abs,
+            self._volumes,
+            self.bodies.turned,
+            self.temperature,
+        )
+        self.bodies.apply_springs(*actuated)
         self.bodies.drive_bases(self.wrist)
         if self.object_id >= 0 and self._object_weight:
             place = pybullet.getBasePositionAndOrientation(
@@ -233,12 +237,11 @@ class Simulation:
         pybullet.stepSimulation(physicsClientId=self.world.client)
         self.steps += 1
         self.bodies.read()
-        self._rotations = self.bodies.rotations()
         if self.tip_sensors.active:
             self.tip_sensors.step(self.step_size, self.tip_angles())
 
     def _update_air(self, valves: Array | None) -> None:
-        volumes = self._volumes = self.air.volumes(self._rotations)
+        volumes = self._volumes = self.air.volumes(self.bodies.turned)
         if self._imposed is not None:
             heat = GAS_CONSTANT * self.temperature
             self.pressures_abs = (
@@ -285,7 +288,7 @@ class Simulation:
 
     def air_masses(self) -> Array:
         """True air mass of each channel [kg above rest at ambient]."""
-        volumes = self.air.volumes(self._rotations)
+        volumes = self.air.volumes(self.bodies.turned)
         heat = GAS_CONSTANT * self.temperature
         return (self.pressures_abs * volumes - self.ambient * self.air.rest_volumes) / heat
 
@@ -297,7 +300,7 @@ class Simulation:
         """Bend of each chain from base to tip [rad], the sum of its joints' bends without the
         strut.
         """
-        return self.shape.tip_angles(self._rotations[:, BEND])
+        return self.shape.tip_angles(self.bodies.turned[:, BEND])
 
     def read_tip_angles(self) -> dict[str, float]:
         """Tip angles [rad] as their sensors show them."""

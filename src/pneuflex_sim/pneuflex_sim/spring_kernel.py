@@ -12,6 +12,9 @@ the pressure at the start of the step is already in `rest`), and f_ext all else 
 joints in the step before, observed as M_prev (v - v_prev)/dt - torque_prev. At rest a = 0 and
 torque = -K e whatever dt.
 
+A joint meets a stiff stop before it could turn over into its opposite, and no pressure turns its
+rest beyond that stop. Fingers that fold so far meet themselves, which the model leaves out.
+
 The solve is the articulated-body recursion with E = dt D + dt^2 (K + G) added to each joint's own
 inertia. Vectors are written in the axes of the chain's base and referred to the origin of each
 joint, so that the motion subspace of a spherical joint is the identity and no six-dimensional
@@ -19,8 +22,6 @@ transform is needed.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +44,6 @@ Array = NDArray[np.float64]
 
 STOP_ANGLE = 2.4  # [rad] of a joint from rest; at pi a rotation would turn over into its opposite
 STOP_SHARE = 20.0  # stiffness of the stop over the joint's own
-BRAKE_ANGLE = 0.3  # [rad] a joint may turn in a step before it is braked,
-SLOWEST_BRAKE, FASTEST_BRAKE = 30.0, 80.0  # [rad/s] within these speeds
-BRAKE_TIME = 0.1  # [s] damping of the brake over the joint's stiffness
 
 
 @compiled
@@ -210,23 +208,6 @@ def _beyond_stop(angle):
 
 
 @compiled
-def _brake(first, last, dt, v, acceleration, stiffness, torque, right, added):
-    """Add damping to the joints that would turn faster than the brake allows; whether any does."""
-    fastest, braked = min(max(BRAKE_ANGLE / dt, SLOWEST_BRAKE), FASTEST_BRAKE), False
-    for i in range(first, last):
-        for k in range(3):
-            after = v[i, k] + dt * acceleration[i, k]
-            if abs(after) > fastest:
-                damping = BRAKE_TIME * stiffness[i, k]
-                drag = damping * (v[i, k] - math.copysign(fastest, after))
-                torque[i, k] -= drag
-                right[i, k] -= drag
-                added[i, k] += dt * damping
-                braked = True
-    return braked
-
-
-@compiled
 def spring_torques(
     dt,
     first_step,
@@ -289,10 +270,6 @@ def spring_torques(
         solve_chain(
             first, last, added, right, mass, frame, arm, center, world_inertia, acceleration
         )
-        if _brake(first, last, dt, v, acceleration, stiffness, torque, right, added):
-            solve_chain(
-                first, last, added, right, mass, frame, arm, center, world_inertia, acceleration
-            )
         for i in range(first, last):
             for k in range(3):
                 torque[i, k] -= added[i, k] * acceleration[i, k]
@@ -304,3 +281,20 @@ def rotations_from_rest(rest, q, out):
     """Rotation vector (n, 3) [rad] of each joint against its rest orientation without pressure."""
     for i in range(len(q)):
         rotation_between(rest[i], q[i], out[i])
+
+
+@compiled
+def look_at_joints(rest, q, v, out):
+    """`rotations_from_rest`, and the greatest joint speed [rad/s] about an axis; not a number where
+    one is not.
+    """
+    rotations_from_rest(rest, q, out)
+    fastest = 0.0
+    for i in range(len(v)):
+        for k in range(3):
+            speed = abs(v[i, k])
+            if not speed <= fastest:
+                fastest = speed
+                if speed != speed:
+                    return speed
+    return fastest

@@ -75,13 +75,22 @@ class Wrist:
             )
         self.target_position, self.target_orientation = place, turn / np.linalg.norm(turn)
 
+    @property
+    def springs(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Stiffness, inertia and limit, as floats, of the translation and of the rotation."""
+        p = self.parameters
+        return (
+            (float(p.stiffness), float(p.mass), float(p.force_limit)),
+            (float(p.rotational_stiffness), float(p.inertia), float(p.torque_limit)),
+        )
+
     def advance(self, step: float) -> None:
         """One implicit step of the damped spring under the wrench of the hand."""
-        p = self.parameters
+        translation, rotation = self.springs
         advance_wrist(
             step,
-            (p.stiffness, p.mass, p.force_limit),
-            (p.rotational_stiffness, p.inertia, p.torque_limit),
+            translation,
+            rotation,
             (self.target_position, self.target_orientation),
             (self.force, self.torque),
             (self.position, self.orientation, self.velocity, self.spin),

@@ -73,6 +73,11 @@ class ChainModel:
         """Tables (actuators) whose sum is what `step` returns; none when effects act on it."""
         return () if self._responses else tuple(self._tables)
 
+    @property
+    def base_tables(self) -> tuple[RestTable, ...]:
+        """Tables (actuators) of the base model, whatever effects act on it."""
+        return tuple(self._tables)
+
     def rest_rotation(self, pressures: Sequence[float] | Array) -> Array:
         """Rotation (n, 3) [rad] of each joint's rest by the pressures (actuators,) [Pa].
 
