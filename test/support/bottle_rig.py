@@ -64,6 +64,7 @@ class BottleRig:
             load_calibration(None, channels),
             model,
         )
+        self._held = None
         self.openings = np.zeros(channels, dtype=int)
         self.switchings = []  # (time, channel, valve)
 
@@ -76,7 +77,13 @@ class BottleRig:
         """Contained less estimated mass [kg]."""
         return self.mass - self.box.observer.mass
 
+    def hold(self, volume):
+        """Hold all actuators at a volume [m3], as an object in the hand does; None lets go."""
+        self._held = volume
+
     def volumes(self):
+        if self._held:
+            return np.full(len(self.names), self._held)
         if not self.compliance:
             return np.full(len(self.names), self.volume)
         # p (V0 (1 + s (p - p0)) + dead) = m R T, solved for p

@@ -7,7 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumaticbox_driver.calibration import ChannelCalibration
-from pneumaticbox_driver.commands import CommandRules, Setpoints, Trajectory, TrajectoryPoint
+from pneumaticbox_driver.calibration_run import CalibrationRun
+from pneumaticbox_driver.calibration_session import CalibrationSession
+from pneumaticbox_driver.command_intake import CommandIntake
+from pneumaticbox_driver.commands import Setpoints, Trajectory, TrajectoryPoint
 from pneumaticbox_driver.controllers import BoxView, ControllerBank
 from pneumaticbox_driver.fault_watch import FaultView, FaultWatch
 from pneumaticbox_driver.known_masses import KnownMasses
@@ -29,11 +32,10 @@ class PneumaticBox:
 
     It starts by averaging the sensors until they stand still, valves closed. A channel within
     the zero band is taken as being at ambient pressure: its sensor's offset and its mass are
-    zeroed. Otherwise its mass is that of its rest volume at the measured pressure.
+    zeroed. Otherwise its mass is that of its free volume at the measured pressure.
 
-    A channel emptied while its actuator is held away from rest is zeroed too early: it then holds
-    more air than at rest, and shows it by its pressure once the actuator is free. It is emptied
-    again.
+    A channel emptied while its actuator is held away from rest keeps the estimate of what is left
+    in it; by its pressure it shows when the actuator is free, and is emptied again.
 
     Args:
         settings: of the box.
@@ -57,13 +59,11 @@ class PneumaticBox:
         self.latch = VentLatch()
         self.guard = PressureGuard(np.array(settings.pressure_limits))
         self.observer = MassObserver(calibrations, settings.ambient)
-        self.setpoints = Setpoints(n)
         self.enabled = settings.start_enabled
         self.openings: NDArray[np.int64] = np.zeros(n, dtype=np.int64)  # of the valves, so far
         self.pressures: Floats = np.full(n, settings.ambient)  # absolute, offsets taken off [Pa]
         self.supply = settings.ambient  # absolute [Pa]
         self.notes: list[str] = []  # warnings for the user, oldest first
-        self._known = KnownMasses(settings, self.observer, self.notes)
         self._faults = FaultWatch(settings.channels, settings)
         self._timing = PulseTiming(n, settings.shortest_pulse, settings.shortest_pause)
         self._bank = ControllerBank(settings.control_modes)
@@ -76,9 +76,11 @@ class PneumaticBox:
             gas=GAS_CONSTANT * settings.temperature,
             shortest_pulse=settings.shortest_pulse,
         )
-        self._take_modes()
-        for channel in range(n):
-            self.setpoints.set(channel, math.nan, stepped=self.modes[channel] == "time")
+        self._known = KnownMasses(settings, self.observer, self._view.volume_model, self.notes)
+        self._intake = CommandIntake(settings)
+        self._calibrating = CalibrationSession(settings.channels)
+        self.leak_model = False  # whether leaked air is taken off the estimates
+        self._take_leaks(calibrations)
         self._closed: Valves = np.zeros(n, dtype=np.int8)
         self._venting: Valves = np.full(n, -1, dtype=np.int8)
         self._restart()
@@ -87,18 +89,25 @@ class PneumaticBox:
         """Begin anew: no setpoints, valves closed, sensors to be averaged first."""
         self.time = math.nan
         self.sensors_sound = False
-        self.setpoints.hold()
+        self._intake.drop()
+        self._calibrating.abort("the box began anew")
         self._timing.restart()
         self._known.restart()
         self._faults.begin()
-        self._last_command = math.nan
         self.observer.switch(self._closed, self.pressures, self.supply)
 
-    def _take_modes(self) -> None:
-        """Let commands be checked and followed by the modes of the controllers."""
-        settings = self.settings
-        least = (settings.shortest_pulse, settings.shortest_pause)
-        self.rules = CommandRules(settings.channels, self.modes, *least)
+    def _take_leaks(self, calibrations: Sequence[ChannelCalibration]) -> None:
+        self._leak = np.array([c.leak.conductance for c in calibrations])  # [kg/(s Pa)]
+
+    def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
+        """Use other coefficients from the next pulses on; raises ValueError for another number."""
+        self.observer.set_calibrations(calibrations)
+        self._take_leaks(calibrations)
+
+    @property
+    def setpoints(self) -> Setpoints:
+        """Setpoints of the channels over time, in the unit of each one's mode."""
+        return self._intake.setpoints
 
     @property
     def modes(self) -> tuple[str, ...]:
@@ -119,6 +128,28 @@ class PneumaticBox:
     def offsets(self) -> Floats:
         """Offsets found of the channel sensors (n,) [Pa]."""
         return self._known.offsets
+
+    @property
+    def drift_bound(self) -> Floats:
+        """How far the estimated masses may be off, two standard deviations (n,) [kg]."""
+        return self._known.drift_bound
+
+    @property
+    def drift_correction(self) -> bool:
+        """Whether masses are weighed against what pressures and free volumes tell; settable.
+
+        For a hand that stands in free posture whenever its pressures stand still.
+        """
+        return self._known.drift_correction
+
+    @drift_correction.setter
+    def drift_correction(self, on: bool) -> None:
+        self._known.drift_correction = on
+
+    @property
+    def calibration(self) -> CalibrationRun | None:
+        """The calibration started last, None before the first one."""
+        return self._calibrating.run
 
     @property
     def volume(self) -> Floats:
@@ -171,7 +202,7 @@ class PneumaticBox:
             ValueError: the command cannot be used as it is, or the box takes none in its state;
                 nothing has changed then.
         """
-        self._take(self.rules.check(names, points, stamp), now)
+        self._take(self._intake.rules.check(names, points, stamp), now)
 
     def schedule_valves(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
@@ -183,16 +214,20 @@ class PneumaticBox:
         Raises:
             ValueError: as `command` does.
         """
-        self._take(self.rules.check_schedule(names, points, stamp), now)
+        self._take(self._intake.rules.check_schedule(names, points, stamp), now)
 
     def _take(self, trajectory: Trajectory, now: float) -> None:
-        if self.latch:
-            raise ValueError(f"vented until reset ({self.latch.reasons[0]}): no command is taken")
-        if not self.enabled:
-            raise ValueError("disabled: no command is taken before pneumaticbox/enable")
-        self.setpoints.take(trajectory, now)
+        self._refuse_unless_active("no command is taken")
+        self._calibrating.refuse_under_way()
+        self._intake.take(trajectory, now)
         self.guard.unblock(trajectory.channels)
-        self._last_command = now
+
+    def _refuse_unless_active(self, what: str) -> None:
+        """Raise ValueError, saying `what` is not done, while vented or disabled."""
+        if self.latch:
+            raise ValueError(f"vented until reset ({self.latch.reasons[0]}): {what}")
+        if not self.enabled:
+            raise ValueError(f"disabled: {what} before pneumaticbox/enable")
 
     def _clock_set_back(self, time: float, step: float) -> None:
         if time >= FRESH_CLOCK:
@@ -205,8 +240,12 @@ class PneumaticBox:
         self.time = time
         self.pressures = pressures_abs[:-1] - self.offsets
         self.supply = float(pressures_abs[-1])
+        self._readings = pressures_abs
         self.observer.advance(dt, self.pressures, self.supply)
-        self._known.look(dt, self.pressures, self.valves)
+        if self.leak_model:
+            self.observer.lose(dt * self._leak * np.maximum(self.gauge, 0.0))
+        if not self._calibrating.under_way:
+            self._known.look(dt, self.pressures, self.valves)
 
     def _look_for_faults(self, dt: float, readings: Floats) -> None:
         view = FaultView(
@@ -217,10 +256,12 @@ class PneumaticBox:
             valves=self.valves,
             flow=self.observer.flow,
             mass=self.observer.mass,
-            mass_known=True,
+            mass_known=~(self.empty | self._calibrating.under_way),
             ready=self.ready,
         )
         for reason in self._faults.look(view):
+            if reason not in self.latch.reasons:
+                self._known.doubt()
             self.latch.set(reason)
 
     def stuck_outlets(self) -> list[str]:
@@ -233,6 +274,7 @@ class PneumaticBox:
         self.latch.set(f"sensor {name}: not a number")
         self.sensors_sound = False
         self.time = time
+        self._known.doubt()
         self._look_for_faults(0.0, pressures_abs)
         return self._switch(self._venting)
 
@@ -240,18 +282,30 @@ class PneumaticBox:
 
     def _answer(self, dt: float) -> Valves:
         setpoints = self.setpoints.at(self.time, dt)
-        self._check_command_timeout()
+        if self._intake.silent(self.time):
+            self.latch.set(f"no command for {self.settings.command_timeout} s")
         gauge = self.gauge
         burst = self.guard.burst(gauge)
         if burst is not None:
             name = self.settings.channels[burst]
             self.latch.set(f"channel {name}: pressure far above its limit")
         if self.latch:
+            self._calibrating.abort(self.latch.reasons[0])
             return self._venting
-        idle = not (self.enabled and self.ready)
-        wanted = self._closed if idle else self._controlled(setpoints, dt)
+        if self._calibrating.under_way:
+            wanted = self._calibrated()
+        else:
+            idle = not (self.enabled and self.ready)
+            wanted = self._closed if idle else self._controlled(setpoints, dt)
+            wanted = self._timing.follow(self.time, wanted)
         # the limits come last: they do not wait for a pulse to end
-        return self.guard.apply(gauge, setpoints, self._timing.follow(self.time, wanted))
+        return self.guard.apply(gauge, setpoints, wanted)
+
+    def _calibrated(self) -> Valves:
+        wanted = self._calibrating.answer(self.time, self._readings, self.guard)
+        if not self._calibrating.under_way:
+            self._known.restart()  # what came in meanwhile was not followed
+        return wanted
 
     def _controlled(self, setpoints: Floats, dt: float) -> Valves:
         view = self._view
@@ -268,12 +322,6 @@ class PneumaticBox:
             self._known.switched(changed, valves)
             self.openings += changed & (valves != 0)
         return self.valves
-
-    def _check_command_timeout(self) -> None:
-        limit = self.settings.command_timeout
-        silence = self.time - max(self._last_command, self.setpoints.last_time)
-        if limit > 0 and silence > limit:
-            self.latch.set(f"no command for {limit} s")
 
     # modes
 
@@ -294,37 +342,32 @@ class PneumaticBox:
             ValueError: another number of modes, or one that cannot be used; nothing has changed.
         """
         self.settings.check_modes(modes)
-        changed = [i for i, mode in enumerate(self.modes) if modes[i] != mode]
+        self._calibrating.refuse_under_way()
+        values = np.array([self._present(i, mode) for i, mode in enumerate(modes)])
         self._bank.switch(modes)
-        self._take_modes()
-        for channel in changed:
-            value = self._present(channel, modes[channel])
-            self.setpoints.set(channel, value, stepped=modes[channel] == "time")
-        self.guard.unblock(tuple(changed))
+        self.guard.unblock(self._intake.switch(modes, values))
         return f"control modes: {', '.join(modes)}"
 
     def _present(self, channel: int, mode: str) -> float:
+        """What is now on a channel, as the setpoint of a mode."""
         if mode in ("mass_flow", "time"):
             return 0.0
         if self.latch or not (self.enabled and self.ready):
             return math.nan
-        if mode == "mass":
-            value = self.observer.mass[channel]
-        else:
-            steady = self._known.steady(self.pressures)
-            found = (
-                steady - self.settings.ambient
-                if mode == "pressure"
-                else self._view.volume_at(steady) - self._view.rest_volumes
-            )
-            value = found[channel]
+        steady = self._known.steady(self.pressures)
+        found = {
+            "mass": self.observer.mass,
+            "pressure": steady - self.settings.ambient,
+            "volume": self._view.volume_at(steady) - self._view.rest_volumes,
+        }
+        value = float(found[mode][channel])
         # a setpoint of zero or below would open the outlet of a channel that is not known as empty
-        return float(value) if value > 0 else math.nan
+        return value if value > 0 else math.nan
 
     # services
 
     def tare(self) -> str:
-        """Set the air masses from the pressures: the hand stands in its rest posture.
+        """Set the air masses from the pressures: nothing touches the hand.
 
         Returns:
             A sentence on what was done.
@@ -332,6 +375,7 @@ class PneumaticBox:
         Raises:
             ValueError: valves are open, or the pressures do not stand still yet.
         """
+        self._calibrating.refuse_under_way()
         if self.valves.any():
             raise ValueError("valves are open: tare when the channels are at rest")
         if not (self.ready and self._known.still):
@@ -339,12 +383,13 @@ class PneumaticBox:
         under_pressure = self._known.tare(self.pressures)
         self.setpoints.hold()
         zeroed = [name for name in self.settings.channels if name not in under_pressure]
-        return f"zeroed at ambient: {zeroed}; by rest volume: {under_pressure}"
+        return f"zeroed at ambient: {zeroed}; by free volume: {under_pressure}"
 
     def vent(self, reason: str = "vent was requested") -> None:
         """Open every outlet with the next sample and stay so until `reset`."""
         self.latch.set(reason)
-        self.setpoints.hold()
+        self._calibrating.abort(reason)
+        self._intake.drop()
 
     def reset(self) -> str:
         """Leave the safe state: valves close, no setpoints, commands are taken if enabled.
@@ -359,8 +404,7 @@ class PneumaticBox:
             raise ValueError("no usable sensor sample: still vented")
         self.latch.release()
         self._faults.restart()
-        self.setpoints.hold()
-        self._last_command = math.nan
+        self._intake.drop()
         taken = "commands are taken" if self.enabled else "disabled until pneumaticbox/enable"
         return f"valves are closed, {taken}"
 
@@ -378,6 +422,36 @@ class PneumaticBox:
             raise ValueError(f"vented ({reason}): pneumaticbox/reset must come first")
         self.enabled = on
         self.setpoints.hold()
+        if not on:
+            self._calibrating.abort("the box was disabled")
         if on:
             return "commands are taken"
         return "disabled: " + ("outlets stay open" if self.latch else "valves are closed")
+
+    def start_calibration(self, run: CalibrationRun) -> str:
+        """Let a calibration answer the samples, with a fixed volume on every channel.
+
+        Limits and latch still apply; commands are refused until it has ended. Then the sensors are
+        averaged anew; what it found is the caller's, for `set_calibrations`.
+
+        Returns:
+            A sentence on what was done.
+
+        Raises:
+            ValueError: vented, disabled, one is under way, or the run is for other channels.
+        """
+        self._refuse_unless_active("no calibration is begun")
+        done = self._calibrating.start(run)
+        self.setpoints.hold()
+        return done
+
+    def calibrate_next(self) -> str:
+        """Let the calibration go on at another supply pressure.
+
+        Returns:
+            A sentence on what is done now.
+
+        Raises:
+            ValueError: it does not wait, or the supply pressure is one of before.
+        """
+        return self._calibrating.next()

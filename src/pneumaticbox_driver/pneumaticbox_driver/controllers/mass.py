@@ -17,14 +17,12 @@ class MassController:
 
     def update(self, view: BoxView) -> Valves:
         """Return the wanted valves (n,)."""
-        wanted = follow_mass(view, view.setpoints)
-        return np.where(view.emptying, -1, wanted).astype(np.int8)
+        return follow_mass(view, view.setpoints)
 
 
 def follow_mass(view: BoxView, target: Floats) -> Valves:
     """Valves (n,) that bring the estimated masses to a `target` (n,) [kg], NaN for none."""
-    # there is no less than empty: a target below zero is the target zero
-    error = np.maximum(target, 0.0) - view.observer.mass
+    error = target - view.observer.mass
     # a valve closes at the sample that comes nearest to the target
     margin = (0.5 * view.dt) * np.abs(view.observer.flow)
     keep = view.direction * error > margin
@@ -32,4 +30,4 @@ def follow_mass(view: BoxView, target: Floats) -> Valves:
     at_rest = view.direction == 0
     if (at_rest & (np.abs(error) > LEAST_ERROR)).any():
         wanted = np.where(at_rest, view.opened(error), wanted)
-    return wanted
+    return view.or_emptied(target, wanted)

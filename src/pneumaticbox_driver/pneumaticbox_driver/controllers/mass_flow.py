@@ -35,5 +35,4 @@ class MassFlowController:
         self._reference, self._following = reference, following
         # nothing is let out of a channel for a drifted estimate below zero while no flow is wanted
         target = np.where(following & ((reference > 0) | (flow < 0)), reference, np.nan)
-        emptying = (target <= 0) & ~view.empty & (view.direction <= 0)
-        return np.where(emptying, -1, follow_mass(view, target)).astype(np.int8)
+        return follow_mass(view, target)

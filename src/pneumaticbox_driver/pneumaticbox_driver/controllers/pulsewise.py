@@ -73,7 +73,7 @@ class PulsewiseController:
             wanted = np.where(self._unfinished(view), view.direction, 0)
         if settled.any():
             wanted = np.where(settled, self._opened(view, settled), wanted)
-        return np.where(view.emptying, -1, wanted).astype(np.int8)
+        return view.or_emptied(view.setpoints, wanted)
 
     def _average(self, view: BoxView, is_open: Flags) -> None:
         self._rest = np.where(is_open, 0.0, self._rest + view.dt)
@@ -94,7 +94,7 @@ class PulsewiseController:
         count = np.clip(self._count, 1.0, MOST_SAMPLES)
         sure = np.abs(rise) > SIGNIFICANT * NOISE / np.sqrt(count)
         opened = np.where(sure, view.opened(self._ratio * air), 0)
-        begun = settled & ((opened != 0) | view.emptying)
+        begun = settled & ((opened != 0) | (view.setpoints <= 0))
         self._start_gauge = np.where(begun, gauge, self._start_gauge)
         self._start_volume = np.where(begun, volume, self._start_volume)
         self._start_mass = np.where(begun, view.observer.mass, self._start_mass)
@@ -125,9 +125,8 @@ class PulsewiseController:
         air, _ = self._needed(view, self._start_gauge, self._start_volume)
         left = self._ratio * air - (view.observer.mass - self._start_mass)
         margin = (0.5 * view.dt) * np.abs(view.observer.flow)
-        done = self._quantity.passed(view, SIGNIFICANT * NOISE)
-        done |= view.empty & (view.setpoints <= 0)
-        return np.asarray((view.direction * left > margin) & ~done)
+        passed = self._quantity.passed(view, SIGNIFICANT * NOISE)
+        return np.asarray((view.direction * left > margin) & ~passed)
 
 
 def _product(view: BoxView, gauge: Floats, volume: Floats) -> Floats:

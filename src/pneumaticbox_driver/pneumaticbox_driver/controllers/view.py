@@ -42,13 +42,14 @@ class BoxView:
     supply: float = field(init=False)
     dt: float = field(init=False)
 
-    @property
-    def emptying(self) -> Flags:
-        """Channels to be emptied to ambient pressure, where their mass is known (n,).
+    def or_emptied(self, target: Floats, wanted: Valves) -> Valves:
+        """Valves (n,) as `wanted`, but emptying where the `target` (n,) is zero or below.
 
-        There is no less than empty: every setpoint of zero or below asks for that.
+        There is no less than empty: the outlet is open until the channel is at ambient pressure,
+        where its mass is known.
         """
-        return np.asarray((self.setpoints <= 0) & ~self.empty & (self.direction <= 0))
+        emptied = np.where(self.empty, 0, -1)
+        return np.where(target <= 0, emptied, wanted).astype(np.int8)
 
     def volume_at(self, pressures: Floats) -> Floats:
         """Volumes by `V = m R_s T/p_abs` of the estimated mass at pressures (n,) [m3]."""
