@@ -33,6 +33,7 @@ setup(
     entry_points={
         "console_scripts": [
             "hand_sim = pneuflex_sim.node:main",
+            "pneuflex-skin = pneuflex_sim.skin_command:main",
             "pneuflex-validate = pneuflex_sim.validation.command:main",
         ],
     },

@@ -16,7 +16,7 @@ from pneuflex_sim.mesh import Mesh
 from pneuflex_sim.objects import ObjectDescription, load_object
 from pneuflex_sim.scenes import load_scene
 from pneuflex_sim.skin import RUBBER, SCAFFOLD, SHEET, HandSkin
-from softhand_model.hands import load_hand
+from softhand_model.hands import HandDescription, load_hand
 from softhand_model.model_file import load_model
 
 Array = NDArray[np.float64]
@@ -59,9 +59,14 @@ class Renderer:
     """Draws one hand (and object, and scene) in given states."""
 
     def __init__(
-        self, hand: str, object_name: str | None = None, scene: str = "table", segments: int = 5
+        self,
+        hand: str | HandDescription,
+        object_name: str | None = None,
+        scene: str = "table",
+        segments: int = 5,
     ) -> None:
-        self.layout = build_layout(load_hand(hand), segments, load_model(None))
+        description = load_hand(hand) if isinstance(hand, str) else hand
+        self.layout = build_layout(description, segments, load_model(None))
         self.skin = HandSkin(HandShape(self.layout))
         self.object = load_object(object_name) if object_name else None
         self.scene = load_scene(scene)
