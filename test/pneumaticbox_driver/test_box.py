@@ -190,6 +190,19 @@ def test_a_clock_set_back_starts_anew_without_latching():
     np.testing.assert_allclose(rig.mass, 10 * MG, atol=1 * MG)
 
 
+def test_a_clock_set_back_in_the_midst_of_it_latches_too():
+    rig = BottleRig(channels=2).started()
+    rig.command(15 * MG, 15 * MG)
+    rig.run(2.0)
+    rig.plant.time -= 1.5
+    rig.run(0.01)
+    assert rig.box.valves.tolist() == [-1, -1]
+    assert rig.box.latch.reasons[0].startswith("the clock was set back by 1.4")
+    rig.run(1.0)
+    rig.box.reset()
+    assert not rig.box.latch
+
+
 def test_a_repeated_stamp_repeats_the_answer():
     rig = filled()
     rig.command(30 * MG, 30 * MG)

@@ -84,7 +84,7 @@ def combine(
 
     >>> one = np.ones(1)
     >>> mass, variance, used, far = combine(0 * one, 4 * one, 5 * one, one)
-    >>> float(mass[0]), float(variance[0]), bool(used[0]), bool(far[0])
+    >>> round(float(mass[0]), 6), round(float(variance[0]), 6), bool(used[0]), bool(far[0])
     (4.0, 0.8, True, False)
     """
     far = (measured - mass) ** 2 > GATE**2 * (variance + noise)
