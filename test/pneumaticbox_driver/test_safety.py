@@ -40,6 +40,15 @@ def test_a_new_command_may_inflate_again():
     assert keeper.apply(np.array([20e3, 0]), TARGETS, INFLATE).tolist() == [1, 1]
 
 
+def test_after_a_reset_the_target_that_led_over_the_limit_may_be_tried_again():
+    keeper = guard()
+    keeper.apply(np.array([51e3, 0]), TARGETS, INFLATE)
+    keeper.restart()
+    keeper.unblock((0,))
+    assert keeper.apply(np.array([20e3, 0]), TARGETS, INFLATE).tolist() == [1, 1]
+    assert keeper.apply(np.array([51e3, 0]), TARGETS, INFLATE).tolist() == [-1, 1]
+
+
 def test_a_pressure_far_above_its_limit_means_that_relief_has_failed():
     assert guard().burst(np.array([59e3, 95e3])) is None
     assert guard().burst(np.array([59e3, 97e3])) == 1

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from pneumaticbox_driver.frozen_reading import FrozenReading
 from pneumaticbox_driver.pulse_effect import (
-    EXPECTED,
     LEAST_DROP,
     RANGE_END,
     SETTLING,
@@ -42,8 +41,9 @@ class FaultView:
 
     `readings` (n + 1,) are absolute pressures as the sensors gave them, the supply last; `valves`
     were commanded during the last `dt`, `flow` [kg/s] is predicted for them; `mass` [kg] is the
-    estimate above rest, None where it means nothing, as in a calibration. `ready` tells that the
-    sensors have been averaged.
+    estimate above rest, `mass_known` marks where it means anything: not in a calibration, and not
+    in a channel emptied while its actuator is held away from rest. `ready` tells that the sensors
+    have been averaged.
     """
 
     dt: float
@@ -53,7 +53,7 @@ class FaultView:
     valves: Valves
     flow: Floats
     mass: Floats
-    mass_known: bool
+    mass_known: Flags
     ready: bool
 
 
@@ -199,7 +199,8 @@ class FaultWatch:
         self._closed_for = np.where(view.valves == 0, self._closed_for + view.dt, 0.0)
         apart = self._since_vented > SETTLING
         self._highest = np.where(apart, np.maximum(self._highest, self._smooth), -np.inf)
-        empty = (self._closed_for > SETTLING) & (self._highest > EXPECTED)
+        # with an outlet open the pressure may fall, whatever the estimate
+        empty = (self._closed_for > SETTLING) & (self._highest > 2 * UNMOVED)
         empty &= np.abs(self._smooth) < UNMOVED
         empty &= view.mass_known & (view.mass > self._surplus)
         self._empty_for = np.where(empty, self._empty_for + view.dt, 0.0)

@@ -52,7 +52,11 @@ class PressureGuard:
 
     def __init__(self, limits: Floats) -> None:
         self.limits = limits
-        n = len(limits)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what has been relieved: the user has reset the box."""
+        n = len(self.limits)
         self.relieving: Flags = np.zeros(n, dtype=bool)
         self.blocked: Flags = np.zeros(n, dtype=bool)
         self._blocked_at: Floats = np.full(n, np.nan)  # setpoint that led over the limit
