@@ -93,6 +93,24 @@ def test_progress_only_grows_and_counts_pulses():
     assert any("supply pressure 1 of 2 (299 kPa), pulse 6 of 6" in message for _, message in seen)
 
 
+def test_fitted_aside_it_goes_on_taking_samples_and_finds_the_same():
+    beside, at_once = fresh_run(aside=True), fresh_run()
+    Bottles().play(at_once, supplies=(440e3,))
+    bottles, messages = Bottles(), []
+    bottles.play(beside)
+    bottles.supply = 440e3
+    beside.on_sample(bottles.step(np.zeros(2)))
+    beside.next()
+    valves = np.zeros(2)
+    while beside.state == "running":
+        valves = beside.on_sample(bottles.step(valves))
+        messages.append(beside.message)
+        if beside.message == "fitting the coefficients":
+            np.testing.assert_array_equal(valves, 0)
+    assert messages.count("fitting the coefficients") > 1
+    assert beside.result == at_once.result
+
+
 def test_an_aborted_run_closes_the_valves_and_has_no_result():
     run, bottles, valves = fresh_run(), Bottles(), np.zeros(2)
     while not (valves > 0).any():

@@ -77,7 +77,7 @@ class Calibrating:
             supplies=self._value("calibration_supplies"),
             leak_test=self._value("calibration_leak_test"),
         )
-        run = CalibrationRun(channels, np.full(len(channels), volume), plan)
+        run = CalibrationRun(channels, np.full(len(channels), volume), plan, aside=True)
         done = self._box.start_calibration(run)
         self._run, self._output, self._failure = run, output, ""
         return done

@@ -1,6 +1,7 @@
 """A calibration under way: answers sensor samples, waits for the user, ends with coefficients."""
 
 from collections.abc import Generator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,6 +39,7 @@ class CalibrationRun:
         plan: what to do; None for the defaults.
         seed: of the durations.
         outlets: of the box, counted from 1, one a channel; None for 1 to n.
+        aside: fit in a thread while samples go on: it takes seconds, too long for a control step.
 
     Raises:
         ValueError: volumes or outlets that are not one a channel, or volumes not above 0.
@@ -50,6 +52,7 @@ class CalibrationRun:
         plan: CalibrationPlan | None = None,
         seed: int = 0,
         outlets: Sequence[int] | None = None,
+        aside: bool = False,
     ) -> None:
         n = len(channels)
         self.channels = tuple(channels)
@@ -65,6 +68,7 @@ class CalibrationRun:
         self.progress = 0.0
         self.message = "venting the channels to zero their sensors"
         self._seed = seed
+        self._aside = aside
         self._closed: Valves = np.zeros(n, dtype=np.int8)
         self._supply = AMBIENT_PRESSURE  # of the last sample [Pa]
         self._supplies: list[float] = []  # of the levels so far [Pa]
@@ -143,7 +147,7 @@ class CalibrationRun:
             if level + 1 < self.plan.supplies:
                 yield from self._wait(level)
         leaks = yield from self._leaks(recorder)
-        self._result = self._fitted(recorder, leaks)
+        self._result = yield from self._fit(recorder, leaks)
 
     def _level(self, level: int, recorder: PulseRecorder) -> Step:
         yield from self._vent()
@@ -216,6 +220,20 @@ class CalibrationRun:
                 break
             sample = yield wanted.astype(np.int8)
         yield from average(len(self.channels), self.plan.settling)
+
+    def _fit(
+        self, recorder: PulseRecorder, leaks: list[Leak]
+    ) -> Generator[Valves, Sample, list[ChannelCalibration]]:
+        if not self._aside:
+            return self._fitted(recorder, leaks)
+        self.progress = 0.99
+        self.message = "fitting the coefficients"
+        pool = ThreadPoolExecutor(1)
+        work = pool.submit(self._fitted, recorder, leaks)
+        pool.shutdown(wait=False)
+        while not work.done():
+            yield self._closed
+        return work.result()
 
     def _fitted(self, recorder: PulseRecorder, leaks: list[Leak]) -> list[ChannelCalibration]:
         result = []

@@ -130,7 +130,7 @@ def _channel(box: PneumaticBox, activity: ValveActivity, index: int, name: str) 
         "air mass [kg]": f"{box.observer.mass[index]:.3e}",
         f"target [{UNITS[mode]}]": f"{box.setpoints.at(box.time)[index]:.3e}",
         "pressure, gauge [Pa]": f"{box.gauge[index]:.0f}",
-        "drift bound, two sigma [kg]": f"{box.observer.drift_bound[index]:.1e}",
+        "drift bound, two sigma [kg]": f"{box.drift_bound[index]:.1e}",
         "volume above rest [m3]": f"{box.volume[index]:.2e}",
         "limit, gauge [Pa]": f"{box.guard.limits[index]:.0f}",
         "sensor offset [Pa]": f"{box.offsets[index]:.0f}",

@@ -48,6 +48,9 @@ from pneumaticbox_driver.steady_clock import SteadyClock
 from pneumaticbox_driver.turns.node import Turns
 from pneumaticbox_driver.valve_activity import ValveActivity
 
+SWITCH_INTERVAL = (
+    0.001  # after which a calibration's fit, in a thread, lets the control step run [s]
+)
 SERVE_PERIOD = 0.01  # wall time between looks at commands and services, when none wait [s]
 SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
 WAIT = 0.01  # for a sample, before others are served [s]
@@ -343,6 +346,7 @@ def main(args: list[str] | None = None) -> int:
     try:
         node = PneumaticBoxNode()
         gc.freeze()
+        sys.setswitchinterval(SWITCH_INTERVAL)
         gc.disable()  # a collection would come in the middle of a sample; see serve_others
         if node.board is None:
             run_topic(node, stop)
