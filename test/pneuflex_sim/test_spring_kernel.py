@@ -63,7 +63,7 @@ def test_solve_agrees_with_a_dense_solver(n):
         chain.rng.normal(size=(n, 3)),
         np.empty((n, 3)),
     )
-    spring_kernel.solve_chain(0, n, added, right, chain.mass, *chain.placed, out)
+    spring_kernel.solve_chains(np.array([0, n]), added, right, chain.mass, *chain.placed, out)
     expected = np.linalg.solve(chain.mass_matrix() + np.diag(added.ravel()), right.ravel())
     np.testing.assert_allclose(out.ravel(), expected, rtol=1e-7, atol=1e-9)
 

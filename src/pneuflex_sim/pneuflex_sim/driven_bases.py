@@ -79,19 +79,15 @@ class DrivenBases:
         where it goes.
         """
         client = self._client
-        found = [pybullet.getBaseVelocity(base, physicsClientId=client) for base in self.ids]
+        found = [pybullet.getBaseVelocity(base, client) for base in self.ids]
         numbers = chain.from_iterable(chain.from_iterable(found))
         self._numbers.pack_into(self._velocity, 0, *numbers)
         if self.pad is not None:
             self._sink(step, wrist, self.pad)
         self._advance(step, wrist)
         for base, (force, torque, place) in zip(self.ids, self._push.tolist(), strict=True):
-            pybullet.applyExternalForce(
-                base, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client
-            )
-            pybullet.applyExternalTorque(
-                base, -1, torque, pybullet.WORLD_FRAME, physicsClientId=client
-            )
+            pybullet.applyExternalForce(base, -1, force, place, pybullet.WORLD_FRAME, client)
+            pybullet.applyExternalTorque(base, -1, torque, pybullet.WORLD_FRAME, client)
 
     def _advance(self, step: float, wrist: Wrist) -> None:
         translation, rotation = wrist.springs

@@ -97,25 +97,25 @@ def inertial_torque(first, last, rate, mass, frame, arm, center, world_inertia, 
 
 
 @compiled
-def _shift_to_parent(r, a, b, c, angular, coupling, linear):
+def _shift_to_parent(r, a, b, c, shifted, angular, coupling, linear):
     """Add the spatial inertia [a b; b^T c] of a joint origin at `r` to (angular, coupling, linear)
-    at the parent's origin.
+    at the parent's origin; `shifted` (3, 3) is room to work.
+
+    With R the cross-product matrix of r: b'' = b + R c, a'' = a - b'' R + R b^T.
     """
-    hat = np.zeros((3, 3))
-    hat[0, 1], hat[0, 2], hat[1, 2] = -r[2], r[1], -r[0]
-    hat[1, 0], hat[2, 0], hat[2, 1] = r[2], -r[1], r[0]
-    shifted = np.empty((3, 3))
-    for i in range(3):  # b'' = b + hat c
+    for j in range(3):
+        shifted[0, j] = b[0, j] - r[2] * c[1, j] + r[1] * c[2, j]
+        shifted[1, j] = b[1, j] + r[2] * c[0, j] - r[0] * c[2, j]
+        shifted[2, j] = b[2, j] - r[1] * c[0, j] + r[0] * c[1, j]
+    for j in range(3):
+        angular[0, j] += a[0, j] - r[2] * b[j, 1] + r[1] * b[j, 2]
+        angular[1, j] += a[1, j] + r[2] * b[j, 0] - r[0] * b[j, 2]
+        angular[2, j] += a[2, j] - r[1] * b[j, 0] + r[0] * b[j, 1]
+    for i in range(3):
+        angular[i, 0] -= shifted[i, 1] * r[2] - shifted[i, 2] * r[1]
+        angular[i, 1] -= shifted[i, 2] * r[0] - shifted[i, 0] * r[2]
+        angular[i, 2] -= shifted[i, 0] * r[1] - shifted[i, 1] * r[0]
         for j in range(3):
-            shifted[i, j] = (
-                b[i, j] + hat[i, 0] * c[0, j] + hat[i, 1] * c[1, j] + hat[i, 2] * c[2, j]
-            )
-    for i in range(3):  # a'' = a - b'' hat + hat b^T
-        for j in range(3):
-            value = a[i, j]
-            for k in range(3):
-                value += hat[i, k] * b[j, k] - shifted[i, k] * hat[k, j]
-            angular[i, j] += value
             coupling[i, j] += shifted[i, j]
             linear[i, j] += c[i, j]
 
@@ -138,62 +138,86 @@ def _link_inertia(mass, com, own, angular, coupling, linear):
 
 
 @compiled
-def solve_chain(first, last, added, right, mass, frame, arm, center, world_inertia, out):
-    """Solve (M + diag(added)) out = right for the placed joints; added, right and out (n, 3) in
-    child axes.
+def _reduce(angular, coupling, linear, weighted, mixed, a, b, c):
+    """What a joint of inverse S hands on of its inertia [A B; B^T C], with weighted = S A and mixed
+    = S B: a = A - A S A, b = B - A S B, c = C - B^T S B.
     """
-    n = last - first
+    for r in range(3):
+        for s in range(3):
+            a[r, s] = angular[r, s] - (
+                angular[r, 0] * weighted[0, s]
+                + angular[r, 1] * weighted[1, s]
+                + angular[r, 2] * weighted[2, s]
+            )
+            b[r, s] = coupling[r, s] - (
+                angular[r, 0] * mixed[0, s]
+                + angular[r, 1] * mixed[1, s]
+                + angular[r, 2] * mixed[2, s]
+            )
+            c[r, s] = linear[r, s] - (
+                coupling[0, r] * mixed[0, s]
+                + coupling[1, r] * mixed[1, s]
+                + coupling[2, r] * mixed[2, s]
+            )
+
+
+@compiled
+def solve_chains(start, added, right, mass, frame, arm, center, world_inertia, out):
+    """Solve (M + diag(added)) out = right for the placed joints of all chains; chain f has the
+    joints start[f]..start[f+1]-1. added, right and out (n, 3) in child axes.
+    """
+    n = len(mass)
     angular, coupling, linear = np.zeros((n, 3, 3)), np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
     inverse, drive, bias = np.empty((n, 3, 3)), np.empty((n, 3)), np.zeros((n, 6))
     stiff, weighted, mixed = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    a, b, c = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    a, b, c, room = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     vector, lever = np.empty(3), np.empty(3)
-    for k in range(n - 1, -1, -1):
-        i = first + k
-        _link_inertia(mass[i], center[i], world_inertia[i], angular[k], coupling[k], linear[k])
-        rotate_diagonal(frame[i], added[i], stiff)
-        for r in range(3):
-            for s in range(3):
-                stiff[r, s] += angular[k, r, s]
-        invert_symmetric(stiff, inverse[k])
-        apply(frame[i], right[i], vector)
-        for r in range(3):
-            drive[k, r] = vector[r] - bias[k, r]
-        if k == 0:
-            break
-        multiply(inverse[k], angular[k], weighted)
-        multiply(inverse[k], coupling[k], mixed)
-        for r in range(3):
-            for s in range(3):
-                a[r, s], b[r, s], c[r, s] = angular[k, r, s], coupling[k, r, s], linear[k, r, s]
-                for t in range(3):
-                    a[r, s] -= angular[k, r, t] * weighted[t, s]
-                    b[r, s] -= angular[k, r, t] * mixed[t, s]
-                    c[r, s] -= coupling[k, t, r] * mixed[t, s]
-        _shift_to_parent(arm[i], a, b, c, angular[k - 1], coupling[k - 1], linear[k - 1])
-        for r in range(3):  # bias force handed to the parent: p + U inverse drive
-            value, force = bias[k, r], bias[k, 3 + r]
-            for s in range(3):
-                value += weighted[s, r] * drive[k, s]
-                force += mixed[s, r] * drive[k, s]
-            bias[k - 1, r] += value
-            bias[k - 1, 3 + r] += force
-            vector[r] = force
-        cross(arm[i], vector, lever)
-        for r in range(3):
-            bias[k - 1, r] += lever[r]
+    for f in range(len(start) - 1):
+        for i in range(start[f + 1] - 1, start[f] - 1, -1):
+            _link_inertia(mass[i], center[i], world_inertia[i], angular[i], coupling[i], linear[i])
+            rotate_diagonal(frame[i], added[i], stiff)
+            for r in range(3):
+                for s in range(3):
+                    stiff[r, s] += angular[i, r, s]
+            invert_symmetric(stiff, inverse[i])
+            apply(frame[i], right[i], vector)
+            for r in range(3):
+                drive[i, r] = vector[r] - bias[i, r]
+            if i == start[f]:
+                break
+            multiply(inverse[i], angular[i], weighted)
+            multiply(inverse[i], coupling[i], mixed)
+            _reduce(angular[i], coupling[i], linear[i], weighted, mixed, a, b, c)
+            _shift_to_parent(arm[i], a, b, c, room, angular[i - 1], coupling[i - 1], linear[i - 1])
+            for r in range(3):  # bias force handed to the parent: p + U inverse drive
+                value, force = bias[i, r], bias[i, 3 + r]
+                for s in range(3):
+                    value += weighted[s, r] * drive[i, s]
+                    force += mixed[s, r] * drive[i, s]
+                bias[i - 1, r] += value
+                bias[i - 1, 3 + r] += force
+                vector[r] = force
+            cross(arm[i], vector, lever)
+            for r in range(3):
+                bias[i - 1, r] += lever[r]
+        _accelerate(start[f], start[f + 1], inverse, drive, angular, coupling, frame, arm, out)
+
+
+@compiled
+def _accelerate(first, last, inverse, drive, angular, coupling, frame, arm, out):
+    """The way back of the recursion, from the base to the tip."""
     spin, shift, total = np.zeros(3), np.zeros(3), np.empty(3)
-    for k in range(n):
-        i = first + k
-        if k > 0:
+    vector, lever = np.empty(3), np.empty(3)
+    for i in range(first, last):
+        if i > first:
             cross(spin, arm[i], lever)
             for r in range(3):
                 shift[r] += lever[r]
         for r in range(3):
-            vector[r] = drive[k, r]
+            vector[r] = drive[i, r]
             for s in range(3):
-                vector[r] -= angular[k, r, s] * spin[s] + coupling[k, r, s] * shift[s]
-        apply(inverse[k], vector, total)
+                vector[r] -= angular[i, r, s] * spin[s] + coupling[i, r, s] * shift[s]
+        apply(inverse[i], vector, total)
         apply_transposed(frame[i], total, out[i])
         for r in range(3):
             spin[r] += total[r]
@@ -267,13 +291,11 @@ def spring_torques(
                     torque[i, k] -= STOP_SHARE * stiffness[i, k] * over
                     added[i, k] += dt * dt * STOP_SHARE * stiffness[i, k]
                 right[i, k] = torque[i, k] + external[i, k]
-        solve_chain(
-            first, last, added, right, mass, frame, arm, center, world_inertia, acceleration
-        )
-        for i in range(first, last):
-            for k in range(3):
-                torque[i, k] -= added[i, k] * acceleration[i, k]
-                v_before[i, k] = v[i, k]
+    solve_chains(start, added, right, mass, frame, arm, center, world_inertia, acceleration)
+    for i in range(n):
+        for k in range(3):
+            torque[i, k] -= added[i, k] * acceleration[i, k]
+            v_before[i, k] = v[i, k]
 
 
 @compiled
