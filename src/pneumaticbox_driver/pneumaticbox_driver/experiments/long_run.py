@@ -77,16 +77,20 @@ def draw(figure: "Figure", series: Series, result: Report) -> None:
     top.plot(time, series["target"] / MG, color=TARGET, lw=0.9, label="target")
     top.plot(time, series["estimate"][:, 0] / MG, color=FULL, label="estimate")
     measured = series["measured"][still, 0] / MG
-    top.plot(time[still], measured, ".", ms=2.5, color=OTHER, label="ground truth between pulses")
-    top.set(ylabel="air mass [mg]")
-    top.legend(loc="lower right")
+    top.plot(time[still], measured, ".", ms=1.5, color=OTHER, label="ground truth between pulses")
+    span = np.ptp(series["target"]) / MG
+    low, high = series["target"].min() / MG, series["target"].max() / MG
+    start = time[still][0]
+    top.set(ylabel="air mass [mg]", ylim=(low - 0.3 * span, high + 0.1 * span))
+    top.set_xlim(start - 1.0, None)
+    top.legend(loc="lower center", ncols=3)
     course = drift(series, "measured")[still, 0] / MG
     bottom.plot(time[still], course, ".", ms=2.5, color=OTHER)
     for sign in (-1, 1):
         bottom.axhline(sign * 2.5, color=THESIS_LINE, lw=1.0, ls="--")
     bottom.annotate(
         "thesis: smallest step 2.5 mg",
-        (0, 2.5),
+        (start, 2.5),
         (2, -9),
         textcoords="offset points",
         color="#555555",

@@ -96,8 +96,11 @@ def draw(figure: "Figure", series: Series, result: Report) -> None:
             )
         for sign in (-1, 1):
             panel.axhline(sign * BOUND, color=THESIS_LINE, lw=1.0, ls="--")
+        spot = {"xy": (0.02, BOUND), "xycoords": ("axes fraction", "data")}
         panel.annotate(
-            "thesis: 2.5 mg", (0, BOUND), (2, 2), textcoords="offset points", color="#555555"
+            "thesis: 2.5 mg", xytext=(0, 3), textcoords="offset points", color="#555555", **spot
         )
         panel.set(title=title, xlabel="time [s]", ylabel="measured less estimated mass [mg]")
-    axes[0].legend(ncols=2)
+    low, high = axes[0].get_ylim()
+    axes[0].set_ylim(min(low, -1.8 * BOUND), max(high, 1.2 * BOUND))
+    axes[0].legend(ncols=3, loc="lower left")
