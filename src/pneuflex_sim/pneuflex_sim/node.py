@@ -28,12 +28,12 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
+from pneuflex_sim.configuration import configuration
 from pneuflex_sim.contacts import by_pair
 from pneuflex_sim.pacing import Pace
 from pneuflex_sim.parameters import PARAMETERS, Parameter
-from pneuflex_sim.simulation import Simulation, SimulationConfig
+from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
-from pneuflex_sim.wrist import WristParameters
 from softhand_model.pneumatics.command_watch import CommandWatch
 
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
@@ -79,7 +79,7 @@ class HandSim(Node):
         super().__init__("hand_sim")
         for parameter in PARAMETERS:
             self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
-        self.simulation = Simulation(self._config())
+        self.simulation = Simulation(configuration(self._value))
         self._compile()
         self.lockstep, self.paused, self.single_steps = self._value("lockstep"), False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
@@ -104,25 +104,6 @@ class HandSim(Node):
 
     def _value(self, name: str) -> object:
         return self.get_parameter(name).value
-
-    def _config(self) -> SimulationConfig:
-        """The simulation that the parameters ask for."""
-        value = self._value
-        return SimulationConfig(
-            hand=value("hand"),
-            object=value("object"),
-            scene=value("scene"),
-            model=value("model_file") or None,
-            step=value("step"),
-            segments=value("segments"),
-            seed=value("seed"),
-            gui=value("gui"),
-            object_offset=tuple(value("object_offset")),
-            object_mass_scale=value("object_mass_scale"),
-            wrist=WristParameters(
-                stiffness=value("wrist_stiffness"), force_limit=value("wrist_force_limit")
-            ),
-        )
 
     def _create_interfaces(self) -> None:
         make = self.create_publisher

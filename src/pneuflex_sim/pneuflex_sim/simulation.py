@@ -21,8 +21,9 @@ from pneuflex_sim.layout import build_layout
 from pneuflex_sim.link_shapes import PIECES, check_kind
 from pneuflex_sim.objects import ObjectDescription, collision_shape, load_object
 from pneuflex_sim.scenes import SceneDescription, build_scene, load_scene
+from pneuflex_sim.solver import SolverSettings
 from pneuflex_sim.tip_sensors import TipSensors
-from pneuflex_sim.world import SolverSettings, World
+from pneuflex_sim.world import BulletState, World
 from pneuflex_sim.wrist import Wrist, WristParameters
 from softhand_model.effects.gravity import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
@@ -32,6 +33,7 @@ from softhand_model.pneumatics.compiled_plant import PLANT
 
 Array = NDArray[np.float64]
 
+LARGEST_STEP = 0.05  # [s]; contacts are missed there, see docs/simulator.md
 STATE = (
     "steps",
     "wrist",
@@ -44,7 +46,7 @@ STATE = (
 
 @dataclass(frozen=True)
 class SimulationConfig:
-    """What is simulated: names of hand, object and scene (hand and scene also as descriptions),
+    """What is simulated: names of hand, object and scene, or their descriptions,
     model file, step [s], segments an actuator, seed, offsets [m], collision shapes of the links
     (`pieces` along the outline, or `boxes`).
 
@@ -52,7 +54,7 @@ class SimulationConfig:
     """
 
     hand: str | HandDescription = "rbo_hand_2"
-    object: str = "cylinder"
+    object: str | ObjectDescription = "cylinder"
     scene: str | SceneDescription = "table"
     model: str | Path | None = None
     step: float = 0.001
@@ -66,8 +68,8 @@ class SimulationConfig:
     solver: SolverSettings = field(default_factory=SolverSettings)
 
     def __post_init__(self) -> None:
-        if not 1e-4 <= self.step <= 0.01:
-            raise ValueError(f"step: expected 0.0001 to 0.01 s, got {self.step}")
+        if not 1e-4 <= self.step <= LARGEST_STEP:
+            raise ValueError(f"step: expected 0.0001 to {LARGEST_STEP} s, got {self.step}")
         if self.segments < 1:
             raise ValueError(f"segments: expected 1 or more, got {self.segments}")
         if not 2 <= len(self.object_offset) <= 3 or not np.isfinite(self.object_offset).all():
@@ -114,9 +116,7 @@ class Simulation:
         self.air = AirCoupling(layout)
         self.plant = PLANT(self.channels, self.air.rest_volumes, seed=config.seed)
         self.ambient = self.plant.parameters.ambient_pressure
-        self.object: ObjectDescription | None = (
-            load_object(config.object) if self.scene.has_object else None
-        )
+        self.object = self._described_object()
         self._fixed_names = build_scene(self.scene, client)
         self._object_weight = (1 - weight_scale) * STANDARD_GRAVITY
         self._create_object()
@@ -127,6 +127,12 @@ class Simulation:
     def _new_wrist(self) -> Wrist:
         orientation = Rotation.from_euler("xyz", self.scene.wrist_rpy).as_quat()
         return Wrist(self.config.wrist, np.array(self.scene.wrist_position), orientation)
+
+    def _described_object(self) -> ObjectDescription | None:
+        found = self.config.object
+        if not self.scene.has_object:
+            return None
+        return found if isinstance(found, ObjectDescription) else load_object(found)
 
     def _create_object(self) -> None:
         self.object_id = -1
@@ -320,9 +326,11 @@ class Simulation:
 
     # ---------------------------------------------------------------- snapshots
     def save(self) -> dict[str, Any]:
-        """Snapshot to return to with `restore`, bit for bit; it belongs to this simulation."""
+        """Snapshot to return to with `restore`, bit for bit; it belongs to this simulation, and its
+        memory is freed when nobody refers to it any more.
+        """
         return {
-            "bullet": pybullet.saveState(physicsClientId=self.world.client),
+            "bullet": BulletState(self.world),
             "bodies": self.bodies.save(),
             "models": copy.deepcopy(self.bodies.layout.models),
             "plant": self.plant.save(),
@@ -331,7 +339,7 @@ class Simulation:
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Return to a snapshot."""
-        pybullet.restoreState(stateId=saved["bullet"], physicsClientId=self.world.client)
+        saved["bullet"].restore()
         self.bodies.restore(saved["bodies"])
         self.bodies.layout.models.update(copy.deepcopy(saved["models"]))
         self.plant.restore(saved["plant"])

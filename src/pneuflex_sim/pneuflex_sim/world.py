@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import pybullet
 
+from pneuflex_sim.solver import SolverSettings
 
-@dataclass(frozen=True)
-class SolverSettings:
-    """Contact solver: iterations a step; contacts of one manifold farther apart than the threshold
-    are left out.
-    """
 
-    iterations: int = 30
+class BulletState:
+    """A saved state of a world's bodies; PyBullet's memory of it is freed with this object."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._id: int = pybullet.saveState(physicsClientId=world.client)
+
+    def restore(self) -> None:
+        """Bring the world back to the state."""
+        pybullet.restoreState(stateId=self._id, physicsClientId=self._world.client)
+
+    def __del__(self) -> None:
+        if not self._world.closed:
+            pybullet.removeState(self._id, physicsClientId=self._world.client)
 
 
 class World:
@@ -25,6 +32,7 @@ class World:
         settings = settings or SolverSettings()
         self.step_size = step
         self.client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
+        self.closed = False
         if self.client < 0:
             raise RuntimeError("PyBullet refused a new client; with gui it needs a display")
         if gui:
@@ -32,6 +40,7 @@ class World:
         pybullet.setTimeStep(step, physicsClientId=self.client)
         pybullet.setPhysicsEngineParameter(
             numSolverIterations=settings.iterations,
+            solverResidualThreshold=settings.residual,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
             enableConeFriction=0,  # the cone let light fingertips diverge when they jam
@@ -51,5 +60,6 @@ class World:
 
     def close(self) -> None:
         """Disconnect; the world cannot be used after that."""
+        self.closed = True
         if pybullet.isConnected(self.client):
             pybullet.disconnect(self.client)
