@@ -12,6 +12,8 @@ from pneuflex_sim.validation import (
     base_torque,
     blocked_force,
     discretisation,
+    disturbance,
+    payload,
     straight_finger,
     wall_strain,
     wall_thickness,
@@ -38,6 +40,8 @@ EXPERIMENTS: dict[str, Experiment] = {
         straight_finger,
         wall_strain,
         approximation,
+        payload,
+        disturbance,
     )
 }
 
