@@ -25,7 +25,7 @@ def begun(limit=150e3, supplies=2, **plan):
 def run_until(rig, run, state, limit=120.0):
     end = rig.plant.time + limit
     while run.state != state and rig.plant.time < end:
-        rig.run(0.2, 4e-3)
+        rig.run(0.2, 8e-3)
     assert run.state == state, run.message
 
 
