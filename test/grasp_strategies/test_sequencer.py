@@ -51,6 +51,17 @@ def test_phases_take_the_time_their_data_says(make_strategy):
     assert result.duration == pytest.approx(begins["done"])
 
 
+def test_a_phase_ends_when_the_highest_pressure_has_fallen(make_strategy):
+    until = "until: {pressure: {below: 3.0e+4}}\n    time_out: 9.0\n    option: lower_and_release"
+    release = "- name: release\n    air_mass: {a: 0, b: 0, c: 0, d: 0}\n    "
+    strategy = make_strategy((release + "option: lower_and_release", release + until))
+    # 3 GPa a kg: channel a falls from 120 kPa (40 mg) to 30 kPa within 1.5 s of 20 mg/s
+    scene = MockScene(air_rate=2e-5)
+    _, phases = run(scene, strategy, options=["lower_and_release"])
+    begins = {name: time for time, name in phases}
+    assert begins["done"] - begins["release"] == pytest.approx(1.5, abs=2.1 * STEP)
+
+
 @pytest.mark.parametrize("speed", [0.0005, 0.002, 0.005])
 def test_slip_is_what_the_object_sank_in_the_hand_during_the_hold(make_strategy, speed):
     result, _ = run(MockScene(slip_speed=speed), make_strategy())

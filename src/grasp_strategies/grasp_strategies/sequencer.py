@@ -182,6 +182,7 @@ class Sequencer:
             "contact_force": float(np.linalg.norm(seen.wrist_force)),
             "height": self._judge.rise(seen),
             "air_mass_error": float(np.max(np.abs(run.air_goal - seen.air_mass), initial=0.0)),
+            "pressure": float(np.max(seen.pressure, initial=0.0)),
         }
 
 

@@ -13,8 +13,9 @@ The file has the keys `format: softhand-strategy/1`, `name`, `description`, `han
 * `duration` [s], the least time of a phase without wrist motion.
 * `until: {quantity: {above | below: value}}`: the first condition that holds ends the phase.
   Quantities: `contact_force` [N] on the wrist, `height` [m] of the object above its start,
-  `air_mass_error` [kg], the largest of all channels. With it go `time_out` [s] and `on_time_out:
-  error | next`. Without it a phase ends when motion, ramp and duration are over.
+  `air_mass_error` [kg] and gauge `pressure` [Pa], the largest of all channels. With it go
+  `time_out` [s] and `on_time_out: error | next`. Without it a phase ends when motion, ramp and
+  duration are over.
 * `option`: the phase is skipped unless this option is asked for.
 """
 
@@ -28,7 +29,7 @@ from softhand_model.document import Node, read_document
 FORMAT = "softhand-strategy/1"
 DATA = Path(__file__).with_name("data") / "strategies"
 FRAMES = ("object", "environment", "wrist", "wrist_level")
-QUANTITIES = {"contact_force": "N", "height": "m", "air_mass_error": "kg"}
+QUANTITIES = {"contact_force": "N", "height": "m", "air_mass_error": "kg", "pressure": "Pa"}
 DEFAULT_TURN_SPEED = 1.5  # [rad/s]
 
 _PHASE_KEYS = (
