@@ -8,9 +8,12 @@ import pytest
 from cosserat import rod_of
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.validation import payload
 from pneuflex_sim.validation.base_torque import LEFT, PRESSURE, actuator
 from pneuflex_sim.validation.command import EXPERIMENTS, main
+from pneuflex_sim.validation.disturbance import sliding_force
 from pneuflex_sim.validation.grip import Grip, Pose, gripped_part, pushed
+from pneuflex_sim.validation.held_cylinder import Grasp, HeldCylinder
 from pneuflex_sim.validation.stand import FingerStand
 from softhand_model.held_chain import HeldChain, Hold
 from softhand_model.joint_springs import JointSprings
@@ -138,3 +141,21 @@ def test_a_straight_finger_rolled_at_its_tip_twists_as_springs_in_series(factor)
         torque = stand.base_torque()
         springs = factor * gripped_part(stand.chain).stiffness[:, 1]
     assert torque[2] == pytest.approx(0.3 / np.sum(1.0 / springs), rel=1e-3)
+
+
+# ---------------------------------------------------------------- held cylinders
+def test_a_push_counts_as_slid_where_it_passes_ten_millimetres():
+    push = {"force": [0.0, 4.0, 8.0], "way": [0.0, 0.004, 0.016]}
+    assert sliding_force(push) == pytest.approx(6.0)
+    assert sliding_force(push, 0.020) == np.inf
+
+
+def test_a_hand_holds_half_a_kilogram_and_loses_it_without_air():
+    """The grasp of the experiment, palm down; vented, the cylinder falls out."""
+    grasp = payload.GRASPS["RBO Hand 2"]
+    with HeldCylinder(grasp, payload.MASS) as held:
+        assert {"index", "middle", "ring", "little"} <= set(held.touching())
+        assert payload.drift(payload.weighed(held, (1.0, 0.0, 0.0))) < payload.DRIFT
+    empty = Grasp(grasp.hand, grasp.place, (5e3,) * 4)
+    with HeldCylinder(empty, payload.MASS) as held:
+        assert payload.drift(payload.weighed(held, (1.0, 0.0, 0.0))) > 0.05

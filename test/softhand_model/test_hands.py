@@ -1,11 +1,16 @@
 """Hand descriptions: the shipped ones, and what is said about broken ones."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
 
+from softhand_model.actuator import load_actuator
+from softhand_model.chain import ChainModel
 from softhand_model.document import data_file
-from softhand_model.hands import Strut, hand_names, load_hand
+from softhand_model.hands import Strut, Web, hand_names, load_hand
+from softhand_model.model_file import Model
 
 
 def test_shipped_hands():
@@ -83,6 +88,40 @@ def test_strut_twists_like_saint_venant_says():
     assert strut.stiffness()[2] == pytest.approx(1.7e9 / 2.8 * exact / 0.05, rel=1e-3)
 
 
+def chain_of(web=None, types=("P5", "P5")):
+    """Segments of a chain of RBO Hand 1 with another web and other actuators."""
+    chain = load_hand("rbo_hand_1").chain("middle")
+    parts = {str(k): load_actuator(kind) for k, kind in enumerate(types)}
+    return ChainModel(replace(chain, actuators=parts, web=web), 10, Model())
+
+
+def test_a_pair_is_as_stiff_as_both_and_bends_like_one():
+    pair, one = chain_of(), chain_of(types=("P5",))
+    np.testing.assert_allclose(pair.segments.stiffness, 2 * one.segments.stiffness)
+    np.testing.assert_allclose(pair.segments.mass, 2 * one.segments.mass)
+    np.testing.assert_allclose(pair.rest_rotation([4e4, 4e4]), one.rest_rotation([4e4]))
+    half = pair.rest_rotation([4e4, 0.0])
+    np.testing.assert_allclose(half, 0.5 * one.rest_rotation([4e4]), atol=1e-12)
+
+
+def test_mesh_stiffens_the_joined_half_sideways_and_in_twist_alone():
+    bare, joined = chain_of().segments.stiffness, chain_of(Web(3, 0.060)).segments.stiffness
+    expected = np.ones((10, 3))
+    expected[:5, [0, 2]] = 3.0
+    np.testing.assert_allclose(joined / bare, expected)
+
+
+def test_split_fingers_hold_the_rubber_and_air_of_whole_ones():
+    whole, split = load_hand("rbo_hand_1"), load_hand("rbo_hand_1_split")
+    for name in ("left", "right"):
+        assert split.chain(f"{name}_tip").mount.parent == name
+    parts = [
+        sum(part.chamber_volume() for chain in hand.chains for part in chain.actuators.values())
+        for hand in (whole, split)
+    ]
+    assert parts[0] == pytest.approx(parts[1])
+
+
 def broken(change):
     """The description of RBO Hand 2 with one change made to it."""
     text = data_file("hands", "rbo_hand_2.yaml").read_text(encoding="utf-8")
@@ -131,6 +170,13 @@ LITTLE = ("chains", "little", "actuators", "little")
         (set_in("plate", "size", value=[1, 1, 0]), "plate.size: expected 3 numbers above 0"),
         (set_in("format", value="softhand-hand/2"), "format: expected one of softhand-hand/1"),
         (set_in("colour", value="blue"), "got colour"),
+        (set_in("chains", "little", "pitch", value=0.02), "expected the key pitch for a pair"),
+        (set_in("chains", "palm", "web", value={}), "palm.web: expected no web on arcs"),
+        (
+            set_in("chains", "little", "web", value={"chains": 1, "length": 0.1}),
+            "web.chains: expected one of 2, 3",
+        ),
+        (set_in("sheet", "angle", value=4.0), "sheet.angle: expected a number"),
         (lambda document: document.pop("channels"), "expected the key channels, got"),
     ],
 )

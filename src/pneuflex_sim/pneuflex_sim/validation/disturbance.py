@@ -22,7 +22,7 @@ DIRECTIONS = {  # [-] in the wrist's frame
 }
 RATE, LARGEST = 4.0, 16.0  # [N/s], [N]
 SLID = 0.010  # [m] by which the cylinder has moved when it counts as slid
-FAR = 0.030  # [m] where a push is ended
+FAR = 0.030  # [m] where a push is ended: it has run away, and not just given way with the hand
 THESIS = (6.0, 8.0)  # [N]; the pressure is not given
 
 
@@ -33,10 +33,10 @@ def pushed(held: HeldCylinder, direction: tuple[float, float, float]) -> dict[st
         force = RATE * STEP * (k + 1)
         held.load(force * np.array(direction))
         way = float(np.linalg.norm(held.place - start))
-        if k % 10 == 0 or way > FAR:
+        if k % 10 == 0 or way >= FAR:
             forces.append(force)
             ways.append(way)
-        if way > FAR:
+        if way >= FAR:
             break
     return {"force": forces, "way": ways}
 
@@ -56,16 +56,16 @@ def simulate() -> Results:
     return {"grasps": grasps}
 
 
-def sliding_force(push: dict[str, Any]) -> float:
-    """Force [N] that has moved the cylinder by SLID; infinite when none has.
+def sliding_force(push: dict[str, Any], slid: float = SLID) -> float:
+    """Force [N] that has moved the cylinder by `slid` [m]; infinite when none has.
 
     >>> sliding_force({"force": [0.0, 4.0, 8.0], "way": [0.0, 0.005, 0.015]})
     6.0
     """
     reached = np.maximum.accumulate(push["way"])
-    if reached[-1] < SLID:
+    if reached[-1] < slid:
         return float("inf")
-    return float(np.interp(SLID, reached, push["force"]))
+    return float(np.interp(slid, reached, push["force"]))
 
 
 def report(results: Results) -> list[Finding]:
@@ -76,9 +76,16 @@ def report(results: Results) -> list[Finding]:
         found = {name: sliding_force(push) for name, push in grasp["pushes"].items()}
         for name, force in found.items():
             forces[name].append(force)
-        words = ", ".join(f"{force:.1f} N {name}" for name, force in found.items())
+        words = ", ".join(
+            f"{force:.1f} ({_shown(sliding_force(grasp['pushes'][name], FAR))}) N {name}"
+            for name, force in found.items()
+        )
         findings.append(
-            Finding(f"moved by {1e3 * SLID:g} mm at {grasp['pressure'] / 1e3:g} kPa", "-", words)
+            Finding(
+                f"moved by {1e3 * SLID:g} ({1e3 * FAR:g}) mm at {grasp['pressure'] / 1e3:g} kPa",
+                "-",
+                words,
+            )
         )
     for name, found in forces.items():
         findings.append(
@@ -90,6 +97,10 @@ def report(results: Results) -> list[Finding]:
             )
         )
     return findings
+
+
+def _shown(force: float) -> str:
+    return f"{force:.1f}" if np.isfinite(force) else f"above {LARGEST:g}"
 
 
 def conclude(results: Results) -> str:

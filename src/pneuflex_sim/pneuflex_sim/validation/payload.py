@@ -109,8 +109,8 @@ def draw(figure: Figure, results: Results) -> None:
         axes.axvline(LOADING, color="0.6", ls=":", lw=1)
         axes.set_title(f"{hand}, {found['pressures'][0] / 1e3:g} kPa", fontsize=9)
         axes.set_xlabel("time [s]")
-    panels[0].set(ylabel="way of 0.5 kg [mm]", xlim=(0, None), ylim=(0, 40))
-    panels[0].legend(fontsize=8)
+    panels[0].set(ylabel="way of 0.5 kg [mm]", xlim=(0, None), ylim=(0, 15))
+    panels[0].legend(fontsize=8, loc="upper left")
 
 
 EXPERIMENT = Experiment(
