@@ -21,6 +21,7 @@ BOTTLES = {  # two bottles of 0.1 L
     "channels": ["a", "b"],
     "rest_volumes": [1e-4, 1e-4],
     "pressure_limits": [1.5e5, 1.5e5],
+    "embedded_rate": 200.0,  # [Hz]; 500 where nothing else keeps the machine busy
 }
 MASS = 4e-5  # [kg]
 PRESSURE = 20e3  # gauge [Pa]

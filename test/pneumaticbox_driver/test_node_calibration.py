@@ -106,7 +106,8 @@ def test_without_bottles_or_a_new_file_it_does_not_begin(start, peer, tmp_path):
 
 def test_on_the_pretended_bench_the_supply_is_a_parameter_and_a_vent_ends_it(start, peer, tmp_path):
     output = tmp_path / "x.yaml"
-    start(**BOTTLES, **SHORT, backend="embedded", calibration_output=str(output))
+    embedded = {"backend": "embedded", "embedded_rate": 100.0}
+    start(**BOTTLES, **SHORT, **embedded, calibration_output=str(output))
     peer.wait(lambda: peer.states, 20.0, "a state")
     assert peer.change("embedded_supply", 200e3) == ""
     peer.spin(3.0)
