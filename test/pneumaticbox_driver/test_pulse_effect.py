@@ -83,6 +83,15 @@ def test_pulses_too_short_for_their_own_verdict_add_up_too():
     assert channel.idle
 
 
+def test_pulses_shorter_than_a_valve_takes_to_open_are_no_evidence():
+    channel = Channel(moves=False)
+    for _ in range(500):
+        channel.run(1, 0.006)
+        channel.run(0, 0.004)
+    channel.run(0, 0.2)
+    assert not channel.idle
+
+
 @pytest.mark.parametrize("volume", [5e-6, REST, REST + WIDEST_GROWTH])
 def test_up_to_the_widest_channel_pulses_that_act_are_never_idle(volume):
     channel = Channel(volume)

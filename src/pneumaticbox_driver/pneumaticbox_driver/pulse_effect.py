@@ -14,7 +14,9 @@ SMOOTHING = 0.03  # low-pass of the pressures: 60 Pa of noise become 15 at 500 H
 # by at least m R T over the volume plus p dV/dp. Half a litre is ten times what a finger's
 # channel takes up that way, and it is the bottle that stands there during a calibration.
 WIDEST_GROWTH = 0.5e-3  # [m3]
-# Before this nothing is expected of a pulse: slowest valve (40 ms), low-pass, a sample.
+# A pulse shorter than the opening delay of the slowest valve may move nothing at all.
+OPENING = 0.04  # [s]
+# Before this nothing is expected of a pulse under way: slowest valve, low-pass, a sample.
 LATENCY = 0.08  # [s]
 SETTLING = 0.1  # after a pulse, for the closing delay, dead volume and low-pass [s]
 # What a low-passed pressure stays within when nothing moves, at most: 2.5 sigma of a difference
@@ -103,7 +105,9 @@ class PulseEffect:
         expected *= reach & (self._since > LATENCY)
         self._due += expected
         self._whole = np.where(
-            self._valves != 0, reach * np.abs(mass - self._mass) * self._per_mass, self._whole
+            self._valves != 0,
+            (reach & (self._since > OPENING)) * np.abs(mass - self._mass) * self._per_mass,
+            self._whole,
         )
         self._judge(gauge, noise, mass)
         self._judge_outlets(gauge, expected)
