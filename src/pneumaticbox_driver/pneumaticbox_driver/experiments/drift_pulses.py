@@ -63,7 +63,9 @@ def over_pulses(run: Series, settings: Settings) -> Floats:
     columns = []
     for values, pulses in zip(drift(run).T, run["pulses"].T, strict=True):
         still = np.isfinite(values)
-        columns.append(np.interp(wanted, pulses[still], values[still], right=np.nan))
+        # the tare is where it begins, with no pulse and no drift
+        made, found = np.append(0.0, pulses[still]), np.append(0.0, values[still])
+        columns.append(np.interp(wanted, made, found, right=np.nan))
     return np.array(columns).T
 
 

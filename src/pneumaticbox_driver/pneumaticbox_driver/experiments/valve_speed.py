@@ -127,7 +127,7 @@ def draw(figure: "Figure", series: Series, result: Report) -> None:
     right.set(
         xlabel="time [s]",
         ylabel="estimate less target, channel 1 [mg]",
-        ylim=(-4, 4),
+        ylim=(-2, 2),
         xlim=(5, None),
     )
     right.legend(loc="lower left", ncols=2)
