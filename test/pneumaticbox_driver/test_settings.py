@@ -27,7 +27,7 @@ GOOD = {
         ({"rest_volumes": (3e-5, 0.0)}, "rest_volumes must be above 0, got [3e-05, 0.0]"),
         ({"pressure_limits": (5e4, float("inf"))}, "pressure_limits must be above 0"),
         ({"control_modes": ("mass",)}, "control_mode must have 2 entries, got 1"),
-        ({"control_modes": ("mass", "volume")}, "'volume' expects volume_model 'hand', got 'fixed'"),
+        ({"control_modes": ("mass", "volume")}, "expects volume_model 'hand', got 'fixed'"),
         ({"control_modes": ("mass", "magic")}, "control_mode must be one of ['mass', "),
         ({"volume_model": "wish"}, "volume_model must be one of ['hand', 'fixed'], got 'wish'"),
         ({"command_timeout": -1.0}, "command_timeout must be 0 or above, got -1.0"),
@@ -76,8 +76,6 @@ def test_modes_are_one_for_all_or_one_a_channel():
 
 def test_backends_that_are_not_there_are_refused():
     assert check_backend("embedded") == "embedded"
-    with pytest.raises(ValueError, match="backend 'hardware' is not available yet"):
-        check_backend("hardware")
     with pytest.raises(ValueError, match=r"backend must be one of .*got 'wishes'"):
         check_backend("wishes")
 
