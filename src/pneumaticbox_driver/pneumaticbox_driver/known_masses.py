@@ -127,8 +127,10 @@ class KnownMasses:
         for channel in np.flatnonzero((valves < 0) & at_ambient & ~self.empty).tolist():
             self._take_offset(channel, pressures)
             self.empty[channel] = True
-            if self.drift_correction or self._doubted[channel] or not self._held_away(channel):
+            if self.drift_correction or self._doubted[channel]:
                 self._zero(channel)
+            elif not self._held_away(channel):
+                self._zero(channel, HELD_SHARE * self._bent_at_peak(channel)[0])
         if self._held_for.any():
             self._wait_for_rest()
         if self.drift_correction:
@@ -156,7 +158,7 @@ class KnownMasses:
     def _held_away(self, channel: int) -> bool:
         """Whether a channel at ambient pressure holds more than drift explains: it is kept then."""
         mass = float(self._observer.mass[channel])
-        held, kept = (float(part[channel]) for part in self._posture.bent_at(self._peak))
+        held, kept = self._bent_at_peak(channel)
         drift = MISFIT * float(self.drift_bound[channel]) + LEAST_MISFIT
         if not drift + HELD_SHARE * held < mass < HELD_VOLUME * kept:
             return False
@@ -165,11 +167,23 @@ class KnownMasses:
         self._held_for[channel] = TINY
         return True
 
+    def _bent_at_peak(self, channel: int) -> tuple[float, float]:
+        """What a channel held in free posture at its highest pressure since the last zero, and what
+        of it would be left at ambient pressure if it were still bent as far [kg].
+        """
+        held, kept = self._posture.bent_at(self._peak)
+        return float(held[channel]), float(kept[channel])
+
     def _wait_for_rest(self) -> None:
         """Take held channels to be at rest after all, if they stay at ambient pressure."""
         self._held_for = np.where(self.empty, self._held_for, 0.0)
         for channel in np.flatnonzero(self._held_for > HELD_PATIENCE).tolist():
-            self._zero(channel)
+            name, mass = self._settings.channels[channel], self._observer.mass[channel]
+            self._notes.append(
+                f"channel {name} kept {1e6 * mass:.1f} mg at ambient pressure for "
+                f"{HELD_PATIENCE:.0f} s: zeroed, as if nothing held its actuator"
+            )
+            self._zero(channel, np.inf)
 
     def _within_zero_band(self) -> Flags:
         reading = self._still.mean + self.offsets - self._settings.ambient
@@ -181,19 +195,23 @@ class KnownMasses:
         self.offsets[channel] += error
         pressures[channel] -= error
 
-    def _zero(self, channel: int) -> None:
-        """Take the channel's mass as that at rest, and say when it has drifted more than it may."""
+    def _zero(self, channel: int, posture: float = 0.0) -> None:
+        """Take the channel's mass as that at rest, and say when it has drifted more than it may.
+
+        `posture` [kg] is what an actuator that is held a little away from rest may hold more or
+        less than at rest: nothing, where the user says that it is free.
+        """
         moved = self._observer.pulses[channel] > 0 or self._held_for[channel] > 0
         if self.ready and moved and not self._doubted[channel]:
-            self._say_misfit(channel, float(self._observer.mass[channel]))
+            self._say_misfit(channel, float(self._observer.mass[channel]), posture)
         self._set(channel, 0.0, 0.0)
         self._held_for[channel] = 0.0
         self._peak[channel] = 0.0
         self._doubted[channel] = False
 
-    def _say_misfit(self, channel: int, drift: float) -> None:
-        """Tell the user of a `drift` [kg] that the calibration does not explain."""
-        bound = max(MISFIT * float(self.drift_bound[channel]), LEAST_MISFIT)
+    def _say_misfit(self, channel: int, drift: float, posture: float = 0.0) -> None:
+        """Tell the user of a `drift` [kg] that neither calibration nor `posture` [kg] explain."""
+        bound = max(MISFIT * float(self.drift_bound[channel]), LEAST_MISFIT) + posture
         if abs(drift) > bound:
             self._notes.append(
                 f"calibration does not fit channel {self._settings.channels[channel]}: its air "
