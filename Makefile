@@ -52,6 +52,11 @@ pneumatics-figures: setup
 	@$(PYTHON_IN_VENV) -m pneumaticbox_driver.experiments.page --copy docs/figures/pneumatics
 	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/pneumatics-experiments.md
 
+# The simulator: speed beside the prototype and the thesis, random trials, borders of success; ten
+# minutes on an idle machine (ARGS="--small", ARGS="--rows trials").
+bench-sim: setup
+	@$(PYTHON_IN_VENV) -m bench.sim $(ARGS)
+
 # Pages that are made from docstrings.
 docs: setup
 	@$(PYTHON_IN_VENV) scripts/list_errata.py

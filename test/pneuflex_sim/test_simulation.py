@@ -88,7 +88,7 @@ def test_fast_pressure_steps_stay_finite(simulate, hold_pressure, step):
 
 def test_a_diverged_run_stops_with_an_error_that_names_the_joint(simulate):
     simulation = simulate(hand="single_finger", scene="stand", step=0.002)
-    simulation.bodies._fixed[1][:] *= -1.0  # springs that push away: unstable
+    simulation.bodies.layout.stiffness[:] *= -1.0  # springs that push away: unstable
     with pytest.raises(RuntimeError, match="diverged: joint finger_"):
         for _ in range(3000):
             simulation.step()

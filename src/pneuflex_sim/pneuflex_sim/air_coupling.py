@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pneuflex_sim.layout import HandLayout
 from softhand_model.compiled import compiled
+from softhand_model.gas import GAS_CONSTANT
 
 Array = NDArray[np.float64]
 
@@ -37,9 +38,9 @@ class AirCoupling:
                 self._volume_gain[channel, joints] += model.volume_gain[row]
             self._members.append((chain.name, joints, of_channel))
         self._total_gain = self._volume_gain.sum(axis=1)
-        self._effects = not all(layout.models[name].rest_tables for name, _, _ in self._members)
+        self.by_tables = all(layout.models[name].rest_tables for name, _, _ in self._members)
         self._tables = self._stack_tables()
-        self._bend, self._gas = np.zeros((n, 3)), np.zeros((n, 3))
+        self.actuated = (np.zeros((n, 3)), np.zeros((n, 3)))  # bend and gas stiffness of a step
 
     def _stack_tables(self) -> tuple[Array, ...]:
         """Rest tables of all actuators, without effects, for the kernels."""
@@ -58,38 +59,44 @@ class AirCoupling:
 
     def volumes(self, rotations: Array) -> Array:
         """Volume of each channel [m3] for the joint rotations (n, 3) against rest [rad]."""
-        volumes = self.rest_volumes + self._volume_gain @ rotations[:, BEND]
-        return np.maximum(volumes, LEAST_VOLUME * self.rest_volumes)
+        found = np.empty_like(self.rest_volumes)
+        chamber_volumes(self.rest_volumes, self._volume_gain, rotations, found)
+        return found
 
-    def act(
-        self,
-        step: float,
-        pressures: Array,
-        pressures_abs: Array,
-        volumes: Array,
-        rotations: Array,
-        temperature: float,
+    def imposed_pressures(
+        self, masses: Array, ambient: float, temperature: float, rotations: Array
     ) -> tuple[Array, Array]:
-        """What `rest_bend` and `gas_stiffness` tell, in arrays that the next call overwrites."""
-        drop = pressures_abs / volumes * self._total_gain
-        self._bend[:] = self._gas[:] = 0.0
-        act_on_joints(pressures, drop, *self._tables, self.layout.stiffness, self._bend, self._gas)
-        if self._effects:
-            self._bend_by_models(step, pressures, rotations, temperature)
-        return self._bend, self._gas
+        """Absolute pressures [Pa] and volumes [m3] of the channels when they hold these masses of
+        air [kg above the fill at rest and ambient].
+        """
+        volumes, pressures = np.empty_like(masses), np.empty_like(masses)
+        chamber_volumes(self.rest_volumes, self._volume_gain, rotations, volumes)
+        heat = GAS_CONSTANT * temperature
+        enclosed_pressures(masses, heat, ambient, self.rest_volumes, volumes, pressures)
+        return pressures, volumes
+
+    def arrays(self, volumes: Array) -> tuple[Array, ...]:
+        """What `hand_kernel` calls air."""
+        return (volumes, self._total_gain, *self._tables)
 
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> Array:
         """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to the rest."""
-        still = np.ones_like(self.rest_volumes)
-        return self.act(step, pressures, still, still, rotations, temperature)[0].copy()
+        if not self.by_tables:
+            self.bend_by_models(step, pressures, rotations, temperature)
+            return self.actuated[0].copy()
+        bend, gas = np.zeros_like(rotations), np.zeros_like(rotations)
+        drop = np.zeros_like(pressures)
+        act_on_joints(pressures, drop, True, *self._tables, self.layout.stiffness, bend, gas)
+        return bend
 
-    def _bend_by_models(
+    def bend_by_models(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> None:
+        """Advance effects by a step [s], and put the rest shape that they leave into `actuated`."""
         for name, joints, of_channel in self._members:
-            self._bend[joints] = self.layout.models[name].step(
+            self.actuated[0][joints] = self.layout.models[name].step(
                 step, pressures[of_channel], rotations[joints], temperature
             )
 
@@ -102,17 +109,40 @@ class AirCoupling:
         for that motion and bound it for any other, so they keep the implicit step stable. They act
         only on the motion within a step: statics do not depend on them.
         """
-        bend, gas = np.zeros_like(self._bend), np.zeros_like(self._gas)
+        bend, gas = (np.zeros_like(array) for array in self.actuated)
         drop = pressures_abs / volumes * self._total_gain
-        act_on_joints(pressures, drop, *self._tables, self.layout.stiffness, bend, gas)
+        act_on_joints(pressures, drop, False, *self._tables, self.layout.stiffness, bend, gas)
         return gas
 
 
 @compiled
-def act_on_joints(pressures, drop, channel, step, cubic, start, width, stiffness, bend, gas):
-    """Add to `bend` (n, 3) [rad] the cubics of all actuators at their channels' pressures [Pa], and
-    to `gas` (n, 3) [N m/rad] their slopes times `drop` [Pa/rad] of the channel and the stiffness.
+def chamber_volumes(rest_volumes, gain, rotations, out):
+    """Volumes (channels,) [m3] for the joint rotations (n, 3) [rad]; `gain` (channels, n)."""
+    for channel in range(len(out)):
+        volume = rest_volumes[channel]
+        for i in range(gain.shape[1]):
+            volume += gain[channel, i] * rotations[i, BEND]
+        out[channel] = max(volume, LEAST_VOLUME * rest_volumes[channel])
+
+
+@compiled
+def enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, out):
+    """Absolute pressures (channels,) [Pa] of masses [kg above rest] with R_s T = heat [J/kg]."""
+    for channel in range(len(out)):
+        content = ambient * rest_volumes[channel] + masses[channel] * heat
+        out[channel] = content / volumes[channel]
+
+
+@compiled
+def act_on_joints(
+    pressures, drop, with_bend, channel, step, cubic, start, width, stiffness, bend, gas
+):
+    """Add to `gas` (n, 3) [N m/rad] the slopes of all actuators' cubics at their channels'
+    pressures [Pa] times `drop` [Pa/rad] of the channel and the stiffness; and make `bend` (n, 3)
+    [rad] the sum of the cubics, if asked to.
     """
+    if with_bend:
+        bend[:] = 0.0
     for actuator in range(len(channel)):
         relative = max(pressures[channel[actuator]], 0.0) / step[actuator]
         index = min(int(relative), cubic.shape[1] - 1)
@@ -120,7 +150,8 @@ def act_on_joints(pressures, drop, channel, step, cubic, start, width, stiffness
         fall = drop[channel[actuator]] / step[actuator]
         for k in range(width[actuator]):
             c, joint, axis = cubic[actuator, index], start[actuator] + k // 3, k % 3
-            bend[joint, axis] += c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
+            if with_bend:
+                bend[joint, axis] += c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
             if axis == BEND:
                 slope = c[1, k] + t * (2.0 * c[2, k] + t * 3.0 * c[3, k])
                 gas[joint, axis] += fall * slope * stiffness[joint, axis]

@@ -50,6 +50,17 @@ class DrivenBases:
         count = len(ids)
         self._velocity, self._pushed = np.zeros((count, 2, 3)), np.zeros((count, 2, 3))
         self._push = np.zeros((count, 3, 3))
+        self.constants = (BASE_RESISTANCE, self._gravity, self._weight)
+        self.kernel_arrays = (
+            self._mount_places,
+            self._mount_turns,
+            self._places,
+            self._turns,
+            self._velocity,
+            self._pushed,
+            self._center,
+            self._push,
+        )
         self._numbers = struct.Struct(f"{6 * count}d")
 
     def reset(self, wrist: Wrist) -> None:
@@ -61,7 +72,7 @@ class DrivenBases:
         base_kernel.place_bases(
             wrist.position, wrist.orientation, mounts, self._places, self._turns
         )
-        self._pushed[:] = 0.0
+        self._pushed[:] = self._velocity[:] = 0.0
         poses = zip(self.ids, self._places.tolist(), self._turns.tolist(), strict=True)
         for base, position, orientation in poses:
             pybullet.resetBasePositionAndOrientation(
@@ -72,52 +83,33 @@ class DrivenBases:
     def arrays(self) -> tuple[Array, ...]:
         """All that changes while stepping."""
         pad = () if self.pad is None else (self.pad.state, self._mount_places)
-        return (self._places, self._turns, self._pushed, *pad)
+        return (self._places, self._turns, self._velocity, self._pushed, *pad)
 
-    def drive(self, step: float, wrist: Wrist) -> None:
-        """Advance the wrist by a step [s] under the load of the last one, and push the bases to
-        where it goes.
-        """
+    def read(self) -> None:
+        """Take the velocities from PyBullet."""
         client = self._client
         found = [pybullet.getBaseVelocity(base, client) for base in self.ids]
         numbers = chain.from_iterable(chain.from_iterable(found))
         self._numbers.pack_into(self._velocity, 0, *numbers)
+
+    def push(self) -> None:
+        """Apply the push of the step, which `hand_kernel.drive_hand` has found."""
+        force, torque, frame = (
+            pybullet.applyExternalForce,
+            pybullet.applyExternalTorque,
+            pybullet.WORLD_FRAME,
+        )
+        client = self._client
+        for base, (along, about, place) in zip(self.ids, self._push.tolist(), strict=True):
+            force(base, -1, along, place, frame, client)
+            torque(base, -1, about, frame, client)
+
+    def sink(self, step: float, wrist: Wrist) -> None:
+        """Let the palm sheet, where there is one, yield to what its velocity gained on the push."""
         if self.pad is not None:
             self._sink(step, wrist, self.pad)
-        self._advance(step, wrist)
-        for base, (force, torque, place) in zip(self.ids, self._push.tolist(), strict=True):
-            pybullet.applyExternalForce(base, -1, force, place, pybullet.WORLD_FRAME, client)
-            pybullet.applyExternalTorque(base, -1, torque, pybullet.WORLD_FRAME, client)
-
-    def _advance(self, step: float, wrist: Wrist) -> None:
-        translation, rotation = wrist.springs
-        base_kernel.carry_bases(
-            step,
-            BASE_RESISTANCE,
-            self._gravity,
-            self._mount_places,
-            self._mount_turns,
-            self._places,
-            self._turns,
-            self._velocity,
-            self._pushed,
-            self._weight,
-            self._center,
-            translation,
-            rotation,
-            wrist.target_position,
-            wrist.target_orientation,
-            wrist.force,
-            wrist.torque,
-            wrist.position,
-            wrist.orientation,
-            wrist.velocity,
-            wrist.spin,
-            self._push,
-        )
 
     def _sink(self, step: float, wrist: Wrist, pad: PalmPad) -> None:
-        """Let the palm sheet yield to what its velocity gained on the push."""
         normal = np.empty(3)
         base_kernel.rotate(wrist.orientation, pad.axis, normal)
         gained = (self._velocity[-1, 0] - self._pushed[-1, 0]) @ normal

@@ -16,7 +16,8 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from pneuflex_sim import spring_kernel
+from pneuflex_sim import hand_kernel, spring_kernel
+from pneuflex_sim.air_coupling import AirCoupling
 from pneuflex_sim.collision_groups import (
     COLLIDES_WITH,
     PALM,
@@ -61,8 +62,14 @@ class HandBodies:
         self._create()
         n = len(layout.mass)
         self.torque, self.turned = np.zeros((n, 3)), np.zeros((n, 3))
-        self._fixed = (np.ascontiguousarray(layout.rest), np.ascontiguousarray(layout.stiffness))
-        self._body_data = (
+        self._rest = np.ascontiguousarray(layout.rest)
+        self._joints = (
+            layout.starts,
+            self.q,
+            self.v,
+            self._rest,
+            layout.stiffness,
+            layout.damping,
             layout.offset,
             layout.center,
             layout.inertia(world.step_size),
@@ -74,8 +81,8 @@ class HandBodies:
             np.zeros((n, 3)),
             np.zeros((n, 3)),
             np.zeros((n, 3, 3)),
+            self.torque,
         )
-        self._starts, self._damping = layout.starts, layout.damping
         self.bases = self._driven_bases(weight_scale)
         self.reset(wrist)
 
@@ -220,7 +227,9 @@ class HandBodies:
         has diverged.
         """
         self._states.read()
-        fastest = spring_kernel.look_at_joints(self._fixed[0], self.q, self.v, self.turned)
+        if not self.rigid:
+            self.bases.read()
+        fastest = spring_kernel.look_at_joints(self._rest, self.q, self.v, self.turned)
         self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
         if not math.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
             raise RuntimeError(self._diverged(fastest))
@@ -251,35 +260,35 @@ class HandBodies:
             array[:] = saved
 
     def _arrays(self) -> tuple[Array, ...]:
-        return (self.q, self.v, self.turned, self.torque, *self._carried, *self.bases.arrays())
+        return (self.q, self.v, self.turned, *self._carried, *self.bases.arrays())
 
     # ---------------------------------------------------------------- forces
-    def apply_springs(self, bend: Array, gas_stiffness: Array) -> None:
-        """Compute and apply joint torques for a rest orientation turned by `bend` (n, 3) [rad]."""
-        rest, stiffness = self._fixed
-        offset, com, inertia, mass = self._body_data
-        spring_kernel.spring_torques(
-            self.world.step_size,
+    def drive(
+        self, air: AirCoupling, ambient: float, pressures_abs: Array, volumes: Array, wrist: Wrist
+    ) -> None:
+        """Apply the torques of all joints at these pressures [Pa] and volumes [m3] of the channels;
+        advance the wrist under the load of the last step, and push the bases along.
+        """
+        step, springs = self.world.step_size, wrist.springs
+        common = (
+            step,
             self._first,
-            self._starts,
-            self.q,
-            self.v,
-            rest,
-            bend,
-            stiffness,
-            gas_stiffness,
-            self._damping,
-            offset,
-            com,
-            inertia,
-            mass,
-            *self._carried,
-            self.torque,
+            ambient,
+            pressures_abs,
+            air.by_tables,
+            air.arrays(volumes),
+            air.actuated,
+            self._joints,
+            self._carried,
         )
+        if self.rigid:
+            hand_kernel.joint_torques(*common)
+        else:
+            bases = self.bases
+            bases.sink(step, wrist)
+            hand_kernel.drive_hand(
+                *common, bases.constants, bases.kernel_arrays, springs, wrist.arrays
+            )
+            bases.push()
         self._first = False
         self._states.push(self.torque)
-
-    def drive_bases(self, wrist: Wrist) -> None:
-        """Advance the wrist under the load of the last step, and push the bases along."""
-        if not self.rigid:
-            self.bases.drive(self.world.step_size, wrist)

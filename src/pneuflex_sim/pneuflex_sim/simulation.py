@@ -217,17 +217,11 @@ class Simulation:
         imposed masses or closed.
         """
         self._update_air(valves)
-        gauge = self.pressures_abs - self.ambient
-        actuated = self.air.act(
-            self.step_size,
-            gauge,
-            self.pressures_abs,
-            self._volumes,
-            self.bodies.turned,
-            self.temperature,
-        )
-        self.bodies.apply_springs(*actuated)
-        self.bodies.drive_bases(self.wrist)
+        if not self.air.by_tables:
+            self.air.bend_by_models(
+                self.step_size, self.pressures(), self.bodies.turned, self.temperature
+            )
+        self.bodies.drive(self.air, self.ambient, self.pressures_abs, self._volumes, self.wrist)
         if self.object_id >= 0 and self._object_weight:
             place = pybullet.getBasePositionAndOrientation(
                 self.object_id, physicsClientId=self.world.client
@@ -247,17 +241,15 @@ class Simulation:
             self.tip_sensors.step(self.step_size, self.tip_angles())
 
     def _update_air(self, valves: Array | None) -> None:
-        volumes = self._volumes = self.air.volumes(self.bodies.turned)
+        turned = self.bodies.turned
         if self._imposed is not None:
-            heat = GAS_CONSTANT * self.temperature
-            self.pressures_abs = (
-                self.ambient * self.air.rest_volumes + self._imposed * heat
-            ) / volumes
+            self.pressures_abs, self._volumes = self.air.imposed_pressures(
+                self._imposed, self.ambient, self.temperature, turned
+            )
             return
-        closed = np.zeros(len(self.channels))
-        self.pressures_abs = self.plant.step(
-            self.step_size, closed if valves is None else valves, volumes
-        )
+        self._volumes = self.air.volumes(turned)
+        wanted = np.zeros(len(self.channels)) if valves is None else valves
+        self.pressures_abs = self.plant.step(self.step_size, wanted, self._volumes)
 
     # ---------------------------------------------------------------- observation
     @property

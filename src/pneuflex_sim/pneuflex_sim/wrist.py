@@ -59,6 +59,11 @@ class Wrist:
             self.position.copy(),
             self.orientation.copy(),
         )
+        p = self.parameters
+        self.springs = (  # stiffness, inertia and limit of the translation and of the rotation
+            (float(p.stiffness), float(p.mass), float(p.force_limit)),
+            (float(p.rotational_stiffness), float(p.inertia), float(p.torque_limit)),
+        )
 
     def command(self, position: Array, orientation: Array) -> None:
         """Set the target pose in the world: position (3,) [m], quaternion (4,); raises ValueError
@@ -76,12 +81,17 @@ class Wrist:
         self.target_position, self.target_orientation = place, turn / np.linalg.norm(turn)
 
     @property
-    def springs(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Stiffness, inertia and limit, as floats, of the translation and of the rotation."""
-        p = self.parameters
+    def arrays(self) -> tuple[Array, ...]:
+        """What `hand_kernel` calls wrist."""
         return (
-            (float(p.stiffness), float(p.mass), float(p.force_limit)),
-            (float(p.rotational_stiffness), float(p.inertia), float(p.torque_limit)),
+            self.target_position,
+            self.target_orientation,
+            self.force,
+            self.torque,
+            self.position,
+            self.orientation,
+            self.velocity,
+            self.spin,
         )
 
     def advance(self, step: float) -> None:
