@@ -78,6 +78,22 @@ def test_while_it_flows_what_is_to_come_counts_at_the_present_rate():
         assert integrals.values[1, 0] == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize(("direction", "upstream"), [(1, 396e3), (-1, 150e3)])
+def test_the_inlet_switches_at_the_supply_of_its_closing_the_outlet_at_that_of_its_opening(
+    direction, upstream
+):
+    integrals = PulseIntegrals(1)
+    begun = np.array([True])
+    integrals.begin(begun, np.array([direction]), np.array([150e3]), 400e3)
+    for k in range(1, 21):
+        # meanwhile other channels open and close
+        integrals.advance(0.002, np.array([150e3 - direction * 100.0 * k]), 400e3 - 200.0 * k)
+    integrals.end(begun)
+    integrals.advance(0.002, np.array([149e3]), 399e3)
+    assert integrals.flowing.all()
+    assert integrals.values[3, 0] == pytest.approx(upstream, rel=1e-12)
+
+
 def test_noise_at_ambient_pressure_does_not_add_up_to_a_flow():
     random = np.random.default_rng(2)
     integrals = PulseIntegrals(200)

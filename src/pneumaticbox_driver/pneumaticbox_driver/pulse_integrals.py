@@ -20,8 +20,14 @@ class PulseIntegrals:
     bounds, `t_on` to `t_off`, a pulse that changes the pressure much, as it does in a small
     volume, counts flow from before the valve opens and misses that from before it closes.
 
+    The dead volume of an inlet keeps air at the pressure that the supply has when the valve
+    closes, so while inflating the switching term has `p_in` at switch-off, not at `t_on` as
+    printed. Otherwise a calibration, whose channels open together and make the supply sag, gives
+    coefficients for a supply that always sags so.
+
     `values` (5, n) are 1, the friction and the injector integral [Pa s], and the pressures
-    upstream and downstream at switch-on [Pa]; `rates` the present integrands (n,), (n,) [Pa].
+    upstream and downstream for the switching terms [Pa]; `rates` the present integrands (n,),
+    (n,) [Pa].
     `lengths` (n,) are the commanded durations so far [s].
 
     Args:
@@ -80,6 +86,7 @@ class PulseIntegrals:
         if dt <= 0:
             return
         before, self.rates = self.rates, flow_rates(*self._ends(pressures, supply))
+        self.values[3] = np.where(self._open & self._inflating, supply, self.values[3])
         start = self._ages
         now = self._ages = start + dt
         self.lengths = np.where(self._open, now, self.lengths)

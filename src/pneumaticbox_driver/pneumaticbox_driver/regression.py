@@ -18,7 +18,8 @@ class Pulse:
     """One recorded test pulse; `mass` [kg] is positive from p_in to p_out.
 
     `friction` and `injector` are the integrals of equation 4.1 [Pa s], `pressure_in` and
-    `pressure_out` absolute at switch-on [Pa], `duration` that of the electrical command [s],
+    `pressure_out` absolute at switch-on, but the supply at switch-off (see `PulseIntegrals`)
+    [Pa], `duration` that of the electrical command [s],
     `noise` what the sensor leaves in `mass`, one sigma [kg], 0 if unknown, and `exposure` the
     channel's gauge pressure times the time between the two measurements [Pa s], for leaks.
     `delays` [s] are those of opening and closing that the integrals reckon with.
@@ -179,7 +180,7 @@ def refuse_singular(design: Floats, terms: Sequence[str]) -> None:
 def naive_mass(pulses: Sequence[Pulse]) -> Floats:
     """Baseline of section 4.4.3: `c p_in(t_on) dt`, c fitted over the same pulses (pulses,) [kg].
 
-    The pulses must be of one direction.
+    The pulses must be of one direction. Inflating, `p_in` is the supply at switch-off.
     """
     product = np.array([pulse.pressure_in * pulse.duration for pulse in pulses])
     mass = np.array([pulse.mass for pulse in pulses])
