@@ -5,7 +5,6 @@ import pytest
 
 from grasp_strategies.scene import SceneError
 from grasp_strategies.scene_in_process import InProcessScene, build_scene
-from pneuflex_sim.simulation import SimulationConfig
 
 
 class FakeSimulation:
@@ -99,7 +98,7 @@ def test_a_simulation_that_diverges_ends_the_scene():
 # ---------------------------------------------------------------- the real simulation
 @pytest.fixture
 def scene():
-    scene = build_scene(SimulationConfig(step=0.002))
+    scene = build_scene(step=0.002)
     yield scene
     scene.close()
 
@@ -131,4 +130,4 @@ def test_the_real_pressures_rise_with_the_air_that_is_commanded(scene):
 
 def test_an_unknown_hand_lists_those_there_are():
     with pytest.raises(ValueError, match="rbo_hand_2"):
-        build_scene(SimulationConfig(hand="fist"))
+        build_scene(hand="fist")

@@ -41,6 +41,17 @@ def test_the_spread_can_be_switched_off():
     assert draw_placement(3, offset=0.0, mass_spread=0.0) == ((0.0, 0.0), 1.0)
 
 
+def test_a_trial_in_a_used_world_is_that_of_a_new_one_bit_for_bit():
+    settings = TrialSettings(step=0.01)
+    trials.started_scene.cache_clear()
+    alone = run_trial(5, settings)
+    trials.started_scene.cache_clear()
+    run_trial(2, settings)
+    after_another = run_trial(5, settings)
+    assert after_another.result == alone.result
+    assert after_another.result.lift_height > 0.1
+
+
 def test_a_summary_is_json_that_counts_the_successes():
     batch = [Trial(0, (0.0, 0.001), 1.1, HELD, 3.0), Trial(1, (0.0, 0.0), 0.9, MISSED, 3.0)]
     summary = json.loads(json.dumps(summarise(batch, TrialSettings()), allow_nan=False))

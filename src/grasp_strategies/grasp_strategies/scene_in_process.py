@@ -5,11 +5,14 @@ The only file of this package that imports pneuflex_sim.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from grasp_strategies.imposed_air import ImposedAir
 from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from pneuflex_sim.solver import solver_settings
 from softhand_model.gas import AMBIENT_PRESSURE
 
 OBJECT = "object"
@@ -77,11 +80,25 @@ class InProcessScene:
             ),
         )
 
+    def save(self) -> dict[str, Any]:
+        """Snapshot for `restart`."""
+        return self._simulation.save()
+
+    def restart(self, saved: dict[str, Any], offset: tuple[float, ...], mass_scale: float) -> None:
+        """Go back to a snapshot from before anything was commanded, with the object shifted by
+        `offset` [m] and its mass scaled; the same, bit for bit, as in a new simulation.
+        """
+        self._simulation.restore(saved)
+        self._simulation.place_object(offset, mass_scale)
+        self._air = ImposedAir(len(self.channels))
+
     def close(self) -> None:
         """Free the simulation."""
         self._simulation.close()
 
 
-def build_scene(config: SimulationConfig) -> InProcessScene:
-    """A new simulation behind the contract; raises ValueError for names that do not exist."""
-    return InProcessScene(Simulation(config))
+def build_scene(*, solver: str = "default", **config: Any) -> InProcessScene:
+    """A new simulation behind the contract, by the fields of `SimulationConfig` and the name of the
+    solver's settings; raises ValueError for names that do not exist.
+    """
+    return InProcessScene(Simulation(SimulationConfig(solver=solver_settings(solver), **config)))

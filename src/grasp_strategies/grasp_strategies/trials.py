@@ -13,21 +13,23 @@ import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from grasp_strategies.judge import GraspResult
 from grasp_strategies.placement import MASS_SPREAD, OFFSET, draw_placement
-from grasp_strategies.scene_in_process import build_scene
+from grasp_strategies.scene_in_process import InProcessScene, build_scene
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
-from pneuflex_sim.simulation import SimulationConfig
 
 
 @dataclass(frozen=True)
 class TrialSettings:
-    """What all trials of a batch share; `step` [s], `offset` [m], `mass_spread` as a share."""
+    """What all trials of a batch share; `step` [s], `offset` [m], `mass_spread` as a share,
+    `options` of the strategy that are switched on, `solver` by the name of its settings.
+    """
 
     strategy: str = "surface_constrained"
     object: str = "cylinder"
@@ -37,6 +39,8 @@ class TrialSettings:
     segments: int = 5
     offset: float = OFFSET
     mass_spread: float = MASS_SPREAD
+    options: tuple[str, ...] = ()
+    solver: str = "default"
 
 
 @dataclass(frozen=True)
@@ -60,30 +64,55 @@ class Trial:
         return fields | result
 
 
+class StartedScene:
+    """A scene of some settings and the snapshot of its start, from which every trial sets out."""
+
+    def __init__(self, settings: TrialSettings) -> None:
+        self.strategy = load_strategy(settings.strategy)
+        self.scene = build_scene(
+            hand=self.strategy.hand,
+            object=settings.object,
+            scene=settings.scene,
+            model=settings.model,
+            step=settings.step,
+            segments=settings.segments,
+            solver=settings.solver,
+        )
+        self._start = self.scene.save()
+
+    def place(self, offset: tuple[float, float], mass_scale: float) -> InProcessScene:
+        """The scene at its start, with this object."""
+        self.scene.restart(self._start, offset, mass_scale)
+        return self.scene
+
+    def __del__(self) -> None:
+        if hasattr(self, "scene"):
+            self.scene.close()
+
+
+@lru_cache(maxsize=1)
+def started_scene(settings: TrialSettings) -> StartedScene:
+    """The scene of the latest settings, one a process: its hand is built once for many trials."""
+    return StartedScene(settings)
+
+
 def run_trial(seed: int, settings: TrialSettings | None = None) -> Trial:
-    """Run one trial up to the end of the hold; raises ValueError for names that do not exist."""
+    """Run one trial to the end of its strategy; raises ValueError for names that do not exist."""
     settings = settings or TrialSettings()
-    strategy = load_strategy(settings.strategy)
     offset, mass_scale = draw_placement(seed, settings.offset, settings.mass_spread)
-    config = SimulationConfig(
-        hand=strategy.hand,
-        object=settings.object,
-        scene=settings.scene,
-        model=settings.model,
-        step=settings.step,
-        segments=settings.segments,
-        seed=seed,
-        object_offset=offset,
-        object_mass_scale=mass_scale,
-    )
-    scene = build_scene(config)
-    try:
-        begin = time.perf_counter()
-        result = Sequencer(scene, strategy).run()
-        wall = time.perf_counter() - begin
-        return Trial(seed, offset, mass_scale, result, scene.time / wall)
-    finally:
-        scene.close()
+    return run_placed(seed, offset, mass_scale, settings)
+
+
+def run_placed(
+    seed: int, offset: tuple[float, float], mass_scale: float, settings: TrialSettings
+) -> Trial:
+    """Run one trial with the object shifted by `offset` [m] and its mass scaled."""
+    started = started_scene(settings)
+    scene = started.place(offset, mass_scale)
+    begin = time.perf_counter()
+    result = Sequencer(scene, started.strategy, options=settings.options).run()
+    wall = time.perf_counter() - begin
+    return Trial(seed, offset, mass_scale, result, scene.time / wall)
 
 
 def run_batch(
@@ -128,6 +157,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--segments", type=int, default=usual.segments, help="per actuator (%(default)s)")
     add("--offset", type=float, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")
     add("--mass-spread", type=float, default=MASS_SPREAD, help="share of mass (%(default)s)")
+    add("--options", nargs="*", default=(), help="of the strategy, such as lower_and_release")
+    add("--solver", default=usual.solver, help="fast, default or stable (%(default)s)")
     add("--seeds", type=int, default=10, help="number of trials (%(default)s)")
     add("--first-seed", type=int, default=0, help="seed of the first trial (%(default)s)")
     add("--jobs", type=int, default=1, help="processes at a time (%(default)s)")
@@ -146,6 +177,8 @@ def _settings(options: argparse.Namespace) -> TrialSettings:
         segments=options.segments,
         offset=options.offset,
         mass_spread=options.mass_spread,
+        options=tuple(options.options),
+        solver=options.solver,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -183,17 +183,31 @@ class Simulation:
         self._imposed: Array | None = None
         self._volumes = self.air.volumes(self.bodies.turned)
         self.pressures_abs = np.full(len(self.channels), self.ambient)
+        self._put_object()
+
+    def _put_object(self) -> None:
+        if self.object is None:
+            return
+        offset, client = np.zeros(3), self.world.client
+        offset[: len(self.config.object_offset)] = self.config.object_offset
+        place = offset + [0.0, 0.0, self.object.rest_height]
+        turn = Rotation.from_euler("xyz", self.object.rpy).as_quat()
+        pybullet.resetBasePositionAndOrientation(
+            self.object_id, place.tolist(), turn.tolist(), physicsClientId=client
+        )
+        pybullet.resetBaseVelocity(self.object_id, [0, 0, 0], [0, 0, 0], physicsClientId=client)
+
+    def place_object(self, offset: tuple[float, ...], mass_scale: float) -> None:
+        """Put the object at rest at another offset [m] from its place, with another mass; raises
+        ValueError as `SimulationConfig` does. A reset brings it back to there.
+        """
+        self.config = replace(self.config, object_offset=offset, object_mass_scale=mass_scale)
         if self.object is not None:
-            offset = np.zeros(3)
-            offset[: len(self.config.object_offset)] = self.config.object_offset
-            place = offset + [0.0, 0.0, self.object.rest_height]
-            turn = Rotation.from_euler("xyz", self.object.rpy).as_quat()
-            pybullet.resetBasePositionAndOrientation(
-                self.object_id, place.tolist(), turn.tolist(), physicsClientId=self.world.client
+            self.object_mass = self.object.mass * mass_scale
+            pybullet.changeDynamics(
+                self.object_id, -1, mass=self.object_mass, physicsClientId=self.world.client
             )
-            pybullet.resetBaseVelocity(
-                self.object_id, [0, 0, 0], [0, 0, 0], physicsClientId=self.world.client
-            )
+        self._put_object()
 
     # ---------------------------------------------------------------- commands
     def command_wrist(self, position: Array, orientation: Array) -> None:
