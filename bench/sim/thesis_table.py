@@ -1,0 +1,128 @@
+"""Table 5.2 re-made: simulated seconds per CPU second of a grasp, 1 to 50 ms, by the settings of
+the solver; the thesis' numbers (SOFA on another machine: an order of magnitude only) beside them.
+
+A contact counts as missed when its pair of links is first seen deeper in one another than DEEP: a
+step before they did not touch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pybullet
+
+from bench.row import at_least, at_most, stated
+from bench.sim.timing import StepTimes, timed_steps
+from grasp_strategies.judge import GraspResult
+from grasp_strategies.trials import TrialSettings, run_trial
+from pneuflex_sim.simulation import Simulation
+
+STEPS = (0.001, 0.002, 0.005, 0.010, 0.020, 0.050)
+ACTUATORS = 6
+THESIS = {
+    ("fast", 5): (0.06, 0.13, 0.28, 0.45, 0.89, 1.92),
+    ("default", 5): (0.04, 0.06, 0.10, 0.17, 0.34, 0.84),
+    ("stable", 5): (0.02, 0.02, 0.04, 0.06, 0.11, 0.26),
+    ("fast", 15): (0.02, 0.04, 0.11, 0.18, 0.27, 0.60),
+    ("default", 15): (0.01, 0.01, 0.02, 0.04, 0.08, 0.22),
+    ("stable", 15): (0.00, 0.00, 0.01, 0.01, 0.02, 0.06),
+}
+TARGET = 40.0  # times SOFA's default row
+TARGET_STEPS = (0.001, 0.002, 0.005, 0.010)
+OUTSIDE = "outside stepSimulation a segment and step"
+OUTSIDE_TARGET = 2.5  # [us] a segment and step
+DEEP = 0.002  # [m]
+
+
+@dataclass
+class Touches:
+    """Contacts of the hand with object and table: points a step, and pairs first seen too deep."""
+
+    points: list[int] = field(default_factory=list)
+    begun: int = 0
+    missed: int = 0
+    _before: set[tuple[int, ...]] = field(default_factory=set)
+
+    def look(self, simulation: Simulation) -> None:
+        """Take in the contacts after a step."""
+        hand = set(simulation.bodies.ids)
+        now: dict[tuple[int, ...], float] = {}
+        points = pybullet.getContactPoints(physicsClientId=simulation.world.client)
+        for point in points:
+            if point[1] in hand or point[2] in hand:
+                pair = point[1:5]
+                now[pair] = min(point[8], now.get(pair, np.inf))
+        fresh = [depth for pair, depth in now.items() if pair not in self._before]
+        self.begun += len(fresh)
+        self.missed += sum(depth < -DEEP for depth in fresh)
+        self._before = set(now)
+        self.points.append(len(points))
+
+
+@dataclass(frozen=True)
+class Run:
+    """One grasp: times of its steps, contacts, outcome."""
+
+    times: StepTimes
+    touches: Touches
+    result: GraspResult
+
+
+def grasp(settings: str, segments: int, step: float) -> Run:
+    """The surface-constrained grasp of the thesis with RBO Hand 2."""
+    touches = Touches()
+    with timed_steps(touches.look) as times:
+        trial = run_trial(0, TrialSettings(step=step, segments=segments, solver=settings))
+    return Run(times, touches, trial.result)
+
+
+def rows(small: bool) -> list[dict[str, Any]]:
+    """All cells of the table."""
+    run_trial(0, TrialSettings(step=0.01))  # compile
+    found = []
+    for (settings, segments), theirs in THESIS.items():
+        if small and settings != "default":
+            continue
+        runs = [grasp(settings, segments, step) for step in STEPS]
+        print(_lines(settings, segments, runs, theirs), flush=True)
+        for step, run, other in zip(STEPS, runs, theirs, strict=True):
+            found += _cell(settings, segments, step, run, other)
+    return found
+
+
+def _cell(
+    settings: str, segments: int, step: float, run: Run, other: float
+) -> list[dict[str, Any]]:
+    name = f"RBO Hand 2, {ACTUATORS * segments} segments, {settings}, {1e3 * step:g} ms"
+    factor, touches = run.times.factor(step), run.touches
+    found = [
+        stated(f"{name}: real-time factor", factor, ""),
+        stated(f"{name}: share of stepSimulation", 100 * run.times.share(), "%"),
+        stated(f"{name}: contacts missed", touches.missed, f"of {touches.begun}"),
+        stated(f"{name}: contact points, most", max(touches.points), ""),
+        stated(f"{name}: gripped", run.result.gripped, ""),
+    ]
+    if settings == "default" and step in TARGET_STEPS:
+        outside = 1e6 * run.times.outside() / (ACTUATORS * segments)
+        found.append(at_least(f"{name}: times the thesis", factor / other, "", TARGET))
+        found.append(at_most(f"{name}: {OUTSIDE}", outside, "us", OUTSIDE_TARGET))
+    return found
+
+
+def _lines(settings: str, segments: int, runs: Sequence[Run], theirs: Sequence[float]) -> str:
+    """The rows of the thesis' table, ours and its own, and what became of the grasp."""
+    head = f"{ACTUATORS * segments} segments, {settings}"
+    cells = {
+        "step [ms]": [f"{1e3 * step:g}" for step in STEPS],
+        "ours": [f"{run.times.factor(step):.2f}" for step, run in zip(STEPS, runs, strict=True)],
+        "thesis": [f"{value:.2f}" for value in theirs],
+        "missed": [f"{run.touches.missed}/{run.touches.begun}" for run in runs],
+        "outcome": [run.result.outcome for run in runs],
+    }
+    return "\n".join(
+        [head]
+        + [f"  {key:10s}" + "".join(f"{cell:>10s}" for cell in row) for key, row in cells.items()]
+    )
