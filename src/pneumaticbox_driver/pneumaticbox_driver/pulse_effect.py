@@ -148,7 +148,9 @@ class PulseEffect:
 
     def _judge(self, gauge: Floats, noise: Floats, mass: Floats) -> None:
         shift = self._shift + gauge - self._start
-        moved = self._counting & (np.abs(shift) > noise)
+        # a fifth of what is expected is no effect either; see EXPECTED
+        share = np.minimum((self._owed + self._due) * (UNMOVED / EXPECTED), UNMOVED)
+        moved = self._counting & (np.abs(shift) > np.maximum(noise, share))
         if moved.any():
             self._forget(moved)
             self._acted |= moved
