@@ -48,6 +48,20 @@ def pressure_pulse(rig):
     return rig.smallest_pulses() / capacity
 
 
+def test_what_was_learnt_against_an_object_is_forgotten_when_it_lets_go():
+    rig = rig_for("pressure", volume=30e-6, compliance=3.0)
+    ask(rig, 20 * KPA)
+    rig.run(4.0, 1e-2)
+    rig.hold(0.9 * float(rig.volumes()[0]))  # held, it is as stiff as a bottle
+    rig.run(3.0, 1e-2)
+    rig.hold(None)
+    rig.openings[:] = 0
+    rig.run(4.0, 1e-2)
+    assert (np.abs(gauge(rig) - 20 * KPA) < pressure_pulse(rig)).all()
+    # as many as from free to free; with the stiffness of the held one it takes four
+    assert (rig.openings >= 1).all() and (rig.openings <= 3).all()
+
+
 @pytest.mark.parametrize("load", [BOTTLE, RIGID, FINGER], ids=["bottle", "rigid", "finger"])
 def test_the_true_pressure_ends_within_the_smallest_pulse_by_few_pulses(load):
     rig = rig_for("pressure", **load)

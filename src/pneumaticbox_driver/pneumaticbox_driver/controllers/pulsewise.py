@@ -18,6 +18,7 @@ MOST_SAMPLES = 50  # over which the average reaches back
 NOISE = 100.0  # of one sample of a channel's pressure, converter included, one sigma [Pa]
 SIGNIFICANT = 3.0  # times the noise of the average: a pulse is not opened for less [-]
 LESSON = 500.0  # change of pressure by which a pulse tells as much as those before it [Pa]
+FOREIGN = 1000.0  # change of pressure without a pulse: something pushed, or let go [Pa]
 PLAUSIBLE_RATIO = (0.2, 4.0)  # of the air that it took over the air that the model asks for
 
 
@@ -42,7 +43,8 @@ class PulsewiseController:
 
     The ratio of the air that a pulse moved over that which the model asks for tells how compliant
     the actuator is where it is now, free or against an object; the next pulse is shortened or
-    lengthened by it, so that a wrong model does not make the valves take turns.
+    lengthened by it, so that a wrong model does not make the valves take turns. What was learnt
+    is forgotten when the pressure changes by itself: the actuator has met an object, or left it.
 
     Args:
         quantity: that is controlled.
@@ -59,6 +61,7 @@ class PulsewiseController:
         self._mean = view.pressures - view.ambient
         self._ratio = np.ones(n)
         self._pulsed = np.zeros(n, dtype=bool)  # a pulse that has not been judged
+        self._left_at = self._mean.copy()  # gauge pressure at the last look [Pa]
         self._start_gauge, self._start_volume, self._start_mass = np.zeros((3, n))
 
     def update(self, view: BoxView) -> Valves:
@@ -89,6 +92,7 @@ class PulsewiseController:
 
     def _opened(self, view: BoxView, settled: Flags) -> Valves:
         gauge, volume = self._quantity.state(view, self._mean)
+        self._forget(settled, gauge)
         self._learn(view, settled & self._pulsed, gauge, volume)
         air, rise = self._needed(view, gauge, volume)
         count = np.clip(self._count, 1.0, MOST_SAMPLES)
@@ -100,6 +104,13 @@ class PulsewiseController:
         self._start_mass = np.where(begun, view.observer.mass, self._start_mass)
         self._pulsed |= begun
         return opened.astype(np.int8)
+
+    def _forget(self, settled: Flags, gauge: Floats) -> None:
+        """Begin to learn anew where the pressure has changed by itself since it was left."""
+        foreign = settled & ~self._pulsed & (np.abs(gauge - self._left_at) > FOREIGN)
+        self._ratio = np.where(foreign, 1.0, self._ratio)
+        seen = foreign | (settled & self._pulsed)
+        self._left_at = np.where(seen, gauge, self._left_at)
 
     def _learn(self, view: BoxView, judged: Flags, gauge: Floats, volume: Floats) -> None:
         """Compare what the last pulses moved with what the model asks for where they ended."""

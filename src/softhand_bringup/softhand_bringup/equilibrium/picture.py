@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 COLOURS = {"mass": "tab:purple", "pressure": "tab:orange", "volume": "tab:blue"}
 LABELS = ("gauge pressure [kPa]", "[kPa]", "volume\n[cm3]", "air, estimated\n[mg]", "force\n[N]")
-AIR, AIR_SPAN = 2, 4.0  # row of the air mass, and what it shows to both sides [mg]
+AIR, AIR_SPAN = 2, 6.0  # row of the air mass, and what it shows to both sides [mg]
 LINE_SPACING = 1e-6  # of the lines of equal air mass [kg]
 
 
