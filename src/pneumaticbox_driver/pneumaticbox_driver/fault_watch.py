@@ -1,7 +1,7 @@
 """Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from softhand_model.gas import air_mass
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Valves = NDArray[np.int8]
+PERIOD = 0.008  # between two looks at what pulses do, which takes ten times as long to show [s]
 SIGMAS = 4.0  # of noise that are not yet a motion
 LEAST_NOISE = 61.0  # the step of a 12-bit converter for 250 kPa [Pa]
 # A channel at ambient pressure that holds so much more than at rest would have to be pulled open
@@ -96,6 +97,7 @@ class FaultWatch:
         self._empty_for: Floats = np.zeros(n)
         self._without_supply = 0.0
         self._backward: Floats = np.zeros(n)
+        self._unseen = 0.0  # time since the last look at the pulses [s]
 
     def look(self, view: FaultView) -> list[str]:
         """Take one sample.
@@ -108,6 +110,10 @@ class FaultWatch:
             return []  # the box vents for that reason
         raw = view.readings - self._settings.ambient
         self._frozen.look(view.readings, (raw > RANGE_END) & (raw < self._range_end))
+        self._unseen += view.dt
+        if self._unseen < PERIOD - 1e-9:
+            return self._sensor_faults() if view.ready else []
+        view, self._unseen = replace(view, dt=self._unseen), 0.0
         share = view.dt / (view.dt + SMOOTHING)
         fresh = np.isnan(self._smooth)
         self._smooth = np.where(
