@@ -7,39 +7,25 @@ nothing could be started; 130 interrupted.
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from pathlib import Path
 from threading import Event
 
-from softhand_bringup.bench_link.waiting import Interrupted, RunFailed
-from softhand_bringup.demo.folder import make_run_folder
+from softhand_bringup.bench_link.command import Say, run_command
 from softhand_bringup.equilibrium.session import Session
-from softhand_bringup.launcher import NodeDied
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Push, draw, judge; see the module for the exit status."""
     parsed = _parse(arguments)
-    try:
-        folder = make_run_folder(parsed.out, "equilibrium")
-    except OSError as error:
-        say(f"cannot write {error.filename or parsed.out}: {error.strerror}")
-        return 2
-    stopped = Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
-    try:
-        return 0 if show(folder, parsed.seed, stopped) else 1
-    except (RunFailed, NodeDied, ValueError, OSError) as error:
-        say(str(error))
-        return 1
-    except Interrupted:
-        say(f"interrupted; what was recorded is in {folder}")
-        return 130
+
+    def play(folder: Path, say: Say, stopped: Event) -> bool:
+        return show(folder, parsed.seed, say, stopped)
+
+    return run_command("equilibrium", parsed.out, play)
 
 
-def show(folder: Path, seed: int, stopped: Event) -> bool:
+def show(folder: Path, seed: int, say: Say, stopped: Event) -> bool:
     """Push under every controller; whether it came out as in the thesis."""
     # imported late: with --help nobody should wait for PyBullet
     from softhand_bringup.equilibrium import verdict
@@ -54,11 +40,6 @@ def show(folder: Path, seed: int, stopped: Event) -> bool:
     say(verdict.line(outcomes))
     say(f"bag {session.bag}, picture {folder}/equilibrium.png, figures {folder}/result.json")
     return verdict.as_in_the_thesis(outcomes)
-
-
-def say(line: str) -> None:
-    """Print one line at once."""
-    print(f"equilibrium: {line}", flush=True)
 
 
 def _parse(arguments: list[str] | None) -> argparse.Namespace:
