@@ -20,6 +20,7 @@ import numpy as np
 from pneuflex_sim.objects import ObjectDescription
 from pneuflex_sim.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from softhand_model.gas import GAS_CONSTANT
 
 HAND = Path(__file__).parent / "data" / "six_fingers.yaml"
 HEIGHT = 0.098  # of the mounts above the table [m]
@@ -48,13 +49,12 @@ def build(segments: int, step: float) -> Simulation:
     )
 
 
-def closed_mass(simulation: Simulation) -> np.ndarray:
-    """Air masses [kg above rest] that give PRESSURE when nothing is touched."""
-    gauge, still = np.array([PRESSURE]), np.zeros_like(simulation.bodies.v)
+def closed_mass(simulation: Simulation, pressure: float = PRESSURE) -> np.ndarray:
+    """Air masses [kg above rest] that give a gauge pressure [Pa] when nothing is touched."""
+    gauge, still = np.array([pressure]), np.zeros_like(simulation.bodies.v)
     bend = simulation.air.rest_bend(simulation.step_size, gauge, still, simulation.temperature)
-    simulation.bodies.layout.models["first"].reset()
     filled = (gauge + simulation.ambient) * simulation.air.volumes(bend)
-    heat = 287.05 * simulation.temperature
+    heat = GAS_CONSTANT * simulation.temperature
     return (filled - simulation.ambient * simulation.air.rest_volumes) / heat
 
 

@@ -1,0 +1,91 @@
+"""What step, segments and iterations do to motion and grasp; writes a table into docs/simulator.md.
+
+python -m bench.sim.convergence
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from bench.simulator import response_time
+from grasp_strategies.judge import GraspResult
+from grasp_strategies.trials import TrialSettings, run_trial
+from pneuflex_sim.solver import SETTINGS
+
+DOCS = Path("docs/simulator.md")
+BEGIN, END = "<!-- convergence -->", "<!-- end of convergence -->"
+STEPS, SEGMENTS = (0.001, 0.002, 0.005, 0.010), (5, 10, 15)
+SEEDS = (0, 1, 2)
+USUAL = TrialSettings(step=0.005)
+
+
+def grasps(settings: TrialSettings) -> str:
+    """Outcome of the surface-constrained grasp for some seeds: successes, worst slip, lift."""
+    results = [run_trial(seed, settings).result for seed in SEEDS]
+    slips = [_slip(result) for result in results]
+    lifts = [1e3 * result.lift_height for result in results]
+    gripped = sum(result.gripped for result in results)
+    return f"{gripped} of {len(SEEDS)} | {max(slips):.2f} | {sum(lifts) / len(lifts):.1f}"
+
+
+def _slip(result: GraspResult) -> float:
+    return math.inf if math.isnan(result.slip) else 1e3 * result.slip
+
+
+def by_step() -> list[str]:
+    """Rows over step and segments."""
+    rows = []
+    for segments in SEGMENTS:
+        for step in STEPS:
+            settings = replace(USUAL, step=step, segments=segments)
+            quick = f"{response_time(segments, step):.0f}"
+            rows.append(f"| {segments} | {1e3 * step:g} | {quick} | {grasps(settings)} |")
+            print(rows[-1], file=sys.stderr, flush=True)
+    return rows
+
+
+def by_settings() -> list[str]:
+    """Rows over the settings of the solver, at steps of 2 and 5 ms."""
+    rows = []
+    for name, solver in SETTINGS.items():
+        for step in STEPS[1:3]:
+            found = grasps(replace(USUAL, step=step, solver=name))
+            numbers = f"{solver.iterations} | {solver.residual:g}"
+            rows.append(f"| `{name}` | {numbers} | {1e3 * step:g} | {found} |")
+            print(rows[-1], file=sys.stderr, flush=True)
+    return rows
+
+
+def text(steps: Sequence[str], settings: Sequence[str]) -> str:
+    """Both tables in Markdown."""
+    outcome = "gripped | slip, worst [mm] | lift, mean [mm]"
+    return "\n".join(
+        [
+            f"| segments | step [ms] | time to 90 % [ms] | {outcome} |",
+            "|---|---|---|---|---|---|",
+            *steps,
+            "",
+            f"| solver | iterations | residual | step [ms] | {outcome} |",
+            "|---|---|---|---|---|---|---|",
+            *settings,
+        ]
+    )
+
+
+def main() -> None:
+    """Measure, and replace what stands between the marks."""
+    page = DOCS.read_text()
+    if BEGIN not in page or END not in page:
+        raise ValueError(f"{DOCS}: expected the marks {BEGIN} and {END}")
+    run_trial(0, TrialSettings(step=0.01))  # compile
+    tables = text(by_step(), by_settings())
+    head, tail = page.split(BEGIN)[0], page.split(END)[1]
+    DOCS.write_text(f"{head}{BEGIN}\n{tables}\n{END}{tail}")
+
+
+if __name__ == "__main__":
+    main()
