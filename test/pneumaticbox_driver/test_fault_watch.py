@@ -76,6 +76,18 @@ def test_a_fault_is_named_vents_below_the_limit_and_only_reset_leaves_that(fault
     np.testing.assert_allclose(rig.mass, FULL, atol=1.5 * MG)
 
 
+def test_samples_lost_now_and_then_do_not_hide_a_stuck_valve():
+    drawn = np.random.default_rng(1)
+    for _ in range(10):
+        rig = filled()
+        rig.plant.faults.stick_valve("a", 0)
+        rig.command(FULL[0] + 12 * MG, FULL[1])
+        for _ in range(6):
+            rig.run(drawn.uniform(0.01, 0.15))
+            rig.sample(0.2)
+        assert rig.box.latch
+
+
 @pytest.mark.parametrize("fault", ["spool closed", "spool inflating"])
 def test_an_outlet_that_does_not_open_is_told_with_what_to_do(fault):
     rig, _ = broken(fault)

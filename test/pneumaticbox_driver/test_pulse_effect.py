@@ -13,7 +13,7 @@ GAS = GAS_CONSTANT * 293.15
 FLOW = 20e-6  # of the inlet [kg/s]
 SETTINGS = BoxSettings(("a",), (REST,), (150e3,), ("mass",))
 PER_MASS = GAS / (REST + WIDEST_GROWTH)  # [Pa/kg]
-NOISE = np.array([60.0])
+NOISE = np.array([11.0])
 
 
 class Channel:
@@ -71,6 +71,14 @@ def test_less_than_that_is_no_evidence_until_further_pulses_add_up():
     assert not channel.idle
     channel.run(1, open_time(0.4))
     channel.run(0, 0.3)
+    assert channel.idle
+
+
+def test_a_pulse_keeps_its_verdict_when_one_the_other_way_follows_at_once():
+    channel = Channel(moves=False)
+    channel.run(1, open_time(1.1))
+    channel.run(0, 0.06)
+    channel.run(-1, 0.01)
     assert channel.idle
 
 

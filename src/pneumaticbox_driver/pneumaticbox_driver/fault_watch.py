@@ -22,8 +22,6 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Valves = NDArray[np.int8]
 PERIOD = 0.008  # between two looks at what pulses do, which takes ten times as long to show [s]
-SIGMAS = 4.0  # of noise that are not yet a motion
-LEAST_NOISE = 61.0  # the step of a 12-bit converter for 250 kPa [Pa]
 # A channel at ambient pressure that holds so much more than at rest would have to be pulled open
 # by that share, with nothing in it that pulls.
 SURPLUS = 0.05  # of the fill at rest
@@ -90,7 +88,8 @@ class FaultWatch:
         """Forget the evidence: the user has reset the box."""
         n = len(self._names)
         self._effect.restart()
-        self._smooth: Floats = np.full(n, np.nan)
+        self._smooth: Floats = np.full(n, np.nan)  # low-passed pressures [Pa]
+        self._spread = 1.0  # of their noise, in squares of the sensor's
         self._since_vented: Floats = np.zeros(n)  # the outlet was last commanded open [s]
         self._closed_for: Floats = np.zeros(n)
         self._highest: Floats = np.full(n, -np.inf)
@@ -114,17 +113,13 @@ class FaultWatch:
         if self._unseen < PERIOD - 1e-9:
             return self._sensor_faults() if view.ready else []
         view, self._unseen = replace(view, dt=self._unseen), 0.0
-        share = view.dt / (view.dt + SMOOTHING)
-        fresh = np.isnan(self._smooth)
-        self._smooth = np.where(
-            fresh, view.gauge, self._smooth + share * (view.gauge - self._smooth)
-        )
+        self._follow(view.dt, view.gauge)
         if not view.ready:
             return []
         self._effect.look(
             view.dt,
             self._smooth,
-            self._noise(share),
+            self._frozen.noise[:-1] * math.sqrt(self._spread),
             view.supply,
             view.valves,
             view.flow,
@@ -137,10 +132,12 @@ class FaultWatch:
             *self._pressure_losses(view),
         ]
 
-    def _noise(self, share: float) -> Floats:
-        """What low-passed pressures vary by while nothing moves (n,) [Pa]."""
-        sigma = self._frozen.noise[:-1] * math.sqrt(2 * share / (2 - share))  # of a difference
-        return np.clip(SIGMAS * sigma, LEAST_NOISE, UNMOVED)
+    def _follow(self, dt: float, gauge: Floats) -> None:
+        """Low-pass the pressures, and keep account of the noise: lost samples let more through."""
+        share = dt / (dt + SMOOTHING)
+        fresh = np.isnan(self._smooth)
+        self._smooth = np.where(fresh, gauge, self._smooth + share * (gauge - self._smooth))
+        self._spread = (1 - share) ** 2 * self._spread + share**2
 
     def stuck_outlets(self) -> list[str]:
         """Say which outlets, commanded open, do not let the air out or may not do so."""

@@ -19,6 +19,8 @@ OPENING = 0.04  # [s]
 # Before this nothing is expected of a pulse under way: slowest valve, low-pass, a sample.
 LATENCY = 0.08  # [s]
 SETTLING = 0.1  # after a pulse, for the closing delay, dead volume and low-pass [s]
+SIGMAS = 4.0  # of noise that are not yet a motion
+LEAST_NOISE = 61.0  # the step of a 12-bit converter for 250 kPa [Pa]
 # What a low-passed pressure stays within when nothing moves, at most: 2.5 sigma of a difference
 # with three times the noise of Table 4.1 at samples 10 ms apart.
 UNMOVED = 240.0  # [Pa]
@@ -64,6 +66,7 @@ class PulseEffect:
         self._acted: Flags = np.zeros(n, dtype=bool)  # the pulse has moved the pressure
         self._direction: Valves = np.zeros(n, dtype=np.int8)  # of the pulses summed up
         self._start: Floats = np.zeros(n)  # pressure from which the pulse is judged [Pa]
+        self._start_noise: Floats = np.zeros(n)  # of that pressure, one sigma [Pa]
         self._mass: Floats = np.zeros(n)  # estimate at that time [kg]
         self._due: Floats = np.zeros(n)  # expected of the pulse so far [Pa]
         self._whole: Floats = np.zeros(n)  # expected of it once it has settled [Pa]
@@ -86,7 +89,7 @@ class PulseEffect:
 
         Args:
             dt: time since the last sample [s].
-            noise: what these pressures vary by while nothing moves (n,) [Pa].
+            noise: of these pressures, one sigma (n,) [Pa].
             gauge: pressures, low-passed (n,) [Pa].
             supply: gauge pressure of the supply [Pa].
             valves: commanded during `dt` (n,).
@@ -97,7 +100,7 @@ class PulseEffect:
         reach = np.where(valves > 0, inlet, gauge > self._least_gauge)
         changed = valves != self._valves
         if changed.any():
-            self._switch(changed, gauge, valves, mass)
+            self._switch(changed, gauge, noise, valves, mass)
         self._since += dt
         if not self._counting.any():
             return
@@ -115,14 +118,15 @@ class PulseEffect:
         if settled.any():
             self._close_books(settled, gauge)
 
-    def _switch(self, changed: Flags, gauge: Floats, valves: Valves, mass: Floats) -> None:
+    def _switch(
+        self, changed: Flags, gauge: Floats, noise: Floats, valves: Valves, mass: Floats
+    ) -> None:
         begun = changed & (valves != 0)
         if begun.any():
             self._close_books(begun & self._counting, gauge)
             turned = begun & (valves != self._direction)
             self._forget(turned)
-            self._start = np.where(begun, gauge, self._start)
-            self._mass = np.where(begun, mass, self._mass)
+            self._set_start(begun, gauge, noise, mass)
             self._direction = np.where(begun, valves, self._direction)
             self._peak = np.where(begun, gauge, self._peak)
             self._outrun[begun] = 0.0
@@ -144,18 +148,23 @@ class PulseEffect:
     def _forget(self, cleared: Flags) -> None:
         for evidence in (self._owed, self._shift, self._due, self._whole):
             evidence[cleared] = 0.0
-        self.idle &= ~cleared
+
+    def _set_start(self, channels: Flags, gauge: Floats, noise: Floats, mass: Floats) -> None:
+        self._start = np.where(channels, gauge, self._start)
+        self._start_noise = np.where(channels, noise, self._start_noise)
+        self._mass = np.where(channels, mass, self._mass)
 
     def _judge(self, gauge: Floats, noise: Floats, mass: Floats) -> None:
         shift = self._shift + gauge - self._start
         # a fifth of what is expected is no effect either; see EXPECTED
         share = np.minimum((self._owed + self._due) * (UNMOVED / EXPECTED), UNMOVED)
-        moved = self._counting & (np.abs(shift) > np.maximum(noise, share))
+        shown = np.clip(SIGMAS * np.hypot(noise, self._start_noise), LEAST_NOISE, UNMOVED)
+        moved = self._counting & (np.abs(shift) > np.maximum(shown, share))
         if moved.any():
             self._forget(moved)
+            self.idle &= ~moved
             self._acted |= moved
-            self._start = np.where(moved, gauge, self._start)
-            self._mass = np.where(moved, mass, self._mass)
+            self._set_start(moved, gauge, noise, mass)
         self.idle |= self._counting & (self._owed + self._due >= WHILE_OPEN * EXPECTED)
 
     def _judge_outlets(self, gauge: Floats, expected: Floats) -> None:
