@@ -64,6 +64,7 @@ def filled(bench):
     fill(bench)
     yield bench
     bench.order("clear")
+    bench.trigger("reset")
 
 
 def fill(bench):
