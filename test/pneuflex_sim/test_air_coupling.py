@@ -44,3 +44,21 @@ def test_gas_stiffness_is_the_torque_per_common_bend_at_constant_mass(coupling):
     torque = -layout.stiffness[:, 1] * (rest[1] - rest[0]) / small
     np.testing.assert_allclose(stiffness[index, 1], torque[index], rtol=1e-3)
     assert (stiffness[index, 1] > 0.3 * layout.stiffness[index, 1]).all()
+
+
+def test_chambers_bent_the_wrong_way_keep_a_fifth_of_their_air(coupling):
+    rotations = np.zeros_like(coupling.layout.offset)
+    rotations[:, 1] = -3.0
+    volumes = coupling.volumes(rotations)
+    np.testing.assert_allclose(volumes, 0.2 * coupling.rest_volumes, rtol=1e-12)
+
+
+def test_imposed_masses_and_pressures_meet_the_gas_law(coupling):
+    rotations = np.zeros_like(coupling.layout.offset)
+    rotations[:, 1] = 0.2
+    masses, ambient = np.array([3e-5, 1e-5, 2e-5, 0.0]), 101.3e3
+    pressures, volumes = coupling.imposed_pressures(masses, ambient, 293.15, rotations)
+    content = pressures * volumes / (287.05 * 293.15)
+    at_rest = ambient * coupling.rest_volumes / (287.05 * 293.15)
+    np.testing.assert_allclose(content - at_rest, masses, atol=1e-15)
+    assert (volumes > coupling.rest_volumes).all()

@@ -4,6 +4,7 @@ import numpy as np
 import pybullet
 import pytest
 
+from pneuflex_sim import hand_bodies
 from pneuflex_sim.contacts import normal_forces
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 
@@ -86,12 +87,34 @@ def test_fast_pressure_steps_stay_finite(simulate, hold_pressure, step):
     assert abs(simulation.tip_angles()["finger"]) < 0.02
 
 
-def test_a_diverged_run_stops_with_an_error_that_names_the_joint(simulate):
-    simulation = simulate(hand="single_finger", scene="stand", step=0.002)
-    simulation.bodies.layout.stiffness[:] *= -1.0  # springs that push away: unstable
-    with pytest.raises(RuntimeError, match="diverged: joint finger_"):
-        for _ in range(3000):
+@pytest.mark.parametrize("step", [0.002, 0.005])
+def test_thumb_and_fingers_that_clash_in_free_air_come_to_rest(simulate, mass_for_pressure, step):
+    simulation = simulate(step=step)
+    for duration, pressure in ((0.05, 100e3), (0.3, 100e3), (0.05, 0.0), (2.5, 0.0)):
+        masses = mass_for_pressure(simulation, np.full(4, pressure))
+        begin, start = simulation.time, simulation.air_masses()
+        while simulation.time < begin + duration:
+            share = min(1.0, (simulation.time - begin) / 0.05)
+            simulation.set_air_masses(start + share * (masses - start))
             simulation.step()
+    assert abs(simulation.bodies.v).max() < 0.3
+    assert max(abs(angle) for angle in simulation.tip_angles().values()) < 0.15
+
+
+def test_a_run_that_is_no_number_stops_with_an_error_that_names_the_joint(simulate):
+    simulation = simulate(hand="single_finger", scene="stand", step=0.002)
+    simulation.bodies.layout.stiffness[3] = np.nan
+    with pytest.raises(RuntimeError, match="diverged: joint finger_"):
+        simulation.step()
+
+
+def test_a_joint_may_be_too_fast_for_a_tenth_of_a_second(simulate, monkeypatch):
+    simulation = simulate(hand="single_finger", scene="stand", step=0.002)
+    monkeypatch.setattr(hand_bodies, "SPEED_LIMIT", 0.0)
+    with pytest.raises(RuntimeError, match="diverged: joint finger_.* for 10[0-9] ms"):
+        for _ in range(100):
+            simulation.step()
+    assert simulation.time == pytest.approx(0.1, abs=0.005)
 
 
 def test_the_wrist_carries_the_object_but_not_the_hand(simulate):

@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 RUBBER_FRICTION = 1.0  # PyBullet multiplies the coefficients of both bodies
 SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
 SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
-LONGEST_BLOW = 0.02  # [s]
+LONGEST_BLOW = 0.1  # [s]
 
 
 class HandBodies:

@@ -13,7 +13,8 @@ joints in the step before, observed as M_prev (v - v_prev)/dt - torque_prev. At 
 torque = -K e whatever dt.
 
 A joint meets a stiff stop before it could turn over into its opposite, and no pressure turns its
-rest beyond that stop. Fingers that fold so far meet themselves, which the model leaves out.
+rest beyond that stop. Fingers that fold so far meet themselves, which the model leaves out. A joint
+that would turn farther in a step than can be integrated is braked; only blows make one so fast.
 
 The solve is the articulated-body recursion with E = dt D + dt^2 (K + G) added to each joint's own
 inertia. Vectors are written in the axes of the chain's base and referred to the origin of each
@@ -22,6 +23,8 @@ transform is needed.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +47,9 @@ Array = NDArray[np.float64]
 
 STOP_ANGLE = 2.4  # [rad] of a joint from rest; at pi a rotation would turn over into its opposite
 STOP_SHARE = 20.0  # stiffness of the stop over the joint's own
+BRAKE_ANGLE = 0.2  # [rad] a joint may turn in a step before it is braked,
+SLOWEST_BRAKE, FASTEST_BRAKE = 20.0, 50.0  # [rad/s] within these speeds
+BRAKE_TIME = 0.3  # [s] damping of the brake over the joint's stiffness
 
 
 @compiled
@@ -232,6 +238,23 @@ def _beyond_stop(angle):
 
 
 @compiled
+def _brake(n, dt, v, acceleration, stiffness, torque, right, added):
+    """Add damping to the joints that would turn too far in a step; whether there are any."""
+    fastest, braked = min(max(BRAKE_ANGLE / dt, SLOWEST_BRAKE), FASTEST_BRAKE), False
+    for i in range(n):
+        for k in range(3):
+            after = v[i, k] + dt * acceleration[i, k]
+            if abs(after) > fastest:
+                damping = BRAKE_TIME * stiffness[i, k]
+                drag = damping * (v[i, k] - math.copysign(fastest, after))
+                torque[i, k] -= drag
+                right[i, k] -= drag
+                added[i, k] += dt * damping
+                braked = True
+    return braked
+
+
+@compiled
 def spring_torques(
     dt,
     first_step,
@@ -292,6 +315,8 @@ def spring_torques(
                     added[i, k] += dt * dt * STOP_SHARE * stiffness[i, k]
                 right[i, k] = torque[i, k] + external[i, k]
     solve_chains(start, added, right, mass, frame, arm, center, world_inertia, acceleration)
+    if _brake(n, dt, v, acceleration, stiffness, torque, right, added):
+        solve_chains(start, added, right, mass, frame, arm, center, world_inertia, acceleration)
     for i in range(n):
         for k in range(3):
             torque[i, k] -= added[i, k] * acceleration[i, k]

@@ -2,17 +2,35 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from functools import cache
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 COMPILED = find_spec("numba") is not None
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorate a numerical kernel: compiled and cached on disk by numba, or left as it is."""
+    """Decorate a numerical kernel: compiled and cached on disk by numba, or left as it is.
+
+    What is cached counts as old when any kernel of its package has changed: by itself numba looks
+    at the file of the function alone, and would go on with what it calls in other files as it was.
+    """
     if not COMPILED:
         return function
     from numba import njit
 
-    return njit(cache=True, fastmath=False)(function)
+    kernel: Any = njit(cache=True, fastmath=False)(function)
+    file = sys.modules[function.__module__].__file__ if function.__module__ in sys.modules else None
+    if file is not None:
+        kernel._cache._cache_file._source_stamp = kernels_stamp(Path(file).parent)
+    return kernel
+
+
+@cache
+def kernels_stamp(folder: Path) -> tuple[float, int]:
+    """Time of the latest change [s] and size [bytes] of all files in a folder that hold kernels."""
+    stats = [file.stat() for file in folder.glob("*.py") if "@compiled" in file.read_text("utf-8")]
+    return max((s.st_mtime for s in stats), default=0.0), sum(s.st_size for s in stats)
