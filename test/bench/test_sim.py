@@ -1,0 +1,71 @@
+"""The benchmark of the simulator: groups, what counts as missed, where borders lie, its scene."""
+
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pybullet
+import pytest
+
+from bench.sim import border, thesis_table
+from bench.sim.__main__ import groups
+from bench.sim.six_fingers import build
+from bench.sim.timing import timed_steps
+
+
+def test_every_module_with_rows_is_a_group():
+    assert {"prototype", "thesis_table", "trials", "random_trials", "border"} <= set(groups())
+    assert not {"timing", "six_fingers", "convergence", "engine_process"} & set(groups())
+
+
+def test_borders_lie_where_the_outcome_changes():
+    errors = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])
+    found = border.borders(errors, [False, True, True, True, False])
+    assert found == [(-0.02, -0.01), (0.01, 0.02)]
+
+
+def test_a_border_is_found_to_half_a_millimetre(monkeypatch):
+    monkeypatch.setattr(border, "gripped", lambda error, step: error < 0.0123)
+    assert border.refine(0.0, 0.03, 0.001) == pytest.approx(0.0123, abs=2.5e-4)
+
+
+def test_a_pair_first_seen_deep_inside_is_missed_and_one_that_sinks_in_later_is_not(monkeypatch):
+    depths = iter([[(0, -0.0005)], [(0, -0.004), (1, -0.003)], [(1, -0.003)]])
+    hand = SimpleNamespace(bodies=SimpleNamespace(ids=[7]), world=SimpleNamespace(client=0))
+
+    def points(physicsClientId):
+        return [(0, 7, 1, link, -1, 0, 0, 0, depth) for link, depth in next(depths)]
+
+    monkeypatch.setattr(pybullet, "getContactPoints", points)
+    touches = thesis_table.Touches()
+    for _ in range(3):
+        touches.look(hand)
+    assert (touches.begun, touches.missed) == (2, 1)
+    assert touches.points == [1, 2, 1]
+
+
+def test_time_inside_is_a_part_of_the_whole_and_the_clock_is_put_back():
+    simulation, before = build(5, 0.01), pybullet.stepSimulation
+    try:
+        with timed_steps(lambda _: time.sleep(0)) as times:
+            for _ in range(5):
+                simulation.step()
+    finally:
+        simulation.close()
+    assert len(times.whole) == len(times.inside) == 5
+    assert all(0 < a < b for a, b in zip(times.inside, times.whole, strict=True))
+    assert pybullet.stepSimulation is before
+    assert times.factor(0.01) == pytest.approx(0.05 / sum(times.whole))
+
+
+def test_the_six_fingers_stand_as_the_prototypes_do():
+    simulation = build(5, 0.01)
+    try:
+        tips = simulation.fingertips()
+        turn = np.diag([1.0, -1.0, -1.0])  # the wrist points down
+        places = np.array([turn @ place for place, _ in tips.values()])
+    finally:
+        simulation.close()
+    np.testing.assert_allclose(places[:, 0], [-0.048] * 4 + [0.048] * 2, atol=1e-9)
+    np.testing.assert_allclose(sorted(places[:4, 1]), [-0.036, -0.012, 0.012, 0.036], atol=1e-9)
+    np.testing.assert_allclose(places[:, 2], -0.09, atol=1e-9)
