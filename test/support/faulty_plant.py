@@ -45,6 +45,11 @@ class FaultyPlant:
         """What the plant's clock shows [s]."""
         return self.plant.time + self.clock_ahead
 
+    @property
+    def silent(self):
+        """Whether no valves have come for so long that the outlets are open."""
+        return self.watch.silent(self.plant.time)
+
     def receive(self, valves):
         self.watch.receive(self.plant.time, valves)
 
