@@ -72,6 +72,7 @@ def fill(bench):
     bench.wait(
         lambda: np.allclose(bench.truth.position, FULL, atol=2 * MG), 20.0, "channels to be filled"
     )
+    bench.pass_time(0.4)  # until the valves have closed
 
 
 def gauge(bench):

@@ -275,6 +275,7 @@ class PneumaticBox(BoxState):
         self.latch.release()
         self.guard.restart()
         self._faults.restart()
+        self._known.settle_doubts()
         self._intake.drop()
         taken = "commands are taken" if self.enabled else "disabled until pneumaticbox/enable"
         return f"valves are closed, {taken}"

@@ -74,6 +74,11 @@ class KnownMasses:
         self._still.restart()
         self._waited = 0.0
 
+    def settle_doubts(self) -> None:
+        """Begin anew if there are estimates that a fault has made worthless."""
+        if self._doubted.any():
+            self.restart()
+
     def doubt(self) -> None:
         """Take the estimates for worthless, after a fault, until each channel is zeroed."""
         self._doubted[:] = True
