@@ -127,4 +127,6 @@ def _vent(options: argparse.Namespace, make_lines: MakeLines) -> None:
 if __name__ == "__main__":
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: sys.exit(1))  # an end by which the outlets open
+    # begun in the background by a shell script, it would ignore Ctrl-C
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.exit(main())
