@@ -24,7 +24,6 @@ Array = NDArray[np.float64]
 FINGER = "finger"
 STEP = 0.001  # [s]
 RAMP = 0.3  # [s] in which a pressure is reached
-FASTEST = 1e5  # [rad/s]; at PyBullet's 100 a blocked finger at 40 kPa pushes a fifth too little
 STILL = 1e-7  # [rad/s] of the fastest joint of a finger at rest
 CALM = 20  # steps that a finger at rest is still
 LONGEST = 30.0  # [s] that a finger may take to come to rest
@@ -75,15 +74,7 @@ class FingerStand:
             )
         )
         self.client = self.simulation.world.client
-        self._lift_speed_clamp()
         self._pressure = 0.0
-
-    def _lift_speed_clamp(self) -> None:
-        """Let joints be fast within a step, as a joint far from its rest is until the contact that
-        holds it is solved for.
-        """
-        for body in self.simulation.bodies.ids:
-            pybullet.changeDynamics(body, -1, maxJointVelocity=FASTEST, physicsClientId=self.client)
 
     def __enter__(self) -> FingerStand:
         return self
