@@ -80,3 +80,13 @@ def test_conditions_hold_on_their_side_only():
 
 def test_options_are_those_of_the_phases(make_strategy):
     assert make_strategy().options == {"lower_and_release"}
+
+
+def test_a_hand_of_ones_own_is_looked_for_beside_the_strategy(write_strategy):
+    path = write_strategy(("hand: rbo_hand_2", "hand: mine/gripper.yaml"))
+    hand = path.parent / "mine" / "gripper.yaml"
+    with pytest.raises(ValueError, match=r"hand: expected the name of a hand or the path .* got"):
+        load_strategy(path)
+    hand.parent.mkdir()
+    hand.touch()
+    assert load_strategy(path).hand == str(hand)

@@ -218,3 +218,68 @@ def test_wrong_names_are_answered_with_lists():
         hand.channel_of("thumb")
     with pytest.raises(ValueError, match="rbo_hand_2"):
         load_hand("rbo_hand_9")
+
+
+OWN = {
+    "length": 0.1,
+    "height": [[0.0, 0.03], [0.1, 0.01]],
+    "width": 0.02,
+    "wall": 0.002,
+    "side_wall": 0.002,
+    "max_pressure": 50e3,
+}
+
+
+def own(**changes):
+    """RBO Hand 2 with an actuator of its own for the little finger."""
+
+    def change(document):
+        document["types"] = {"stub": {**OWN, **changes}}
+        set_in(*LITTLE, "type", value="stub")(document)
+
+    return broken(change)
+
+
+def test_a_hand_brings_actuators_of_its_own(tmp_path):
+    path = tmp_path / "hand.yaml"
+    path.write_text(own(shear_modulus=113e3, density=1200.0), encoding="utf-8")
+    stub = load_hand(path).chain("little").actuators["little"]
+    assert (stub.shear_modulus, stub.max_pressure) == (113e3, 50e3)
+    assert float(stub.height(0.05)) == pytest.approx(0.02)
+    # top: 20 mm x 2 mm; side walls: twice 2 mm of the height less the wall, 18 mm in the mean
+    assert stub.mass == pytest.approx(1200 * 0.1 * (0.02 * 0.002 + 2 * 0.002 * 0.018))
+    assert load_hand(path).chain("ring").actuators["ring"] == load_actuator("P10.finger")
+
+
+def test_own_actuators_are_of_the_rubber_of_the_shipped_ones_unless_they_say(tmp_path):
+    path = tmp_path / "hand.yaml"
+    path.write_text(own(), encoding="utf-8")
+    stub = load_hand(path).chain("little").actuators["little"]
+    assert stub.shear_modulus == 67e3
+    assert stub.mass == pytest.approx(1070 * 0.1 * (0.02 * 0.002 + 2 * 0.002 * 0.018))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (own(wall=0.012), "types.stub.wall: expected a number below the height, 0.01"),
+        (own(side_wall=0.01), "types.stub.side_wall: expected a number below half the width, 0.01"),
+        (own(colour="blue"), "types.stub: expected only the keys height"),
+        (own(mass=0.1, density=1e3), "types.stub: expected either mass or density, got both"),
+        (own(density=-1), "types.stub.density: expected a number above 0, got -1"),
+        (own(height=[[0, 0.02]]), "types.stub.height: expected at least two [x, value]"),
+        (broken(set_in("types", value={"P5": OWN})), "types: expected names other than those of"),
+        (broken(set_in("types", value=[])), "types: expected a mapping, got []"),
+        (
+            broken(set_in("types", value={"stub": OWN})).replace("type: P10.thumb", "type: nail"),
+            "thumb.type: expected one of stub, P5, P10.finger",
+        ),
+    ],
+)
+def test_a_broken_actuator_of_ones_own_is_named(tmp_path, text, message):
+    path = tmp_path / "hand.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError) as caught:
+        load_hand(path)
+    assert str(path) in str(caught.value)
+    assert message in str(caught.value)

@@ -150,7 +150,7 @@ class SequencerNode(Node):
                 f"takes one"
             )
         strategy = load_strategy(name)
-        if strategy.hand != self._hand.name:
+        if load_hand(strategy.hand).name != self._hand.name:
             raise ValueError(
                 f"strategy {strategy.name}: expected one for the hand {self._hand.name}, "
                 f"got one for {strategy.hand}"

@@ -1,7 +1,8 @@
 """A grasp strategy as data: phases of wrist motion and air, read from YAML.
 
 The file has the keys `format: softhand-strategy/1`, `name`, `description`, `hand`, `object_rpy`
-(optional), `success` (optional) and `phases`. A phase has a `name` and any of
+(optional), `success` (optional) and `phases`. `hand` is the name of a hand, or the path of its file
+from the strategy's on. A phase has a `name` and any of
 
 * `wrist: {frame, position, rpy}` with `speed` (greatest, [m/s]; turning `turn_speed` [rad/s]) or
   `duration` [s]. Frames: `object` (centre of the object as seen when the phase begins, z up, turned
@@ -107,7 +108,9 @@ class Success:
 
 @dataclass(frozen=True)
 class Strategy:
-    """A strategy: its name, what it is for, the hand it was written for and its phases in order."""
+    """A strategy: its name, what it is for, the hand it was written for (by name, or by the path of
+    its file) and its phases in order.
+    """
 
     name: str
     description: str
@@ -163,11 +166,22 @@ def _strategy(document: Node) -> Strategy:
     return Strategy(
         top["name"].text(),
         top["description"].text(),
-        top["hand"].text(),
+        _hand(top["hand"]),
         _vector(top["object_rpy"]) if "object_rpy" in top else None,
         success,
         phases,
     )
+
+
+def _hand(node: Node) -> str:
+    """Name of a hand; a YAML file is looked for beside that of the strategy."""
+    name = node.text()
+    if Path(name).suffix not in (".yaml", ".yml"):
+        return name
+    path = Path(node.file).parent / name
+    if not path.is_file():
+        raise node.error(f"the name of a hand or the path of a YAML file from {path.parent} on")
+    return str(path)
 
 
 def _success(node: Node) -> Success:

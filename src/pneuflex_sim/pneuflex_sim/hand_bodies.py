@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from pneuflex_sim import hand_kernel, spring_kernel
 from pneuflex_sim.air_coupling import AirCoupling
 from pneuflex_sim.collision_groups import (
-    COLLIDES_WITH,
-    PALM,
-    collision_groups,
+    ENVIRONMENT as ENVIRONMENT,
 )
 from pneuflex_sim.collision_groups import (
-    ENVIRONMENT as ENVIRONMENT,
+    PALM,
+    collides_with,
+    collision_groups,
 )
 from pneuflex_sim.driven_bases import BASE_INERTIA, BASE_MASS, DrivenBases
 from pneuflex_sim.hand_shape import HandShape
@@ -147,7 +147,7 @@ class HandBodies:
         self._set_base_dynamics(base)
         pybullet.changeDynamics(base, -1, lateralFriction=RUBBER_FRICTION, physicsClientId=client)
         pybullet.setCollisionFilterGroupMask(
-            base, -1, PALM, COLLIDES_WITH[PALM], physicsClientId=client
+            base, -1, PALM, collides_with(PALM), physicsClientId=client
         )
         return base
 
@@ -190,7 +190,7 @@ class HandBodies:
             )
             set_margin(base, link, self.collision, client)
             pybullet.setCollisionFilterGroupMask(
-                base, link, groups[link], COLLIDES_WITH[groups[link]], physicsClientId=client
+                base, link, groups[link], collides_with(groups[link]), physicsClientId=client
             )
             pybullet.setJointMotorControlMultiDof(
                 base,

@@ -15,6 +15,7 @@ class SuiteOptions:
 
     Args:
         hand, object, scene: names of shipped descriptions, or paths of the hand's YAML.
+        strategy: what `grasp/surface_constrained` runs, by name or by the path of its file.
         model: model file of the physics; empty takes the one that the simulator ships with.
         object_offset: shift of the object from its place, x and y [m].
         object_mass_scale: factor on the object's mass [-].
@@ -27,6 +28,7 @@ class SuiteOptions:
     hand: str = "rbo_hand_2"
     object: str = "cylinder"
     scene: str = "table"
+    strategy: str = "surface_constrained"
     model: str = ""
     object_offset: Sequence[float] = field(default=(0.0, 0.0))
     object_mass_scale: float = 1.0
@@ -62,7 +64,11 @@ def driver(options: SuiteOptions) -> NodeCommand:
 
 def sequencer(options: SuiteOptions) -> NodeCommand:
     """The node `grasp_sequencer`."""
-    parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    parameters: dict[str, ParameterValue] = {
+        "hand": options.hand,
+        "strategy.surface_constrained": options.strategy,
+        "use_sim_time": True,
+    }
     return NodeCommand("sequencer", "grasp_strategies.node", parameters)
 
 

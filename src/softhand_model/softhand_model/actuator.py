@@ -29,6 +29,7 @@ OPTIONAL = (
     "supply_volume",
     "mass",
     "shear_modulus",
+    "density",
 )
 
 
@@ -165,7 +166,7 @@ def load_actuator(name: str, path: Path | None = None) -> Actuator:
 
     Raises ValueError listing the names, or naming file, key, expected and got.
     """
-    actuators = _load_all(path or data_file("actuators.yaml"))
+    actuators = _load_all(path or data_file("actuators.yaml"))[2]
     if name not in actuators:
         raise ValueError(f"actuator: expected one of {', '.join(actuators)}, got {name}")
     return actuators[name]
@@ -173,23 +174,58 @@ def load_actuator(name: str, path: Path | None = None) -> Actuator:
 
 def actuator_names() -> list[str]:
     """Names of the shipped actuators."""
-    return list(_load_all(data_file("actuators.yaml")))
+    return list(_shipped()[2])
+
+
+def own_actuators(node: Node) -> dict[str, Actuator]:
+    """Actuators by name that a document of the user's own describes, with the keys of
+    data/actuators.yaml; `shear_modulus` and `density` where they are not of its rubber.
+
+    Raises DocumentError naming file, key, expected and got, also for a name that is shipped.
+    """
+    modulus, density, shipped = _shipped()
+    found = {}
+    for name, entry in node.mapping().items():
+        if name in shipped:
+            raise DocumentError(
+                f"{node.file}: {node.key}: expected names other than those of shipped actuators "
+                f"({', '.join(shipped)}), got {name}"
+            )
+        found[name] = _actuator(name, entry, modulus, density)
+    return found
+
+
+def nominal_modulus() -> float:
+    """Shear modulus [Pa] of the rubber of the shipped actuators.
+
+    >>> nominal_modulus()
+    67000.0
+    """
+    return _shipped()[0]
+
+
+def _shipped() -> tuple[float, float, dict[str, Actuator]]:
+    return _load_all(data_file("actuators.yaml"))
 
 
 @lru_cache(maxsize=8)
-def _load_all(path: Path) -> dict[str, Actuator]:
+def _load_all(path: Path) -> tuple[float, float, dict[str, Actuator]]:
+    """Shear modulus [Pa] and density [kg/m3] of a file's rubber, and its actuators by name."""
     document = read_document(path, FORMAT).fields(
         ["format", "shear_modulus", "density", "actuators"]
     )
     modulus, density = document["shear_modulus"].positive(), document["density"].positive()
-    return {
-        name: _actuator(name, node, modulus, density)
-        for name, node in document["actuators"].mapping().items()
-    }
+    actuators = document["actuators"].mapping().items()
+    return (
+        modulus,
+        density,
+        {key: _actuator(key, node, modulus, density) for key, node in actuators},
+    )
 
 
 def _actuator(name: str, node: Node, modulus: float, density: float) -> Actuator:
     fields = node.fields(REQUIRED, OPTIONAL)
+    density = fields["density"].positive() if "density" in fields else density
     length, radius, angle = _length(node, fields)
     height, width = (read_profile(fields[key], length) for key in ("height", "width"))
     around = fields.get("circumference")
@@ -202,13 +238,35 @@ def _actuator(name: str, node: Node, modulus: float, density: float) -> Actuator
         fields["wall"].positive(),
         fields["side_wall"].number(low=0.0),
         fields["shear_modulus"].positive() if "shear_modulus" in fields else modulus,
-        fields["mass"].positive() if "mass" in fields else 0.0,
+        0.0,
         fields["max_pressure"].positive(),
         fields["supply_volume"].number(low=0.0) if "supply_volume" in fields else 0.0,
         radius,
         angle,
     )
-    return actuator if actuator.mass else replace(actuator, mass=density * actuator.rubber_volume())
+    _refuse_full(actuator, fields)
+    return replace(actuator, mass=_mass(node, fields, density * actuator.rubber_volume()))
+
+
+def _refuse_full(actuator: Actuator, fields: dict[str, Node]) -> None:
+    """Refuse walls that leave no chamber somewhere along the actuator."""
+    x = actuator.quadrature()[0]
+    height, half_width = actuator.height(x).min(), actuator.width(x).min() / 2.0
+    if actuator.wall >= height:
+        raise fields["wall"].error(f"a number below the height, {height:.4g} at its least")
+    if actuator.side_wall >= half_width:
+        raise fields["side_wall"].error(
+            f"a number below half the width, {half_width:.4g} at its least"
+        )
+
+
+def _mass(node: Node, fields: dict[str, Node], usual: float) -> float:
+    """Mass [kg] as it is given, or from a density, or else the usual one."""
+    if "mass" in fields and "density" in fields:
+        raise DocumentError(
+            f"{node.file}: {node.key}: expected either mass or density, got both of them"
+        )
+    return fields["mass"].positive() if "mass" in fields else usual
 
 
 def _length(node: Node, fields: dict[str, Node]) -> tuple[float, float | None, float | None]:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_model.actuator import Actuator, actuator_names, load_actuator
+from softhand_model.actuator import Actuator, actuator_names, load_actuator, own_actuators
 from softhand_model.document import DocumentError, Node, find_document, read_document, shipped_names
 from softhand_model.palm_sheet import PalmSheet
 from softhand_model.rotation import from_rpy
@@ -197,13 +197,14 @@ def load_hand(name: str | Path) -> HandDescription:
     """
     document = read_document(find_document(name, "hands", "hand"), FORMAT)
     fields = document.fields(
-        ["format", "name", "channels", "mass", "chains", "tips"], ["plate", "sheet"]
+        ["format", "name", "channels", "mass", "chains", "tips"], ["types", "plate", "sheet"]
     )
     channels = fields["channels"].names()
+    types = own_actuators(fields["types"]) if "types" in fields else {}
     chains: dict[str, ChainDescription] = {}
     actuators: set[str] = set()
     for key, node in fields["chains"].mapping().items():
-        chains[key] = _chain(key, node, channels, [WRIST, *chains])
+        chains[key] = _chain(key, node, channels, [WRIST, *chains], types)
         _refuse_repeated(node, actuators, chains[key])
     tips = fields["tips"].names()
     for node in fields["tips"].items():
@@ -222,13 +223,18 @@ def load_hand(name: str | Path) -> HandDescription:
 
 
 def _chain(
-    name: str, node: Node, channels: tuple[str, ...], parents: list[str]
+    name: str,
+    node: Node,
+    channels: tuple[str, ...],
+    parents: list[str],
+    types: dict[str, Actuator],
 ) -> ChainDescription:
     fields = node.fields(["actuators", "mount"], ["strut", "turn", "pitch", "web"])
     actuators, fed_by = {}, {}
     for key, actuator in fields["actuators"].mapping().items():
         entry = actuator.fields(["type", "channel"])
-        actuators[key] = load_actuator(entry["type"].choice(actuator_names()))
+        kind = entry["type"].choice([*types, *actuator_names()])
+        actuators[key] = types[kind] if kind in types else load_actuator(kind)
         fed_by[key] = entry["channel"].choice(channels)
     _check_shape(node, fields, list(actuators.values()))
     arc = next(iter(actuators.values())).arc_radius is not None

@@ -12,6 +12,7 @@ from pathlib import Path
 from threading import Event
 
 from grasp_strategies.placement import draw_placement
+from grasp_strategies.strategy import load_strategy
 from softhand_bringup.bench_link.waiting import Interrupted
 from softhand_bringup.demo.folder import make_run_folder
 from softhand_bringup.demo.run import Demo, DemoFailed
@@ -23,6 +24,11 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the demo; see the module for the exit status."""
     parsed = _parse(arguments)
     try:
+        options = _options(parsed)
+    except ValueError as error:
+        say(str(error))
+        return 2
+    try:
         folder = make_run_folder(parsed.out)
     except OSError as error:
         say(f"cannot write {error.filename or parsed.out}: {error.strerror}")
@@ -30,7 +36,6 @@ def main(arguments: list[str] | None = None) -> int:
     stopped = Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())
-    options = _options(parsed)
     say(f"{options.hand} grasps the {options.object}, seed {options.seed}")
     say(f"recording to {folder}/bag")
     try:
@@ -60,8 +65,10 @@ def _run(demo: Demo) -> int:
 
 def _options(parsed: argparse.Namespace) -> SuiteOptions:
     offset, mass_scale = draw_placement(parsed.seed)
+    strategy = load_strategy(parsed.strategy)
     return SuiteOptions(
-        hand=parsed.hand,
+        hand=parsed.hand or strategy.hand,
+        strategy=parsed.strategy,
         object=parsed.object,
         scene=parsed.scene,
         model=parsed.model,
@@ -80,7 +87,10 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--seed", type=int, default=0, help="moves the object and changes its mass")
     parser.add_argument("--gui", action="store_true", help="open PyBullet's window")
-    parser.add_argument("--hand", default="rbo_hand_2", help="name, or path of a YAML file")
+    parser.add_argument("--hand", help="name, or path of a YAML file (that of the strategy)")
+    parser.add_argument(
+        "--strategy", default="surface_constrained", help="name, or path of a YAML file"
+    )
     parser.add_argument("--object", default="cylinder")
     parser.add_argument("--scene", default="table")
     parser.add_argument("--model", default="", help="model file of the physics")
