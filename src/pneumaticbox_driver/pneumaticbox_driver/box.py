@@ -118,9 +118,9 @@ class PneumaticBox(BoxState):
             self._known.look(dt, self.pressures, self.valves)
 
     def _look_for_faults(self, dt: float, readings: Floats) -> None:
+        if not self._faults.due(dt, readings):
+            return
         view = FaultView(
-            dt=dt,
-            readings=readings,
             gauge=self.gauge,
             supply=self.supply - self.settings.ambient,
             valves=self.valves,

@@ -1,7 +1,7 @@
 """Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,17 +36,14 @@ BACKFLOW_PATIENCE = 0.1  # after an inlet was opened; the valve itself takes 40 
 
 @dataclass(frozen=True)
 class FaultView:
-    """What the watch sees of the box at one sample; arrays (n,), SI, pressures gauge.
+    """What the watch sees of the box when it looks; arrays (n,), SI, pressures gauge.
 
-    `readings` (n + 1,) are absolute pressures as the sensors gave them, the supply last; `valves`
-    were commanded during the last `dt`, `flow` [kg/s] is predicted for them; `mass` [kg] is the
+    `valves` were commanded until now, `flow` [kg/s] is predicted for them; `mass` [kg] is the
     estimate above rest, `mass_known` marks where it means anything: not in a calibration, and not
     in a channel emptied while its actuator is held away from rest. `ready` tells that the sensors
     have been averaged.
     """
 
-    dt: float
-    readings: Floats
     gauge: Floats
     supply: float
     valves: Valves
@@ -57,7 +54,7 @@ class FaultView:
 
 
 class FaultWatch:
-    """Looks at each sample and says what is broken.
+    """Takes the readings of each sample, looks at the box when it is due, says what is broken.
 
     It knows the channels by their rest volume and equation 4.1 alone, so it waits for evidence
     that neither another volume, nor a push, nor a poor calibration can bring about.
@@ -98,26 +95,34 @@ class FaultWatch:
         self._backward: Floats = np.zeros(n)
         self._unseen = 0.0  # time since the last look at the pulses [s]
 
+    def due(self, dt: float, readings: Floats) -> bool:
+        """Take the readings of a sample, and tell whether it is time to `look`.
+
+        Args:
+            dt: time since the last sample [s].
+            readings: absolute pressures as the sensors gave them, the supply last (n + 1,) [Pa].
+        """
+        if not math.isfinite(readings.sum()):
+            self._lost = ~np.isfinite(readings[:-1])
+            return False  # the box vents for that reason
+        self._lost[:] = False
+        raw = readings - self._settings.ambient
+        self._frozen.look(readings, (raw > RANGE_END) & (raw < self._range_end))
+        self._unseen += dt
+        return self._unseen > PERIOD - 1e-9
+
     def look(self, view: FaultView) -> list[str]:
-        """Take one sample.
+        """Look at the box, once that is `due`.
 
         Returns:
             Reasons to vent until reset, none when all is well.
         """
-        self._lost = ~np.isfinite(view.readings[:-1])
-        if not np.isfinite(view.readings).all():
-            return []  # the box vents for that reason
-        raw = view.readings - self._settings.ambient
-        self._frozen.look(view.readings, (raw > RANGE_END) & (raw < self._range_end))
-        self._unseen += view.dt
-        if self._unseen < PERIOD - 1e-9:
-            return self._sensor_faults() if view.ready else []
-        view, self._unseen = replace(view, dt=self._unseen), 0.0
-        self._follow(view.dt, view.gauge)
+        dt, self._unseen = self._unseen, 0.0
+        self._follow(dt, view.gauge)
         if not view.ready:
             return []
         self._effect.look(
-            view.dt,
+            dt,
             self._smooth,
             self._frozen.noise[:-1] * math.sqrt(self._spread),
             view.supply,
@@ -127,9 +132,9 @@ class FaultWatch:
         )
         return [
             *self._sensor_faults(),
-            *self._supply_faults(view),
-            *self._pulse_faults(view),
-            *self._pressure_losses(view),
+            *self._supply_faults(dt, view),
+            *self._pulse_faults(),
+            *self._pressure_losses(dt, view),
         ]
 
     def _follow(self, dt: float, gauge: Floats) -> None:
@@ -162,21 +167,21 @@ class FaultWatch:
             f"sensor {names[i]}: its reading stands still" for i in np.flatnonzero(frozen).tolist()
         ]
 
-    def _supply_faults(self, view: FaultView) -> list[str]:
+    def _supply_faults(self, dt: float, view: FaultView) -> list[str]:
         self._supply_seen |= view.supply > SUPPLY_SEEN
         inflating = view.valves > 0
         missing = view.supply < NO_SUPPLY and bool(self._supply_seen or inflating.any())
-        self._without_supply = self._without_supply + view.dt if missing else 0.0
+        self._without_supply = self._without_supply + dt if missing else 0.0
         if self._without_supply > SUPPLY_PATIENCE:
             return ["supply lost: its pressure is below what any channel needs"]
         backward = inflating & (view.supply + 0.5 * LEAST_DROP < self._smooth)
-        self._backward = np.where(backward, self._backward + view.dt, 0.0)
+        self._backward = np.where(backward, self._backward + dt, 0.0)
         return [
             f"channel {self._names[i]}: the supply is below its pressure, air flows back"
             for i in np.flatnonzero(self._backward > BACKFLOW_PATIENCE).tolist()
         ]
 
-    def _pulse_faults(self, view: FaultView) -> list[str]:
+    def _pulse_faults(self) -> list[str]:
         effect = self._effect
         if not (effect.idle.any() or effect.unvented.any()):
             return []
@@ -195,18 +200,18 @@ class FaultWatch:
                 )
         return told
 
-    def _pressure_losses(self, view: FaultView) -> list[str]:
+    def _pressure_losses(self, dt: float, view: FaultView) -> list[str]:
         """Channels that should hold air and have fallen to ambient pressure by themselves."""
         vented = view.valves < 0
-        self._since_vented = np.where(vented, 0.0, self._since_vented + view.dt)
-        self._closed_for = np.where(view.valves == 0, self._closed_for + view.dt, 0.0)
+        self._since_vented = np.where(vented, 0.0, self._since_vented + dt)
+        self._closed_for = np.where(view.valves == 0, self._closed_for + dt, 0.0)
         apart = self._since_vented > SETTLING
         self._highest = np.where(apart, np.maximum(self._highest, self._smooth), -np.inf)
         # with an outlet open the pressure may fall, whatever the estimate
         empty = (self._closed_for > SETTLING) & (self._highest > 2 * UNMOVED)
         empty &= np.abs(self._smooth) < UNMOVED
         empty &= view.mass_known & (view.mass > self._surplus)
-        self._empty_for = np.where(empty, self._empty_for + view.dt, 0.0)
+        self._empty_for = np.where(empty, self._empty_for + dt, 0.0)
         return [
             f"channel {self._names[i]}: has lost its pressure with the valve closed: burst, or "
             "outlet stuck open"

@@ -1,14 +1,14 @@
 """The observer of contained air mass: sums up the pulses of equation 4.1 (section 4.4.1)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumaticbox_driver.channel_calibration import ChannelCalibration
 from pneumaticbox_driver.drift_bound import DriftBound
-from pneumaticbox_driver.flow_model import flow_rates
 from pneumaticbox_driver.pulse_integrals import PulseIntegrals
+from pneumaticbox_driver.pulse_kernel import predict_pulses, sum_terms
 from softhand_model.gas import AMBIENT_PRESSURE
 
 Floats = NDArray[np.float64]
@@ -45,12 +45,23 @@ class MassObserver:
         self.moved: Floats = np.zeros(n)  # by the pulse under way, negative for deflation [kg]
         self.direction: Valves = np.zeros(n, dtype=np.int8)  # commanded
         self.flow: Floats = np.zeros(n)  # into the channels [kg/s]
+        self._rehearse(ambient)
+
+    def _rehearse(self, ambient: float) -> None:
+        """Let the kernels be compiled, or loaded, before a sample waits for them."""
+        n = len(self.flow)
+        pressures, found = np.full(n, ambient), np.empty((2, n))
+        pulses = PulseIntegrals(n, ambient)
+        pulses.advance(SHORTEST, pressures, ambient)
+        terms = pulses.values, pulses.rates
+        sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
+        self.pulse_mass(SHORTEST, pressures, ambient)
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
-        self._inflate = np.array([c.inflate.as_array() for c in calibrations]).T
-        self._deflate = np.array([c.deflate.as_array() for c in calibrations]).T
-        self._inflate_delays = np.array([c.delays_inflate for c in calibrations]).T
-        self._deflate_delays = np.array([c.delays_deflate for c in calibrations]).T
+        self._inflate = _columns(c.inflate.as_array() for c in calibrations)
+        self._deflate = _columns(c.deflate.as_array() for c in calibrations)
+        self._inflate_delays = _columns(c.delays_inflate for c in calibrations)
+        self._deflate_delays = _columns(c.delays_deflate for c in calibrations)
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
         """Use other coefficients from the next pulses on; the estimates stay.
@@ -94,9 +105,9 @@ class MassObserver:
             return
         integrals, c = self._integrals, self._coefficients
         integrals.advance(dt, pressures, supply)
-        self.moved = self._sign * np.maximum((c * integrals.values).sum(axis=0), 0.0)
-        friction, injector = integrals.rates
-        self.flow = self.direction * (c[1] * friction + c[2] * injector)
+        found = np.empty((2, len(pressures)))
+        sum_terms(c, integrals.values, integrals.rates, self._sign, self.direction, found)
+        self.moved, self.flow = found
         self._settle((self._sign != 0) & ~integrals.flowing)
 
     def switch(self, valves: Valves, pressures: Floats, supply: float) -> None:
@@ -147,10 +158,12 @@ class MassObserver:
             Mass that an inflating pulse brings and that a deflating one takes (n,), (n,) [kg],
             both 0 or above.
         """
-        inlet = np.full_like(pressures, supply)
-        ambient = np.full_like(pressures, self._integrals.ambient)
-        gain = _pulse(self._inflate, self._inflate_delays, duration, inlet, pressures)
-        loss = _pulse(self._deflate, self._deflate_delays, duration, pressures, ambient)
+        found = np.empty((2, len(pressures)))
+        ends = supply, self._integrals.ambient
+        coefficients = self._inflate, self._deflate
+        delays = self._inflate_delays, self._deflate_delays
+        predict_pulses(duration, pressures, ends, coefficients, delays, found)
+        gain, loss = found
         return gain, loss
 
     def set_mass(self, channel: int, mass: float) -> None:
@@ -168,15 +181,6 @@ class MassObserver:
         self._settled = self._settled - mass
 
 
-def _pulse(
-    coefficients: Floats, delays: Floats, length: float, upstream: Floats, downstream: Floats
-) -> Floats:
-    friction, injector = flow_rates(upstream, downstream)
-    duration = np.maximum(length + delays[1] - delays[0], 0.0)
-    return np.maximum(
-        coefficients[0]
-        + duration * (coefficients[1] * friction + coefficients[2] * injector)
-        + coefficients[3] * upstream
-        + coefficients[4] * downstream,
-        0.0,
-    )
+def _columns(rows: Iterable[Sequence[float] | Floats]) -> Floats:
+    """Rows, one a channel, as columns (k, n)."""
+    return np.ascontiguousarray(np.array(list(rows)).T)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumaticbox_driver.flow_model import VALVE_DELAY, flow_rates
+from pneumaticbox_driver.pulse_kernel import integrate_pulses
 from softhand_model.gas import AMBIENT_PRESSURE
 
 Floats = NDArray[np.float64]
@@ -26,9 +27,8 @@ class PulseIntegrals:
     coefficients for a supply that always sags so.
 
     `values` (5, n) are 1, the friction and the injector integral [Pa s], and the pressures
-    upstream and downstream for the switching terms [Pa]; `rates` the present integrands (n,),
-    (n,) [Pa].
-    `lengths` (n,) are the commanded durations so far [s].
+    upstream and downstream for the switching terms [Pa]; `rates` (2, n) the present integrands
+    [Pa]; both are brought up to date in place.
 
     Args:
         channels: number of channels.
@@ -39,17 +39,22 @@ class PulseIntegrals:
         self.ambient = ambient
         self._delays: Floats = np.full((2, channels), VALVE_DELAY)
         self.values: Floats = np.zeros((5, channels))
-        self.rates: tuple[Floats, Floats] = (np.zeros(channels), np.zeros(channels))
-        self.lengths: Floats = np.zeros(channels)
-        self._ages: Floats = np.full(channels, VALVE_DELAY)  # since switch-on [s]
+        self.rates: Floats = np.zeros((2, channels))
+        # time since switch-on, and commanded length so far [s]
+        self._clock: Floats = np.array([np.full(channels, VALVE_DELAY), np.zeros(channels)])
         self._passed: Floats = np.zeros((2, channels))  # integrals of what has flowed
         self._open: Flags = np.zeros(channels, dtype=bool)
         self._inflating: Flags = np.zeros(channels, dtype=bool)
 
     @property
+    def lengths(self) -> Floats:
+        """Commanded durations so far (n,) [s]."""
+        return self._clock[1]
+
+    @property
     def flowing(self) -> Flags:
         """Channels whose pulse has not ended: open, or switched off and not closed yet (n,)."""
-        return self._open | (self._ages < self.lengths + self._delays[1] - 1e-9)
+        return self._open | (self._clock[0] < self._clock[1] + self._delays[1] - 1e-9)
 
     def begin(
         self,
@@ -73,9 +78,8 @@ class PulseIntegrals:
         start = np.array([zeros + 1.0, zeros, zeros, upstream, downstream])
         self.values = np.where(begun, start, self.values)
         self._passed = np.where(begun, 0.0, self._passed)
-        self._ages = np.where(begun, 0.0, self._ages)
-        self.lengths = np.where(begun, 0.0, self.lengths)
-        self.rates = flow_rates(upstream, downstream)
+        self._clock = np.where(begun, 0.0, self._clock)
+        self.rates = np.array(flow_rates(upstream, downstream))
 
     def end(self, ended: Flags) -> None:
         """Take note that the valves of the channels `ended` (n,) are switched off now."""
@@ -85,21 +89,16 @@ class PulseIntegrals:
         """Integrate over the last `dt` [s], rates linear in between, up to these pressures."""
         if dt <= 0:
             return
-        before, self.rates = self.rates, flow_rates(*self._ends(pressures, supply))
-        self.values[3] = np.where(self._open & self._inflating, supply, self.values[3])
-        start = self._ages
-        now = self._ages = start + dt
-        self.lengths = np.where(self._open, now, self.lengths)
-        opening, closing = self._delays
-        end = self.lengths + closing
-        first = np.clip(opening, start, now)
-        last = np.maximum(np.minimum(end, now), first)
-        middle = (0.5 * (first + last) - start) / dt
-        to_come = np.maximum(end - np.maximum(now, opening), 0.0)
-        for row in (0, 1):
-            mean = before[row] + middle * (self.rates[row] - before[row])
-            self._passed[row] += (last - first) * mean
-            self.values[row + 1] = self._passed[row] + to_come * self.rates[row]
+        integrate_pulses(
+            dt,
+            pressures,
+            (supply, self.ambient),
+            self._open,
+            self._inflating,
+            self._delays,
+            self._clock,
+            (self.rates, self._passed, self.values),
+        )
 
     def _ends(self, pressures: Floats, supply: float) -> tuple[Floats, Floats]:
         upstream = np.where(self._inflating, supply, pressures)
