@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneuflex_sim.friction import FrictionTable
 from pneuflex_sim.objects import ObjectDescription
 from pneuflex_sim.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
@@ -28,7 +29,23 @@ PRESSURE = 20e3  # [Pa]: the cylinder is gripped with 5.5 N in all, as by the pr
 CLOSE, SETTLE, LIFT, HOLD = 0.8, 0.4, 0.8, 1.0  # [s]
 RISE = 0.1  # [m]
 CYLINDER = ObjectDescription(
-    "cylinder", "cylinder", {"diameter": 0.06, "length": 0.12}, 0.2, 0.8, (math.pi / 2, 0.0, 0.0)
+    "cylinder",
+    "cylinder",
+    {"diameter": 0.06, "length": 0.12},
+    0.2,
+    "cylinder",
+    (math.pi / 2, 0.0, 0.0),
+)
+FRICTION = FrictionTable(
+    {
+        frozenset(pair): coefficient
+        for pair, coefficient in (
+            (("rubber",), 1.0),
+            (("rubber", "cylinder"), 0.8),
+            (("rubber", "wood"), 0.6),
+            (("cylinder", "wood"), 0.48),
+        )
+    }
 )
 
 
@@ -45,6 +62,7 @@ def build(segments: int, step: float) -> Simulation:
             step=step,
             segments=segments,
             collision="boxes",
+            friction=FRICTION,
         )
     )
 

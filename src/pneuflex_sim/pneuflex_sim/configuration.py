@@ -30,4 +30,6 @@ def configuration(value: Callable[[str], Any]) -> SimulationConfig:
             stiffness=value("wrist_stiffness"), force_limit=value("wrist_force_limit")
         ),
         solver=solver_settings(value("solver")),
+        wall_inclination=value("wall_inclination") or None,
+        friction=value("friction_file") or None,
     )

@@ -37,7 +37,6 @@ from pneuflex_sim.wrist import Wrist
 
 Array = NDArray[np.float64]
 
-RUBBER_FRICTION = 1.0  # PyBullet multiplies the coefficients of both bodies
 SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
 SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
 LONGEST_BLOW = 0.1  # [s]
@@ -56,9 +55,10 @@ class HandBodies:
         rigid: bool,
         weight_scale: float,
         collision: str = PIECES,
+        friction: float = 1.0,
     ) -> None:
         self.layout, self.world, self.rigid = layout, world, rigid
-        self.collision = collision
+        self.collision, self.friction = collision, friction
         self._create()
         n = len(layout.mass)
         self.torque, self.turned = np.zeros((n, 3)), np.zeros((n, 3))
@@ -145,7 +145,7 @@ class HandBodies:
         client = self.world.client
         base = pad.create(0.0 if self.rigid else BASE_MASS, client)
         self._set_base_dynamics(base)
-        pybullet.changeDynamics(base, -1, lateralFriction=RUBBER_FRICTION, physicsClientId=client)
+        pybullet.changeDynamics(base, -1, lateralFriction=self.friction, physicsClientId=client)
         pybullet.setCollisionFilterGroupMask(
             base, -1, PALM, collides_with(PALM), physicsClientId=client
         )
@@ -185,7 +185,7 @@ class HandBodies:
                 linearDamping=0,
                 angularDamping=0,
                 jointDamping=0,
-                lateralFriction=RUBBER_FRICTION,
+                lateralFriction=self.friction,
                 physicsClientId=client,
             )
             set_margin(base, link, self.collision, client)

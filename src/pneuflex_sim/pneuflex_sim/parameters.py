@@ -17,8 +17,15 @@ class Parameter:
 
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
-    Parameter("scene", "table", "scene by name"),
-    Parameter("object", "cylinder", "object by name"),
+    Parameter("scene", "table", "scene by name or path of its YAML"),
+    Parameter("object", "cylinder", "object by name or path of its YAML, STL or OBJ"),
+    Parameter(
+        "wall_inclination",
+        0.0,
+        "angle of the scene's wall against the table [deg], 5 to 150; 0: as the scene has it",
+        (0.0, 150.0),
+    ),
+    Parameter("friction_file", "", "pairs of materials on top of the shipped table of friction"),
     Parameter("object_offset", [0.0, 0.0], "shift of the object in the world, x and y [m]"),
     Parameter("object_mass_scale", 1.0, "factor on the object's mass", (0.01, 100.0)),
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),

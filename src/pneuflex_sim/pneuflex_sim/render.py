@@ -83,7 +83,7 @@ class Renderer:
             pybullet.disconnect(client)
 
     def _draw(self, state: HandState, client: int) -> None:
-        if self.scene.table_friction is not None:
+        if self.scene.table is not None:
             _box(TABLE_HALF, (0, 0, -TABLE_HALF[2]), (0, 0, 0, 1), TABLE, client)
         wrist = state.wrist_position.tolist(), state.wrist_orientation.tolist()
         for material, mesh in self.skin.parts(state.joints).values():
@@ -121,8 +121,12 @@ def _box(half: tuple, position: tuple, orientation: tuple, color: tuple, client:
 def _object(
     description: ObjectDescription, position: list[float], orientation: list[float], client: int
 ) -> None:
+    surface = description.geometry.surface
+    if surface is not None:
+        _mesh(surface, position, orientation, OBJECT, client)
+        return
     half = description.half_extents
-    if description.shape == "box":
+    if description.shape in ("box", "sheet"):
         _box(half, tuple(position), tuple(orientation), OBJECT, client)
         return
     kind = {"radius": half[0], "shapeType": pybullet.GEOM_SPHERE}

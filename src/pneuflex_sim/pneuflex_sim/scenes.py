@@ -2,62 +2,122 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from importlib import resources
+from pathlib import Path
 
-import pybullet
-import yaml
+from softhand_model.document import Node, read_document
 
-from pneuflex_sim.collision_groups import ENVIRONMENT
+FORMAT, ALL_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
+LEAST_INCLINATION, MOST_INCLINATION = 5.0, 150.0  # [deg]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a material with its surface at height 0; it reaches from x = edge [m] on towards
+    +x, or without end when there is no edge.
+    """
+
+    material: str
+    edge: float | None = None
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A plane of a material that meets the table along x = distance [m] and rises there towards
+    +x, at an inclination [deg] against the table; 90 is upright, more leans over the table.
+    """
+
+    material: str
+    distance: float
+    inclination: float = 90.0
+
+    @property
+    def normal(self) -> tuple[float, float, float]:
+        """Unit normal (3,) to the free side."""
+        slope = math.radians(self.inclination)
+        return -math.sin(slope), 0.0, math.cos(slope)
 
 
 @dataclass(frozen=True)
 class SceneDescription:
-    """A scene: friction of the table (None without one), whether it has an object, the wrist's
-    pose at the start [m, rad] and whether it is rigid.
+    """A scene: table and wall, if there are, whether it has an object, the wrist's pose at the
+    start [m, rad] and whether it is rigid.
     """
 
     name: str
-    table_friction: float | None
+    table: Table | None
+    wall: Wall | None
     has_object: bool
     rigid_wrist: bool
-    wrist_position: tuple[float, float, float]
-    wrist_rpy: tuple[float, float, float]
+    wrist_position: tuple[float, ...]
+    wrist_rpy: tuple[float, ...]
+
+    def inclined(self, inclination: float) -> SceneDescription:
+        """The scene with its wall at another inclination [deg]; raises ValueError without a wall,
+        or for one that cannot be.
+        """
+        if self.wall is None:
+            raise ValueError(f"wall_inclination: expected a scene with a wall, got {self.name}")
+        if not LEAST_INCLINATION <= inclination <= MOST_INCLINATION:
+            raise ValueError(
+                f"wall_inclination: expected {LEAST_INCLINATION:g} to {MOST_INCLINATION:g} deg, "
+                f"got {inclination:g}"
+            )
+        return replace(self, wall=replace(self.wall, inclination=inclination))
 
 
 def load_scenes() -> dict[str, SceneDescription]:
-    """All scenes by name."""
-    text = resources.files("pneuflex_sim").joinpath("data/scenes.yaml").read_text()
-    return {
-        name: SceneDescription(
-            name,
-            entry["table"],
-            entry["object"],
-            entry["wrist"] == "rigid",
-            tuple(entry["wrist_position"]),
-            tuple(entry["wrist_rpy"]),
-        )
-        for name, entry in yaml.safe_load(text).items()
-    }
+    """The shipped scenes by name."""
+    path = Path(str(resources.files("pneuflex_sim").joinpath("data/scenes.yaml")))
+    entries = read_document(path, ALL_FORMAT).fields(["format", "scenes"])["scenes"].mapping()
+    return {name: _parse(name, entry) for name, entry in entries.items()}
 
 
-def load_scene(name: str) -> SceneDescription:
-    """Return a scene; raises ValueError that lists the names there are."""
-    scenes = load_scenes()
-    if name not in scenes:
-        raise ValueError(f"scene: expected one of {', '.join(scenes)}; got {name!r}")
-    return scenes[name]
+def load_scene(name: str | Path) -> SceneDescription:
+    """The shipped scene of that name, or the one in a YAML file at that path.
 
+    Raises ValueError naming file, key, expected and got, or listing the names there are.
 
-def build_scene(scene: SceneDescription, client: int) -> dict[int, str]:
-    """Create the fixed bodies of a scene; returns their names by PyBullet id.
-
-    The table is a plane: on a box, a lying cylinder gains speed by itself.
+    >>> load_scene("wall").wall.inclination
+    90.0
     """
-    if scene.table_friction is None:
-        return {}
-    shape = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
-    table = pybullet.createMultiBody(0, shape, -1, physicsClientId=client)
-    pybullet.changeDynamics(table, -1, lateralFriction=scene.table_friction, physicsClientId=client)
-    pybullet.setCollisionFilterGroupMask(table, -1, ENVIRONMENT, -1, physicsClientId=client)
-    return {table: "table"}
+    scenes = load_scenes()
+    if str(name) in scenes:
+        return scenes[str(name)]
+    path = Path(name)
+    if path.suffix in (".yaml", ".yml") and path.is_file():
+        document = read_document(path, FORMAT)
+        own = {key: value for key, value in document.value.items() if key != "format"}
+        return _parse(path.stem, Node(document.file, "", own))
+    raise ValueError(
+        f"scene: expected one of {', '.join(scenes)}, or the path of a YAML file; got {str(name)!r}"
+    )
+
+
+def _parse(name: str, entry: Node) -> SceneDescription:
+    fields = entry.fields(["object", "wrist", "wrist_position", "wrist_rpy"], ["table", "wall"])
+    return SceneDescription(
+        name,
+        _table(fields["table"]) if "table" in fields else None,
+        _wall(fields["wall"]) if "wall" in fields else None,
+        fields["object"].choice([True, False]),
+        fields["wrist"].choice(["compliant", "rigid"]) == "rigid",
+        fields["wrist_position"].vector(),
+        fields["wrist_rpy"].vector(),
+    )
+
+
+def _table(node: Node) -> Table:
+    fields = node.fields(["material"], ["edge"])
+    edge = fields["edge"].number() if "edge" in fields else None
+    return Table(fields["material"].text(), edge)
+
+
+def _wall(node: Node) -> Wall:
+    fields = node.fields(["material", "distance"], ["inclination"])
+    inclination = 90.0
+    if "inclination" in fields:
+        inclination = fields["inclination"].number(LEAST_INCLINATION, MOST_INCLINATION)
+    return Wall(fields["material"].text(), fields["distance"].number(), inclination)

@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.air_coupling import BEND, AirCoupling
-from pneuflex_sim.collision_groups import ENVIRONMENT
 from pneuflex_sim.contacts import OBJECT, Contact, ContactNames
+from pneuflex_sim.fixed_bodies import build_scene
+from pneuflex_sim.friction import FrictionTable, load_friction
 from pneuflex_sim.hand_bodies import HandBodies
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
 from pneuflex_sim.link_shapes import PIECES, check_kind
-from pneuflex_sim.objects import ObjectDescription, collision_shape, load_object
-from pneuflex_sim.scenes import SceneDescription, build_scene, load_scene
+from pneuflex_sim.object_body import ObjectBody
+from pneuflex_sim.objects import ObjectDescription, load_object
+from pneuflex_sim.scenes import SceneDescription, load_scene
 from pneuflex_sim.solver import SolverSettings
 from pneuflex_sim.tip_sensors import TipSensors
 from pneuflex_sim.world import BulletState, World
@@ -46,9 +48,10 @@ STATE = (
 
 @dataclass(frozen=True)
 class SimulationConfig:
-    """What is simulated: names of hand, object and scene, or their descriptions,
+    """What is simulated: names or files of hand, object and scene, or their descriptions,
     model file, step [s], segments an actuator, seed, offsets [m], collision shapes of the links
-    (`pieces` along the outline, or `boxes`).
+    (`pieces` along the outline, or `boxes`), inclination of the wall [deg] (None: the scene's), and
+    table or file of friction (None: the shipped one).
 
     Raises ValueError for a step, a number of segments, a mass scale or shapes that cannot be used.
     """
@@ -66,6 +69,8 @@ class SimulationConfig:
     collision: str = PIECES
     wrist: WristParameters = field(default_factory=WristParameters)
     solver: SolverSettings = field(default_factory=SolverSettings)
+    wall_inclination: float | None = None
+    friction: FrictionTable | str | Path | None = None
 
     def __post_init__(self) -> None:
         if not 1e-4 <= self.step <= LARGEST_STEP:
@@ -90,9 +95,11 @@ class Simulation:
 
     def __init__(self, config: SimulationConfig | None = None) -> None:
         self.config = config = config or SimulationConfig()
-        hand, scene = config.hand, config.scene
+        hand, friction = config.hand, config.friction
         self.hand = hand if isinstance(hand, HandDescription) else load_hand(hand)
-        self.scene = scene if isinstance(scene, SceneDescription) else load_scene(scene)
+        self.scene = self._described_scene()
+        self.object = self._described_object()
+        self.friction = friction if isinstance(friction, FrictionTable) else load_friction(friction)
         model = load_model(config.model)
         if model.base != "pneuflex":
             raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
@@ -110,16 +117,17 @@ class Simulation:
             self.scene.rigid_wrist,
             weight_scale,
             config.collision,
+            self.friction.hand,
         )
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
         self.air = AirCoupling(layout)
         self.plant = PLANT(self.channels, self.air.rest_volumes, seed=config.seed)
         self.ambient = self.plant.parameters.ambient_pressure
-        self.object = self._described_object()
-        self._fixed_names = build_scene(self.scene, client)
+        material = self.object.material if self.object else None
+        self._fixed_names = build_scene(self.scene, self.friction, material, client)
         self._object_weight = (1 - weight_scale) * STANDARD_GRAVITY
-        self._create_object()
+        self._body = self._object_body()
         self._names = self._contact_names()
         self.reset()
 
@@ -134,26 +142,18 @@ class Simulation:
             return None
         return found if isinstance(found, ObjectDescription) else load_object(found)
 
-    def _create_object(self) -> None:
-        self.object_id = -1
+    def _described_scene(self) -> SceneDescription:
+        found, inclination = self.config.scene, self.config.wall_inclination
+        scene = found if isinstance(found, SceneDescription) else load_scene(found)
+        return scene if inclination is None else scene.inclined(inclination)
+
+    def _object_body(self) -> ObjectBody | None:
         if self.object is None:
-            return
-        client = self.world.client
-        self.object_mass = self.object.mass * self.config.object_mass_scale
-        self.object_id = pybullet.createMultiBody(
-            self.object_mass, collision_shape(self.object, client), -1, physicsClientId=client
-        )
-        pybullet.changeDynamics(
-            self.object_id,
-            -1,
-            lateralFriction=self.object.friction,
-            linearDamping=0,
-            angularDamping=0,
-            physicsClientId=client,
-        )
-        pybullet.setCollisionFilterGroupMask(
-            self.object_id, -1, ENVIRONMENT, -1, physicsClientId=client
-        )
+            return None
+        friction = self.friction.towards_hand(self.object.material)
+        body = ObjectBody(self.object, friction, self.world.client)
+        body.set_mass(self.object.mass * self.config.object_mass_scale)
+        return body
 
     def _contact_names(self) -> ContactNames:
         layout, links = self.bodies.layout, {}
@@ -186,27 +186,19 @@ class Simulation:
         self._put_object()
 
     def _put_object(self) -> None:
-        if self.object is None:
+        if self._body is None:
             return
-        offset, client = np.zeros(3), self.world.client
-        offset[: len(self.config.object_offset)] = self.config.object_offset
-        place = offset + [0.0, 0.0, self.object.rest_height]
-        turn = Rotation.from_euler("xyz", self.object.rpy).as_quat()
-        pybullet.resetBasePositionAndOrientation(
-            self.object_id, place.tolist(), turn.tolist(), physicsClientId=client
-        )
-        pybullet.resetBaseVelocity(self.object_id, [0, 0, 0], [0, 0, 0], physicsClientId=client)
+        place = np.array([0.0, 0.0, self._body.description.rest_height])
+        place[: len(self.config.object_offset)] += self.config.object_offset
+        self._body.put(place, self._body.description.rpy)
 
     def place_object(self, offset: tuple[float, ...], mass_scale: float) -> None:
         """Put the object at rest at another offset [m] from its place, with another mass; raises
         ValueError as `SimulationConfig` does. A reset brings it back to there.
         """
         self.config = replace(self.config, object_offset=offset, object_mass_scale=mass_scale)
-        if self.object is not None:
-            self.object_mass = self.object.mass * mass_scale
-            pybullet.changeDynamics(
-                self.object_id, -1, mass=self.object_mass, physicsClientId=self.world.client
-            )
+        if self._body is not None:
+            self._body.set_mass(self._body.description.mass * mass_scale)
         self._put_object()
 
     # ---------------------------------------------------------------- commands
@@ -236,18 +228,8 @@ class Simulation:
                 self.step_size, self.pressures(), self.bodies.turned, self.temperature
             )
         self.bodies.drive(self.air, self.ambient, self.pressures_abs, self._volumes, self.wrist)
-        if self.object_id >= 0 and self._object_weight:
-            place = pybullet.getBasePositionAndOrientation(
-                self.object_id, physicsClientId=self.world.client
-            )[0]
-            pybullet.applyExternalForce(
-                self.object_id,
-                -1,
-                [0, 0, -self.object_mass * self._object_weight],
-                place,
-                pybullet.WORLD_FRAME,
-                physicsClientId=self.world.client,
-            )
+        if self._body is not None and self._object_weight:
+            self._body.pull_down(self._object_weight)
         pybullet.stepSimulation(physicsClientId=self.world.client)
         self.steps += 1
         self.bodies.read()
@@ -281,18 +263,26 @@ class Simulation:
         """
         return self.wrist.force, self.wrist.torque
 
+    @property
+    def object_id(self) -> int:
+        """PyBullet's id of the object, -1 in a scene without one."""
+        return -1 if self._body is None else self._body.id
+
+    @property
+    def object_mass(self) -> float:
+        """Mass of the object now [kg]; raises ValueError in a scene without one."""
+        return self._object().mass
+
     def object_pose(self) -> tuple[Array, Array]:
         """Position [m] and quaternion of the object; raises ValueError in a scene without
         one, RuntimeError when it has diverged.
         """
-        if self.object_id < 0:
+        return self._object().pose()
+
+    def _object(self) -> ObjectBody:
+        if self._body is None:
             raise ValueError(f"object: scene {self.scene.name} has none")
-        place, turn = pybullet.getBasePositionAndOrientation(
-            self.object_id, physicsClientId=self.world.client
-        )
-        if not np.isfinite(place).all():
-            raise RuntimeError(f"the simulation diverged: the object is at {place}")
-        return np.array(place), np.array(turn)
+        return self._body
 
     def pressures(self) -> Array:
         """Gauge pressure of each channel [Pa]."""

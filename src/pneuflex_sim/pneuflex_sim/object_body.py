@@ -1,0 +1,169 @@
+"""The body of an object in PyBullet: created once, put in its place, weighed, pushed by forces."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.collision_groups import ENVIRONMENT
+from pneuflex_sim.objects import ObjectDescription
+from pneuflex_sim.sheet import Sheet
+
+Array = NDArray[np.float64]
+
+
+class ObjectBody:
+    """One object in a world; `id` is PyBullet's, `mass` [kg] that of now."""
+
+    def __init__(self, description: ObjectDescription, friction: float, client: int) -> None:
+        self.description, self._client = description, client
+        self.sheet = Sheet(description.dimensions) if description.shape == "sheet" else None
+        solid = description.geometry.solid
+        if self.sheet is None:
+            self._moments, self._axes = solid.principal()
+            self.id = self._create_rigid()
+        else:
+            self._moments, self._axes = self.sheet.strip_moments, np.array([0.0, 0.0, 0.0, 1.0])
+            self.id = self.sheet.create(client)
+        self.links = range(-1, pybullet.getNumJoints(self.id, physicsClientId=client))
+        self._to_own = Rotation.from_quat(self._axes).inv()
+        self._set_surface(friction)
+        self.set_mass(description.mass)
+
+    def _create_rigid(self) -> int:
+        return int(
+            pybullet.createMultiBody(
+                self.description.mass,
+                collision_shape(self.description, self._client),
+                -1,
+                baseInertialFrameOrientation=self._axes.tolist(),
+                physicsClientId=self._client,
+            )
+        )
+
+    def _set_surface(self, friction: float) -> None:
+        compliance, soft = self.description.compliance, {}
+        if compliance is not None:
+            soft = {
+                "contactStiffness": compliance.stiffness,
+                "contactDamping": compliance.damping,
+            }
+        for link in self.links:
+            pybullet.changeDynamics(
+                self.id,
+                link,
+                lateralFriction=friction,
+                linearDamping=0,
+                angularDamping=0,
+                jointDamping=0,
+                physicsClientId=self._client,
+                **soft,
+            )
+            pybullet.setCollisionFilterGroupMask(
+                self.id, link, ENVIRONMENT, -1, physicsClientId=self._client
+            )
+
+    def set_mass(self, mass: float) -> None:
+        """Another mass [kg], spread in the same way."""
+        self.mass = mass
+        share = mass / len(self.links)
+        for link in self.links:
+            pybullet.changeDynamics(
+                self.id,
+                link,
+                mass=share,
+                localInertiaDiagonal=(share * self._moments).tolist(),
+                physicsClientId=self._client,
+            )
+
+    def put(self, position: Array, rpy: tuple[float, ...]) -> None:
+        """Lay it at a position (3,) [m], turned by roll, pitch, yaw (3,) [rad], at rest."""
+        turn = Rotation.from_euler("xyz", rpy)
+        if not self._own_axes:
+            turn = turn * self._to_own.inv()
+        pybullet.resetBasePositionAndOrientation(
+            self.id, position.tolist(), turn.as_quat().tolist(), physicsClientId=self._client
+        )
+        pybullet.resetBaseVelocity(self.id, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
+        if self.sheet is not None:
+            self.sheet.reset(self.id, self._client)
+
+    @property
+    def _own_axes(self) -> bool:
+        """Whether the engine's axes, the principal ones, are the object's own."""
+        return bool(self._axes[3] == 1.0)
+
+    def pose(self) -> tuple[Array, Array]:
+        """Position (3,) [m] and quaternion (4,); raises RuntimeError when it has diverged."""
+        place, turn = pybullet.getBasePositionAndOrientation(self.id, physicsClientId=self._client)
+        if not np.isfinite(place).all():
+            raise RuntimeError(f"the simulation diverged: the object is at {place}")
+        if self._own_axes:
+            return np.array(place), np.array(turn)
+        return np.array(place), (Rotation.from_quat(turn) * self._to_own).as_quat()
+
+    def pull_down(self, acceleration: float) -> None:
+        """For one step, add a weight of its mass at an acceleration [m/s2]."""
+        share = -acceleration * self.mass / len(self.links)
+        for link in self.links:
+            pybullet.applyExternalForce(
+                self.id,
+                link,
+                [0, 0, share],
+                self._center(link),
+                pybullet.WORLD_FRAME,
+                physicsClientId=self._client,
+            )
+
+    def _center(self, link: int) -> tuple[float, ...]:
+        if link < 0:
+            return pybullet.getBasePositionAndOrientation(self.id, physicsClientId=self._client)[0]
+        return pybullet.getLinkState(
+            self.id, link, computeForwardKinematics=1, physicsClientId=self._client
+        )[0]
+
+
+def collision_shape(description: ObjectDescription, client: int) -> int:
+    """Create the PyBullet collision shape of a rigid object."""
+    if description.geometry.pieces:
+        return _shape_of_pieces(description.geometry.pieces, client)
+    half = description.half_extents
+    if description.shape == "box":
+        return pybullet.createCollisionShape(
+            pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client
+        )
+    if description.shape == "sphere":
+        return pybullet.createCollisionShape(
+            pybullet.GEOM_SPHERE, radius=half[0], physicsClientId=client
+        )
+    return pybullet.createCollisionShape(
+        pybullet.GEOM_CYLINDER, radius=half[0], height=2 * half[2], physicsClientId=client
+    )
+
+
+def _shape_of_pieces(pieces: tuple[Array, ...], client: int) -> int:
+    """One shape of several hulls: PyBullet takes them from an OBJ file with one object a hull."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "pieces.obj"
+        path.write_text(_obj_text(pieces), encoding="ascii")
+        return int(
+            pybullet.createCollisionShape(
+                pybullet.GEOM_MESH, fileName=str(path), physicsClientId=client
+            )
+        )
+
+
+def _obj_text(pieces: tuple[Array, ...]) -> str:
+    lines, first = [], 1
+    for number, piece in enumerate(pieces):
+        lines.append(f"o piece_{number}")
+        lines += [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in piece]
+        lines += [f"f {a} {b} {c}" for a, b, c in ConvexHull(piece).simplices + first]
+        first += len(piece)
+    return "\n".join(lines) + "\n"
