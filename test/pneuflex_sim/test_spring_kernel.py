@@ -72,7 +72,7 @@ def test_at_rest_the_torque_is_minus_stiffness_times_deflection_whatever_the_ste
     chain = Chain(4, seed=3)
     n, deflection = chain.n, 0.1 * chain.rng.normal(size=(4, 3))
     rest = (Rotation.from_quat(chain.q) * Rotation.from_rotvec(-deflection)).as_quat()
-    stiffness = chain.rng.uniform(0.5, 2, (n, 3))
+    stiffness = np.repeat(chain.rng.uniform(0.5, 2, (n, 1)), 3, axis=1)
     for step in (1e-3, 1e-2):
         torque = -stiffness * deflection  # the load balances the spring: the step before left v = 0
         spring_kernel.spring_torques(
@@ -84,6 +84,7 @@ def test_at_rest_the_torque_is_minus_stiffness_times_deflection_whatever_the_ste
             rest,
             np.zeros((n, 3)),
             stiffness,
+            np.zeros(n),
             np.full((n, 3), 5.0),
             0.01 * stiffness,
             chain.offset,

@@ -69,6 +69,7 @@ class HandBodies:
             self.v,
             self._rest,
             layout.stiffness,
+            layout.stretching,
             layout.damping,
             layout.offset,
             layout.center,

@@ -4,7 +4,8 @@ Arguments come in tuples of arrays, which the classes that own them put together
 
 air      volumes, total_gain, channel, step, cubic, start, width (see `air_coupling`)
 actuated bend, gas
-joints   start, q, v, rest, stiffness, damping, offset, com, inertia, mass (see `spring_kernel`)
+joints   start, q, v, rest, stiffness, stretching, damping, offset, com, inertia, mass (see
+         `spring_kernel`)
 carried  v_before, frame, arm, center, world_inertia, torque
 bases    mount_places, mount_turns, places, turns, velocity, pushed, center, push (`base_kernel`)
 wrist    target_position, target_orientation, force, torque, position, orientation, velocity, spin
@@ -28,7 +29,7 @@ def joint_torques(
     """
     volumes, total_gain, channel, width_of_step, cubic, start, width = air
     bend, gas = actuated
-    q, v, rest, stiffness, damping, offset, com, inertia, mass = joints[1:]
+    q, v, rest, stiffness, stretching, damping, offset, com, inertia, mass = joints[1:]
     gas[:] = 0.0
     pressures, drop = pressures_abs - ambient, pressures_abs / volumes * total_gain
     act_on_joints(
@@ -54,6 +55,7 @@ def joint_torques(
         rest,
         bend,
         stiffness,
+        stretching,
         gas,
         damping,
         offset,

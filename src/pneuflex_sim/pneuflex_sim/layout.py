@@ -55,6 +55,7 @@ class HandLayout:
     offset: Array
     rest: Array
     stiffness: Array
+    stretching: Array
     size: Array
     center: Array
     mass: Array
@@ -127,7 +128,7 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
         )
     stacked = {
         key: np.concatenate([getattr(part.segments, key) for part in parts])
-        for key in ("stiffness", "body_size", "body_center", "mass")
+        for key in ("stiffness", "stretching", "body_size", "body_center", "mass")
     }
     return HandLayout(
         description,
@@ -145,6 +146,7 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
         np.concatenate(offsets),
         np.concatenate(rests),
         stacked["stiffness"],
+        stacked["stretching"],
         np.maximum(stacked["body_size"], [SMALLEST_EDGE, SMALLEST_EDGE, 0.0]),
         stacked["body_center"],
         stacked["mass"],

@@ -10,7 +10,8 @@ with e the rotation vector of rest^-1 q, K and D the stiffness and damping about
 joint's child frame, G the stiffness of enclosed gas (it acts only on the motion within the step:
 the pressure at the start of the step is already in `rest`), and f_ext all else that acted on the
 joints in the step before, observed as M_prev (v - v_prev)/dt - torque_prev. At rest a = 0 and
-torque = -K e whatever dt.
+torque = -K e whatever dt. Where K is not the same about all axes, or not constant, -K e stands for
+the torque of `elastic_kernel`, and K within the step for its tangent.
 
 A joint meets a stiff stop before it could turn over into its opposite, and no pressure turns its
 rest beyond that stop. Fingers that fold so far meet themselves, which the model leaves out. A joint
@@ -29,6 +30,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from pneuflex_sim.elastic_kernel import elastic_torque
 from pneuflex_sim.spatial import (
     apply,
     apply_transposed,
@@ -264,6 +266,7 @@ def spring_torques(
     rest,
     bend,
     stiffness,
+    stretching,
     gas_stiffness,
     damping,
     offset,
@@ -280,13 +283,14 @@ def spring_torques(
     """One implicit step of all chains; joints of chain f are start[f]..start[f+1]-1.
 
     q, rest (n, 4); v, bend, stiffness, gas_stiffness, damping, offset, com, inertia (n, 3); mass
-    (n,). `bend` is the rotation added to `rest` by actuation [rad]. Kept between steps and updated
+    (n,). `bend` is the rotation added to `rest` by actuation [rad], `stretching` (n,) [1/rad] that
+    of the top with the bend of rubber, 0 for linear springs. Kept between steps and updated
     in place: v_before (n, 3), frame (n, 3, 3), arm (n, 3), center (n, 3), world_inertia (n, 3, 3),
     torque (n, 3) [N m], which is the result.
     """
     n = len(mass)
     error, target, turned = np.empty(3), np.empty(4), np.empty(4)
-    external, change = np.zeros((n, 3)), np.empty((n, 3))
+    external, change, elastic = np.zeros((n, 3)), np.empty((n, 3)), np.empty(3)
     right, added, acceleration = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     for f in range(len(start) - 1):
         first, last = start[f], start[f + 1]
@@ -305,10 +309,13 @@ def spring_torques(
             quaternion_of_rotation(bend[i], turned)
             quaternion_product(rest[i], turned, target)
             rotation_between(target, q[i], error)
+            here, at_rest = elastic_torque(error, bend[i, 1], stiffness[i], stretching[i], elastic)
             for k in range(3):
-                slack = damping[i, k] + dt * gas_stiffness[i, k]
-                torque[i, k] = -stiffness[i, k] * (error[k] + dt * v[i, k]) - slack * v[i, k]
-                added[i, k] = dt * (slack + dt * stiffness[i, k])
+                tangent = stiffness[i, k] * (here if k == 1 else 1.0)
+                gas = gas_stiffness[i, k] * (at_rest if k == 1 else 1.0)
+                slack = damping[i, k] + dt * gas
+                torque[i, k] = elastic[k] - (dt * tangent + slack) * v[i, k]
+                added[i, k] = dt * (slack + dt * tangent)
                 over = _beyond_stop(bend[i, k] + error[k] + dt * v[i, k])
                 if over != 0.0:
                     torque[i, k] -= STOP_SHARE * stiffness[i, k] * over

@@ -55,10 +55,10 @@ class ChainModel:
             name: actuator.with_modulus(scale) for name, actuator in description.actuators.items()
         }
         self.description, self.model = replace(description, actuators=parts), model
-        self.segments = cut_chain(self.description, segments)
+        self.segments = cut_chain(self.description, segments, model.springs)
         self._shape = self.segments.offset.shape
         self._struts = self._shape[0] - segments  # joints that no actuator bends
-        self._spread = spread_angles(self.description, self.segments, segments)
+        self._spread = spread_angles(self.description, self.segments, segments, model.springs)
         self._tables, self._responses, volumes = [], [], []
         for part, spread in zip(parts.values(), self._spread, strict=True):
             self._tables.append(RestTable(part, segments, spread))

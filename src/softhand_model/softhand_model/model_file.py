@@ -3,6 +3,7 @@
 format: softhand-model/1
 base: pneuflex                                  # or linear
 calibration: {modulus_scale: {A: 1.03}}         # or a scalar
+springs: {bending: curvature, lateral: section, twist: 0.5}  # of the simulator's joints
 effects:
   - {name: gravity, parameters: {mass_scale: 1.0}}
   - {name: my_effect, file: my_effect.py, parameters: {...}}
@@ -18,6 +19,7 @@ from softhand_model.document import DocumentError, Node, find_document, read_doc
 from softhand_model.effects import Effect, effect_classes, effects_in_file
 from softhand_model.effects.effect import BASES
 from softhand_model.effects.staged import in_order
+from softhand_model.spring_model import SpringModel, read_springs
 
 FORMAT = "softhand-model/1"
 MODULUS_BOUNDS = (0.1, 10.0)  # the lab calibrates within 15 %; a file may hold more
@@ -25,8 +27,8 @@ MODULUS_BOUNDS = (0.1, 10.0)  # the lab calibrates within 15 %; a file may hold 
 
 @dataclass(frozen=True)
 class Model:
-    """A model: `base`, `calibration` (numbers, or numbers by batch, specimen or direction) and
-    effects by stage order.
+    """A model: `base`, `calibration` (numbers, or numbers by batch, specimen or direction),
+    effects by stage order, and the springs of simulated joints.
 
     `std` holds the standard errors of the effects' parameters by effect name, as far as the file
     has them; `files` the Python files of effects that are not built in.
@@ -37,6 +39,7 @@ class Model:
     effects: tuple[Effect, ...] = ()
     std: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
+    springs: SpringModel = field(default_factory=SpringModel)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", in_order(self.effects))
@@ -88,12 +91,13 @@ def load_model(
     (1.0, 0.0)
     """
     document = read_document(find_document(path or "gravity", "models", "model"), FORMAT)
-    fields = document.fields(["format", "base"], ["calibration", "effects"])
+    fields = document.fields(["format", "base"], ["calibration", "effects", "springs"])
     calibration = _calibration(fields["calibration"]) if "calibration" in fields else {}
     effects, std, files = (
         _effects(fields["effects"], own or {}) if "effects" in fields else ((), {}, {})
     )
-    return Model(fields["base"].choice(BASES), calibration, effects, std, files)
+    springs = read_springs(fields["springs"]) if "springs" in fields else SpringModel()
+    return Model(fields["base"].choice(BASES), calibration, effects, std, files, springs)
 
 
 def _calibration(node: Node) -> dict[str, float | Mapping[str, float]]:

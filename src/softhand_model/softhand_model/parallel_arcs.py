@@ -4,16 +4,16 @@ twist.
 The arcs have radii r_i < r_o and rigid common cross sections on a line of radius r = (r_i + r_o)/2.
 Per arc angle phi the line bends by b and twists by t. The fibre of an arc runs r_j an angle and
 tilts by +-(gap/2)*t/r_j against the line, so the arc bends by b + s_j*t', s_j = +-(gap/2)/r_j,
-and both arcs twist by t. With free bends b_j = kappa_j*r_j, stiffness k_j = B_j/r_j and a torsional
-stiffness equal to the bending one (as the joints of the simulation have, for want of a model), the
-rest shape minimises
+and both arcs twist by t. With free bends b_j = kappa_j*r_j, stiffness k_j = B_j/r_j in bending and
+c_j in twist (equal to k_j as long as nothing else is known, see `spring_model`), the rest shape
+minimises
 
-    integral of sum_j k_j*(b + s_j*t' - b_j)**2 + (k_i + k_o)*t**2,    t = 0 at the base.
+    integral of sum_j k_j*(b + s_j*t' - b_j)**2 + (c_i + c_o)*t**2,    t = 0 at the base.
 
 So b is the mean of the arcs' bends weighted by k_j, and the twist obeys t'' = mu**2*t where the
 difference D = b_o - b_i is constant, with S*t' = D at the tip, S = s_o - s_i and
-mu = (k_i + k_o)/(S*sqrt(k_i*k_o)). No difference, no twist: by the design rule (3.32) that is
-kappa ~ 1/r at equal pressure, the rule by which the palm's walls were chosen
+mu = sqrt((k_i + k_o)*(c_i + c_o)/(k_i*k_o))/S. No difference, no twist: by the design rule (3.32)
+that is kappa ~ 1/r at equal pressure, the rule by which the palm's walls were chosen
 (d_o/d_i = r_o/r_i). The thesis says no more than that a pressure difference twists the palm; the
 model is ours.
 """
@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand_model.actuator import Actuator
+from softhand_model.spring_model import THESIS, SpringModel
 
 Array = NDArray[np.float64]
 
@@ -63,13 +64,16 @@ class ParallelArcs:
         return np.sinh(mu * near) * np.cosh(mu * (end - far)) / (mu * np.cosh(mu * end))
 
 
-def parallel_arcs(inner: Actuator, outer: Actuator, turn: int) -> ParallelArcs:
-    """The pair of two arcs of uniform section; their stiffness is taken at the base."""
+def parallel_arcs(
+    inner: Actuator, outer: Actuator, turn: int, springs: SpringModel = THESIS
+) -> ParallelArcs:
+    """The pair of two arcs of uniform section."""
     radii = np.array([inner.arc_radius or 0.0, outer.arc_radius or 0.0])
-    stiffness = np.array([float(inner.stiffness(0.0)), float(outer.stiffness(0.0))]) / radii
+    whole = np.array([springs.stiffness(arc, 1)[0] * arc.length for arc in (inner, outer)])
+    _, bending, twist = (whole / radii[:, None]).T
     span = (radii[1] - radii[0]) / 2.0 * np.sum(1.0 / radii)
-    decay = stiffness.sum() / (span * np.sqrt(stiffness.prod()))
-    return ParallelArcs(radii, stiffness / stiffness.sum(), inner.arc_angle or 0.0, turn, decay)
+    decay = np.sqrt(bending.sum() * twist.sum() / bending.prod()) / span
+    return ParallelArcs(radii, bending / bending.sum(), inner.arc_angle or 0.0, turn, float(decay))
 
 
 def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:

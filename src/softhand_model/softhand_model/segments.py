@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from softhand_model.actuator import Actuator
 from softhand_model.hands import ChainDescription, Strut
 from softhand_model.rotation import about_x
+from softhand_model.spring_model import THESIS, SpringModel
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,8 @@ class SegmentChain:
     axes (n, 4): frame in which the joint bends about y and twists about z, seen from the link: the
         middle of an arc's segment; identity for straight actuators
     stiffness (n, 3) [N m/rad]: about x, y, z of the link frame
+    stretching (n,) [1/rad]: of the top by the joint's bend, 0 where the spring in bending is linear
+        (`spring_model`)
     body_size (n, 3), body_center (n, 3) [m]: box of height, width and length in the link frame
     mass (n,) [kg]; tip_offset (3,) [m]: tip in the last link's frame
 
@@ -38,33 +41,38 @@ class SegmentChain:
     rest: Array
     axes: Array
     stiffness: Array
+    stretching: Array
     body_size: Array
     body_center: Array
     mass: Array
     tip_offset: Array
 
 
-def cut_chain(description: ChainDescription, segments: int) -> SegmentChain:
+def cut_chain(
+    description: ChainDescription, segments: int, springs: SpringModel = THESIS
+) -> SegmentChain:
     """Segments of a chain, `segments` to an actuator and one more joint for its strut."""
     parts = list(description.actuators.values())
     if description.turn:
-        chain = _arc(description, parts, segments)
+        chain = _arc(description, parts, segments, springs)
     else:
-        chain = _straight(description, parts, segments)
+        chain = _straight(description, parts, segments, springs)
     return chain if description.strut is None else _on_strut(chain, description, description.strut)
 
 
-def segment_stiffness(actuator: Actuator, segments: int) -> Array:
-    """Joint stiffness (n,) [N m/rad] k = B/segment_length, B taken in the middle of each segment.
-
-    The thesis does not say how B becomes k; all three axes get the same value "for want of a model"
-    (5.2.4).
+def _springs(parts: list[Actuator], segments: int, springs: SpringModel) -> tuple[Array, Array]:
+    """Stiffness (n, 3) [N m/rad] of actuators that bend as one, and their mean stretching (n,)
+    [1/rad], weighed by their stiffness in bending.
     """
-    edge = actuator.length / segments
-    return actuator.stiffness((np.arange(segments) + 0.5) * edge) / edge
+    stiffness = np.array([springs.stiffness(part, segments) for part in parts])
+    stretching = np.array([springs.stretching(part, segments) for part in parts])
+    total = stiffness.sum(axis=0)
+    return total, np.sum(stiffness[:, :, 1] * stretching, axis=0) / total[:, 1]
 
 
-def _straight(description: ChainDescription, parts: list[Actuator], segments: int) -> SegmentChain:
+def _straight(
+    description: ChainDescription, parts: list[Actuator], segments: int, springs: SpringModel
+) -> SegmentChain:
     edge = parts[0].length / segments
     length = np.full(segments, edge)
     length[-1] = edge / 2.0
@@ -74,13 +82,14 @@ def _straight(description: ChainDescription, parts: list[Actuator], segments: in
     middle = (np.arange(segments) + 0.5) * edge + length / 2.0
     height = np.max([part.height(middle) for part in parts], axis=0)
     width = description.pitch + np.mean([part.width(middle) for part in parts], axis=0)
-    stiffness = np.sum([segment_stiffness(part, segments) for part in parts], axis=0)
+    stiffness, stretching = _springs(parts, segments, springs)
     return SegmentChain(
         _names(description, segments),
         offset,
         _identity(segments),
         _identity(segments),
-        _webbed(description, edge, np.repeat(stiffness[:, None], 3, axis=1)),
+        _webbed(description, edge, stiffness),
+        stretching,
         np.stack([height, width, length], axis=1),
         np.stack([-height / 2.0, 0.0 * height, length / 2.0], axis=1),
         np.sum([_link_masses(part, segments) for part in parts], axis=0),
@@ -98,15 +107,20 @@ def _webbed(description: ChainDescription, edge: float, stiffness: Array) -> Arr
     return stiffness
 
 
-def _arc(description: ChainDescription, parts: list[Actuator], segments: int) -> SegmentChain:
-    """One arc, or two as a chain along their middle; a link points along the chord ahead."""
+def _arc(
+    description: ChainDescription, parts: list[Actuator], segments: int, springs: SpringModel
+) -> SegmentChain:
+    """One arc, or two as a chain along their middle; a link points along the chord ahead.
+
+    Springs act about the axes of the link, half a segment's turn off those of the section.
+    """
     angle, radius = arc_angle(parts) / segments, mean_radius(parts)
     turn = description.turn
     chord, half_chord = 2.0 * radius * np.sin(angle / 2.0), 2.0 * radius * np.sin(angle / 4.0)
     towards = np.array([0.0, turn * np.sin(angle / 4.0), np.cos(angle / 4.0)])
     offset = np.tile([0.0, 0.0, chord], (segments, 1))
     offset[0] = half_chord * towards
-    stiffness = np.sum([segment_stiffness(part, segments) for part in parts], axis=0)
+    stiffness, stretching = _springs(parts, segments, springs)
     length = np.full(segments, chord)
     length[-1] = half_chord
     height = np.full(segments, max(float(part.height(0.0)) for part in parts))
@@ -116,7 +130,8 @@ def _arc(description: ChainDescription, parts: list[Actuator], segments: int) ->
         offset,
         np.tile(about_x(-turn * angle), (segments, 1)),
         np.tile(about_x(turn * angle / 2.0), (segments, 1)),
-        np.repeat(stiffness[:, None], 3, axis=1),
+        stiffness,
+        stretching,
         np.stack([height, width, length], axis=1),
         np.stack([-height / 2.0, 0.0 * height, length / 2.0], axis=1),
         np.sum([_link_masses(part, segments) for part in parts], axis=0),
@@ -138,6 +153,7 @@ def _on_strut(chain: SegmentChain, description: ChainDescription, strut: Strut) 
         np.vstack([_identity(1), chain.rest]),
         np.vstack([_identity(1), chain.axes]),
         np.vstack([strut.stiffness(), chain.stiffness]),
+        np.append(0.0, chain.stretching),
         np.vstack([size, chain.body_size]),
         np.vstack([center, chain.body_center]),
         np.concatenate([[mass], chain.mass]),

@@ -9,17 +9,25 @@ from softhand_model.actuator import Actuator
 from softhand_model.hands import ChainDescription
 from softhand_model.parallel_arcs import bend_and_twist, parallel_arcs
 from softhand_model.rotation import rotate
-from softhand_model.segments import SegmentChain, segment_stiffness
+from softhand_model.segments import SegmentChain
+from softhand_model.spring_model import THESIS, SpringModel
 
 Array = NDArray[np.float64]
 
+BEND = 1  # index of the bending axis (y)
 
-def spread_angles(description: ChainDescription, chain: SegmentChain, segments: int) -> list[Array]:
+
+def spread_angles(
+    description: ChainDescription,
+    chain: SegmentChain,
+    segments: int,
+    springs: SpringModel = THESIS,
+) -> list[Array]:
     """Matrix (3*n, segments) of each actuator, from segment angles to joint rotation vectors."""
     parts = list(description.actuators.values())
     if description.turn and len(parts) == 2:
         bends, twists = bend_and_twist(
-            parallel_arcs(parts[0], parts[1], description.turn), segments
+            parallel_arcs(parts[0], parts[1], description.turn, springs), segments
         )
     else:
         bends = np.array([np.diag(share) for share in _shares(parts, segments)])
@@ -32,7 +40,7 @@ def _shares(parts: list[Actuator], segments: int) -> Array:
 
     One passive layer bends all alike, so the sum of their moments B_j*(kappa - kappa_j) is 0.
     """
-    stiffness = np.array([segment_stiffness(part, segments) for part in parts])
+    stiffness = np.array([THESIS.stiffness(part, segments)[:, BEND] for part in parts])
     return stiffness / stiffness.sum(axis=0)
 
 

@@ -90,7 +90,7 @@ def gripped_part(chain: SegmentChain) -> SegmentChain:
     """The chain from its base to the gripped point, which becomes its tip."""
     rows = {
         name: getattr(chain, name)[:-1]
-        for name in ("names", "offset", "rest", "axes", "stiffness")
+        for name in ("names", "offset", "rest", "axes", "stiffness", "stretching")
         + ("body_size", "body_center", "mass")
     }
     return replace(chain, **rows, tip_offset=chain.offset[-1] / 2.0)
