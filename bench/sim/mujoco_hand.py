@@ -1,0 +1,166 @@
+"""The whole hand against a MuJoCo model of it: same hand, object, strategy and judge, in turn.
+
+A step of either engine counts with all that belongs to it, air and springs too. MuJoCo is measured
+with several settings, and compared by the fastest of those with which it holds the object in every
+turn; CPU times of one thread.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import pybullet
+
+from bench.row import at_least, stated
+from bench.sim.mujoco_model import Settings
+from bench.sim.mujoco_simulation import MujocoSimulation
+from bench.sim.timing import StepTimes, timed_steps
+from grasp_strategies.judge import GraspResult
+from grasp_strategies.placement import draw_placement
+from grasp_strategies.scene_in_process import InProcessScene
+from grasp_strategies.sequencer import Sequencer
+from grasp_strategies.strategy import load_strategy
+from pneuflex_sim.simulation import Simulation, SimulationConfig
+
+STRATEGY = "surface_constrained"
+STEPS = (0.001, 0.002, 0.005, 0.010, 0.020, 0.050)
+COMPARED, TARGET = 0.001, 0.4  # step [s], and our factor over MuJoCo's [-]
+TURNS = 3
+OURS = "ours"
+MUJOCO = {
+    "MuJoCo, discrete, elliptic": Settings("discrete", "elliptic", 10.0),
+    "MuJoCo, discrete, pyramidal": Settings("discrete", "pyramidal", 100.0),
+    "MuJoCo, implicitfast, elliptic": Settings("implicitfast", "elliptic", 10.0),
+}
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """One grasp: times of its steps, contact points at most, outcome."""
+
+    times: StepTimes
+    points: int
+    result: GraspResult
+
+
+def grasp(engine: str, seed: int, step: float, segments: int = 5) -> Grasp:
+    """The grasp of a seed by an engine: `ours` or one of `MUJOCO`."""
+    config = configuration(seed, step, segments)
+    if engine == OURS:
+        bullet = (pybullet, "stepSimulation")
+        return _run(lambda: Simulation(config), Simulation, bullet, _bullet_points)
+    settings, stepped = MUJOCO[engine], (mujoco, "mj_step")
+    return _run(lambda: MujocoSimulation(config, settings), MujocoSimulation, stepped, _points)
+
+
+def configuration(seed: int, step: float, segments: int = 5) -> SimulationConfig:
+    """The scene of a seed."""
+    offset, scale = draw_placement(seed)
+    return SimulationConfig(
+        hand=load_strategy(STRATEGY).hand,
+        step=step,
+        segments=segments,
+        object_offset=offset,
+        object_mass_scale=scale,
+    )
+
+
+def _run(
+    build: Callable[[], Any],
+    simulator: type,
+    engine: tuple[Any, str],
+    count: Callable[[Any], int],
+) -> Grasp:
+    points: list[int] = []
+    simulation = build()
+    try:
+        with timed_steps(lambda now: points.append(count(now)), simulator, engine) as times:
+            result = Sequencer(InProcessScene(simulation), load_strategy(STRATEGY)).run()
+    finally:
+        simulation.close()
+    return Grasp(times, max(points), result)
+
+
+def _bullet_points(simulation: Simulation) -> int:
+    return len(pybullet.getContactPoints(physicsClientId=simulation.world.client))
+
+
+def _points(simulation: MujocoSimulation) -> int:
+    return int(simulation.data.ncon)
+
+
+def rows(small: bool) -> list[dict[str, Any]]:
+    """Ratio of the real-time factors, what each engine does at each step, largest steps."""
+    for engine in (OURS, *MUJOCO):
+        grasp(engine, 0, 0.01)  # compile
+    turns = 1 if small else TURNS
+    found, holding = [], dict.fromkeys((OURS, *MUJOCO), 0.0)
+    for step in STEPS:
+        runs: dict[str, list[Grasp]] = {engine: [] for engine in holding}
+        for seed in range(turns):
+            for engine, grasps in runs.items():
+                grasps.append(grasp(engine, seed, step))
+        for engine, grasps in runs.items():
+            if _hold(grasps):
+                holding[engine] = step
+        found += _compared(runs, step) + _described(runs, step)
+    found += [
+        stated(f"whole hand, {engine}: largest step that holds", 1e3 * step, "ms")
+        for engine, step in holding.items()
+    ]
+    return found
+
+
+def _hold(grasps: list[Grasp]) -> bool:
+    return all(run.result.gripped for run in grasps)
+
+
+def _compared(runs: dict[str, list[Grasp]], step: float) -> list[dict[str, Any]]:
+    """Our real-time factor over the best of MuJoCo's, where both hold the object."""
+    best = [
+        statistics.median(
+            ours.times.factor(step) / theirs.times.factor(step)
+            for ours, theirs in zip(runs[OURS], runs[engine], strict=True)
+        )
+        for engine in MUJOCO
+        if _hold(runs[engine])
+    ]
+    if not best or not _hold(runs[OURS]):
+        return []
+    name = f"whole hand, {1e3 * step:g} ms: real-time factor over MuJoCo's"
+    if step == COMPARED:
+        return [at_least(name, min(best), "", TARGET)]
+    return [stated(name, min(best), "")]
+
+
+def _described(runs: dict[str, list[Grasp]], step: float) -> list[dict[str, Any]]:
+    """What each engine did at a step."""
+    found = []
+    for engine, grasps in runs.items():
+        name = f"whole hand, {1e3 * step:g} ms, {engine}"
+        gripped = sum(run.result.gripped for run in grasps)
+        found.append(stated(f"{name}: gripped", gripped, f"of {len(grasps)}"))
+        if gripped < len(grasps):
+            continue
+        factor = statistics.median(run.times.factor(step) for run in grasps)
+        slip = max(run.result.slip for run in grasps)
+        found.append(stated(f"{name}: real-time factor", factor, ""))
+        found.append(stated(f"{name}: slip, worst", 1e3 * slip, "mm"))
+        if step == COMPARED:
+            found += _closer(name, grasps)
+    return found
+
+
+def _closer(name: str, grasps: list[Grasp]) -> list[dict[str, Any]]:
+    """Where the time goes, and how the grasp went."""
+    share = statistics.median(run.times.share() for run in grasps)
+    lift = statistics.mean(run.result.lift_height for run in grasps)
+    return [
+        stated(f"{name}: share of the engine's step", 100 * share, "%"),
+        stated(f"{name}: contact points, most", max(run.points for run in grasps), ""),
+        stated(f"{name}: lift, mean", 1e3 * lift, "mm"),
+    ]
