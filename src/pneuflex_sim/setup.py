@@ -28,11 +28,12 @@ setup(
         "pybullet",
         "numba",
     ],
-    extras_require={"test": ["pytest"], "plot": ["matplotlib"]},
+    extras_require={"test": ["pytest"], "plot": ["matplotlib"], "mesh": ["coacd"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [
             "hand_sim = pneuflex_sim.node:main",
+            "hand = pneuflex_sim.hand_command:main",
             "pneuflex-skin = pneuflex_sim.skin_command:main",
             "pneuflex-validate = pneuflex_sim.validation.command:main",
         ],

@@ -37,19 +37,32 @@ def closing_hand(
     """
     if frames < 2:
         raise ValueError(f"frames: expected 2 or more, got {frames}")
+    shares = np.linspace(0.0, 1.0, frames)
+    yield from settled_hand(hand, np.outer(shares, gauge), segments)
+
+
+def settled_hand(hand: HandDescription, gauges: Array, segments: int) -> Iterator[Array]:
+    """Joint orientations (n, 4) of a weightless hand at rest, at gauge pressures (k, channels) [Pa]
+    that it takes one after the other, from none on.
+    """
     simulation = Simulation(
         SimulationConfig(hand=hand, scene="stand", model="base", step=STEP, segments=segments)
     )
     try:
         before = np.zeros(len(hand.channels))
-        yield simulation.bodies.q.copy()
-        for share in np.linspace(0.0, 1.0, frames)[1:]:
-            after = air_masses_at(hand, share * np.asarray(gauge, float))
-            for k in range(round((RAMP + REST) / STEP)):
-                way = min(1.0, (k + 1) * STEP / RAMP)
-                simulation.set_air_masses(before + way * (after - before))
-                simulation.step()
+        for gauge in gauges:
+            after = air_masses_at(hand, gauge) if gauge.any() else np.zeros_like(before)
+            if np.any(after != before):
+                _fill(simulation, before, after)
             before = after
             yield simulation.bodies.q.copy()
     finally:
         simulation.close()
+
+
+def _fill(simulation: Simulation, before: Array, after: Array) -> None:
+    """Go from air masses (channels,) [kg] to others, and let the hand come to rest."""
+    for k in range(round((RAMP + REST) / STEP)):
+        way = min(1.0, (k + 1) * STEP / RAMP)
+        simulation.set_air_masses(before + way * (after - before))
+        simulation.step()

@@ -4,6 +4,7 @@ needed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from softhand_model.hands import HandDescription, load_hand
 from softhand_model.model_file import load_model
 
 Array = NDArray[np.float64]
+Color = tuple[float, float, float, float]  # red, green, blue, opacity
 
 TABLE_HALF = (0.6, 0.6, 0.05)  # the table's drawn half extents [m]
 
@@ -45,7 +47,7 @@ class HandState:
 @dataclass(frozen=True)
 class Camera:
     """Where the picture is taken from: point looked at [m], distance [m], yaw and pitch [deg],
-    vertical view angle [deg].
+    vertical view angle [deg], direction towards the light.
     """
 
     target: tuple[float, float, float] = (0.0, 0.0, 0.08)
@@ -53,10 +55,13 @@ class Camera:
     yaw: float = 35.0
     pitch: float = -18.0
     view_angle: float = 40.0
+    light: tuple[float, float, float] = (0.6, -0.8, 1.6)
 
 
 class Renderer:
-    """Draws one hand (and object, and scene) in given states."""
+    """Draws one hand (and object, and scene) in given states; `colors` are those of parts, by their
+    names in `HandSkin.parts`, that do not have the colour of their material.
+    """
 
     def __init__(
         self,
@@ -64,12 +69,14 @@ class Renderer:
         object_name: str | None = None,
         scene: str = "table",
         segments: int = 5,
+        colors: Mapping[str, Color] | None = None,
     ) -> None:
         description = load_hand(hand) if isinstance(hand, str) else hand
         self.layout = build_layout(description, segments, load_model(None))
         self.skin = HandSkin(HandShape(self.layout))
         self.object = load_object(object_name) if object_name else None
         self.scene = load_scene(scene)
+        self.colors = dict(colors or {})
 
     def frame(
         self, state: HandState, size: tuple[int, int] = (640, 480), camera: Camera | None = None
@@ -86,8 +93,8 @@ class Renderer:
         if self.scene.table is not None:
             _box(TABLE_HALF, (0, 0, -TABLE_HALF[2]), (0, 0, 0, 1), TABLE, client)
         wrist = state.wrist_position.tolist(), state.wrist_orientation.tolist()
-        for material, mesh in self.skin.parts(state.joints).values():
-            _mesh(mesh, *wrist, COLORS[material], client)
+        for name, (material, mesh) in self.skin.parts(state.joints).items():
+            _mesh(mesh, *wrist, self.colors.get(name, COLORS[material]), client)
         if self.object is not None and state.object_position is not None:
             _object(
                 self.object,
@@ -147,7 +154,7 @@ def _photograph(camera: Camera, size: tuple[int, int], client: int) -> NDArray[n
         height,
         view,
         projection,
-        lightDirection=(0.6, -0.8, 1.6),
+        lightDirection=camera.light,
         shadow=1,
         lightAmbientCoeff=0.55,
         lightDiffuseCoeff=0.5,

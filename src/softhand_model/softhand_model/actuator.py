@@ -195,13 +195,13 @@ def own_actuators(node: Node) -> dict[str, Actuator]:
     return found
 
 
-def nominal_modulus() -> float:
-    """Shear modulus [Pa] of the rubber of the shipped actuators.
+def nominal_rubber() -> tuple[float, float]:
+    """Shear modulus [Pa] and density [kg/m3] of the rubber of the shipped actuators.
 
-    >>> nominal_modulus()
-    67000.0
+    >>> nominal_rubber()
+    (67000.0, 1070.0)
     """
-    return _shipped()[0]
+    return _shipped()[:2]
 
 
 def _shipped() -> tuple[float, float, dict[str, Actuator]]:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from softhand_model import design, section
-from softhand_model.actuator import Actuator
+from softhand_model.actuator import Actuator, nominal_rubber
 from softhand_model.design import BrokenRule
 from softhand_model.profile import ConstantProfile, Profile, TaperedProfile
 from softhand_model.rubber import Rubber
@@ -24,7 +24,6 @@ TAPER_ROOT = {"height": 3.0, "width": 8.0, "circumference": 3.0}
 SIDE_WALL_SHARE = 1.0 / 3.0  # of the width at most, as of P5
 LEAST_TIP_HEIGHT = 2.0  # walls
 TUBE_VOLUME = 9.4e-7  # [m3], 0.3 m of the tube of P10
-DENSITY = 1070.0  # [kg/m3] of Dragon Skin 10
 DIGITS = 7  # of the sizes of an actuator
 
 
@@ -234,8 +233,8 @@ def _actuator(wish: Wish, base: Section, name: str) -> Actuator:
         max_pressure=0.0,
         supply_volume=TUBE_VOLUME,
     )
-    mass, limit = DENSITY * found.rubber_volume(), pressure_limit(found, wish.rubber)
-    return replace(found, mass=mass, max_pressure=limit)
+    mass = _rounded(nominal_rubber()[1] * found.rubber_volume())
+    return replace(found, mass=mass, max_pressure=pressure_limit(found, wish.rubber))
 
 
 def _profile(key: str, largest: float, taper: float, length: float) -> Profile:

@@ -1,0 +1,185 @@
+"""`hand design`: wall and profile of an actuator from what it should do.
+
+The command line speaks mm, kPa and mN m2; files and JSON are in SI units.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softhand_model.actuator import Actuator, nominal_rubber
+from softhand_model.hand_writing import actuator_entry, finger_text
+from softhand_model.rubber import Rubber, load_rubbers
+from softhand_model.sizing import Design, Wish, actuation_ratio, design_actuator
+
+MILLI, KILO = 1e-3, 1e3
+USUAL_RUBBER = "Dragon Skin 10"
+SHARES = (0.25, 0.5, 0.75, 1.0)  # of the pressure limit, at which the bend is shown
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the subparsers of `hand`."""
+    found = commands.add_parser(
+        "design",
+        help="wall and profile of an actuator from its actuation ratio and stiffness",
+        description="Find wall and profile of an actuator from a wanted actuation ratio and "
+        "stiffness by the rules of thumb of section 3.6.1, side walls included. Warns where a rule "
+        "is broken. The file it writes is a hand of that one finger.",
+    )
+    add, number = found.add_argument, {"type": float}
+    add("--ratio", **number, required=True, help="curvature over pressure [1/(m kPa)]")
+    add("--stiffness", **number, required=True, help="bending stiffness at the base [mN m2]")
+    add("--length", **number, required=True, help="[mm]")
+    add("--tip-stiffness", **number, default=0.0, help="that at the tip [mN m2] (%(default)s)")
+    add("--rubber", default=USUAL_RUBBER, help="one of Table 3.2 (%(default)s)")
+    add("--modulus", **number, help="shear modulus of the rubber [kPa] (that of the table)")
+    add("--max-stretch", **number, help="largest stretch of the rubber [-] (that of the table)")
+    add("--wall", **number, help="thickness [mm], where it is fixed")
+    add("--height", **number, help="height at the base [mm], where it is fixed")
+    add("--width", **number, help="width at the base [mm], where it is fixed")
+    add("--name", default="finger", help="of the actuator (%(default)s)")
+    add("-o", "--out", type=Path, help="YAML file to write")
+    add("--force", action="store_true", help="overwrite that file")
+    add("--json", action="store_true", help="print JSON in SI units instead of the table")
+    found.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Design, print and write; raises ValueError for wishes that cannot be fulfilled."""
+    design = design_actuator(wish_of(options), options.name)
+    if options.out is not None:
+        _write(design, options)
+    print(json.dumps(record(design), indent=2) if options.json else table(design))
+    for broken in design.broken:
+        print(f"warning: {broken}", file=sys.stderr)
+
+
+def wish_of(options: argparse.Namespace) -> Wish:
+    """The wish in SI units."""
+    fixed = {key: getattr(options, key) for key in ("wall", "height", "width")}
+    return Wish(
+        options.ratio / KILO,
+        options.stiffness * MILLI,
+        options.length * MILLI,
+        chosen_rubber(options.rubber, options.modulus, options.max_stretch),
+        options.tip_stiffness * MILLI,
+        **{key: None if size is None else size * MILLI for key, size in fixed.items()},
+    )
+
+
+def chosen_rubber(name: str, modulus: float | None, max_stretch: float | None) -> Rubber:
+    """A rubber of Table 3.2, with another modulus [kPa] or largest stretch [-] where given; raises
+    ValueError with the names there are.
+
+    Dragon Skin 10 has the nominal modulus of the shipped actuators, not that of the table.
+
+    >>> chosen_rubber("Dragon Skin 10", None, None).shear_modulus
+    67000.0
+    """
+    rubbers = load_rubbers()
+    if name not in rubbers:
+        raise ValueError(f"rubber: expected one of {', '.join(rubbers)}, got {name}")
+    found = rubbers[name]
+    if name == USUAL_RUBBER:
+        found = replace(found, shear_modulus=nominal_rubber()[0])
+    for key, value, least in (("modulus", modulus, 0.0), ("max_stretch", max_stretch, 1.0)):
+        if value is not None and not least < value < np.inf:
+            raise ValueError(f"{key}: expected a number above {least:g}, got {value}")
+    return replace(
+        found,
+        shear_modulus=found.shear_modulus if modulus is None else modulus * KILO,
+        max_stretch=found.max_stretch if max_stretch is None else max_stretch,
+    )
+
+
+def table(design: Design) -> str:
+    """What was wanted and what came, the sizes, and how far it bends, with units."""
+    wish, actuator = design.wish, design.actuator
+    ends = np.array([0.0, actuator.length])
+    rows = [
+        ("", "wanted", "reached", ""),
+        (
+            "actuation ratio",
+            f"{wish.actuation_ratio * KILO:.4g}",
+            f"{actuation_ratio(actuator) * KILO:.4g}",
+            "1/(m kPa)",
+        ),
+        (
+            "stiffness at the base",
+            f"{wish.stiffness / MILLI:.4g}",
+            f"{float(actuator.stiffness(0.0)) / MILLI:.4g}",
+            "mN m2",
+        ),
+        ("", "base", "tip", ""),
+        *(_size(key, getattr(actuator, key)(ends)) for key in ("height", "width", "circumference")),
+        ("", "", "", ""),
+        *(_size(key.replace("_", " "), [getattr(actuator, key)]) for key in ("wall", "side_wall")),
+        _size("length", [actuator.length]),
+        ("rubber", wish.rubber.name, "", ""),
+        ("shear modulus", f"{actuator.shear_modulus / KILO:.4g}", "", "kPa"),
+        ("largest pressure", f"{actuator.max_pressure / KILO:.4g}", "", "kPa"),
+        *_bends(actuator),
+    ]
+    return "\n".join(f"{a:<24}{b:>16}{c:>12}  {d}".rstrip() for a, b, c, d in rows)
+
+
+def _size(name: str, values: Any) -> tuple[str, str, str, str]:
+    first, last = ([f"{value / MILLI:.4g}" for value in values] + [""])[:2]
+    return name, first, last, "mm"
+
+
+def _bends(actuator: Actuator) -> list[tuple[str, str, str, str]]:
+    pressures = actuator.max_pressure * np.array(SHARES)
+    angles = np.degrees(actuator.tip_angle(pressures))
+    return [
+        (f"bend at {pressure / KILO:.4g} kPa", f"{angle:.0f}", "", "deg")
+        for pressure, angle in zip(pressures, angles, strict=True)
+    ]
+
+
+def record(design: Design) -> dict[str, Any]:
+    """The design as plain data, SI units."""
+    actuator = design.actuator
+    pressures = actuator.max_pressure * np.array(SHARES)
+    return {
+        "wish": asdict(design.wish),
+        "reached": {
+            "actuation_ratio": actuation_ratio(actuator),
+            "stiffness": float(actuator.stiffness(0.0)),
+        },
+        "actuator": {"name": actuator.name, **actuator_entry(actuator)},
+        "bend": {
+            "pressure": pressures.tolist(),
+            "tip_angle": actuator.tip_angle(pressures).tolist(),
+        },
+        "broken_rules": [asdict(broken) | {"text": str(broken)} for broken in design.broken],
+    }
+
+
+def _write(design: Design, options: argparse.Namespace) -> None:
+    path: Path = options.out
+    if path.suffix not in (".yaml", ".yml"):
+        raise ValueError(f"out: expected a file that ends in .yaml, got {path}")
+    if path.exists() and not options.force:
+        raise ValueError(f"{path}: expected a new file (or --force), got one that exists")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(finger_text(design.actuator, _comment(design)), encoding="utf-8")
+
+
+def _comment(design: Design) -> str:
+    wish = design.wish
+    lines = [
+        "A designed actuator, as a finger on a stand; take what stands under `types` into a hand.",
+        f"Wanted: actuation ratio {wish.actuation_ratio:.4g} 1/(m Pa), stiffness "
+        f"{wish.stiffness:.4g} N m2 at the base and {wish.tip_stiffness:.4g} at the tip; "
+        f"{wish.rubber.name}.",
+        *(f"Warning: {broken}" for broken in design.broken),
+    ]
+    return "\n".join(lines)

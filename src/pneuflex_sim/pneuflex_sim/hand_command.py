@@ -1,0 +1,35 @@
+"""The command `hand`: design an actuator, and draw any hand."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from pneuflex_sim import design_command, show_command
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    found = argparse.ArgumentParser(
+        prog="hand", description="Design an actuator, and draw any hand; without ROS."
+    )
+    commands = found.add_subparsers(dest="command", required=True)
+    design_command.add_to(commands)
+    show_command.add_to(commands)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; 0, or 2 when its options cannot be used."""
+    options = parser().parse_args(arguments)
+    try:
+        options.run(options)
+    except (ValueError, OSError) as error:
+        print(f"hand {options.command}: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,70 @@
+"""`hand show`: a picture of any hand, open and under pressure, with its dimensions."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softhand_model.hands import HandDescription, load_hand
+
+KILO = 1e3
+FOLDER = Path("out/hand")
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to the subparsers of `hand`."""
+    found = commands.add_parser(
+        "show",
+        help="draw any hand",
+        description="Draw a hand in free air, without weight: at rest and under pressure, from the "
+        "side of the palm and from that of the thumb, with its dimensions.",
+    )
+    add = found.add_argument
+    add("hand", help="name of a shipped hand or path of its YAML")
+    add(
+        "--pressure",
+        nargs="+",
+        metavar="KPA",
+        help="gauge pressures [kPa], each one drawn: one number for all channels, or one for each "
+        "as in 20,28,50,70 (40%% of their limits)",
+    )
+    add("--segments", type=int, default=10, help="an actuator (%(default)s)")
+    add("-o", "--out", type=Path, help=f"PNG file ({FOLDER}/NAME.png)")
+    found.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Draw; raises ValueError for hands and pressures that cannot be used."""
+    # late: designing needs neither matplotlib, an extra, nor PyBullet, which talks when it starts
+    from pneuflex_sim.closing import settled_hand
+    from pneuflex_sim.hand_picture import draw_hand
+
+    hand = load_hand(options.hand)
+    gauges = [np.zeros(len(hand.channels)), *_gauges(hand, options.pressure)]
+    joints = list(settled_hand(hand, np.array(gauges), options.segments))
+    figure = draw_hand(hand, gauges, joints, options.segments)
+    path = options.out or FOLDER / f"{hand.name}.png"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path)
+    print(path)
+
+
+def _gauges(hand: HandDescription, given: list[str] | None) -> list[np.ndarray]:
+    """Gauge pressures (channels,) [Pa] of every picture but the first."""
+    from pneuflex_sim.skin_command import pressures
+
+    if given is None:
+        return [pressures(hand, None)]
+    return [pressures(hand, [KILO * number for number in _numbers(text)]) for text in given]
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise ValueError(
+            f"pressure: expected a number, or one for each channel with commas, got {text}"
+        ) from None
