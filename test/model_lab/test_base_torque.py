@@ -13,6 +13,7 @@ from model_lab.forward import Forward
 from model_lab.measurement import MeasurementSet, Run, Specimen
 from softhand_model.effects import StructureEffect, effect_classes
 from softhand_model.section import free_curvature, rule_stiffness, side_wall_ratio
+from softhand_model.spring_model import THESIS, SpringModel
 from softhand_model.statics import Stop, equilibrium, linear_springs, planar_finger
 
 EFFECTS = effect_classes()
@@ -51,8 +52,8 @@ def straight(pressure, **more):
     return run_of(pressure, (0.0, 0.0, 0.09), Rotation.identity(), **more)
 
 
-def torques(data, effects=(), segments=10, modulus=1.0):
-    found = BaseTorque(data, segments).predict({"modulus_scale[A]": modulus}, effects)
+def torques(data, effects=(), segments=10, modulus=1.0, joints=THESIS):
+    found = BaseTorque(data, segments, joints).predict({"modulus_scale[A]": modulus}, effects)
     return found.reshape(len(found), 3, -1) if len(data.runs) == 1 else found
 
 
@@ -84,6 +85,22 @@ def test_twisted_finger_twists_back_and_the_coupling_bends_it_sideways():
     coupled = torques(data, [EFFECTS["bend_twist_coupling"](k45=0.4)])[0, :, 0]
     expected = STIFFNESS * 1e-3 / 0.09 * np.array([0.4, 0.0, 1.0])
     assert coupled == pytest.approx(expected, rel=1e-4, abs=1e-9)
+
+
+def test_model_file_makes_the_finger_softer_in_twist():
+    data = measured(run_of([0.0], (0.0, 0.0, 0.09), Rotation.from_rotvec([0, 0, 1e-3])))
+    soft = torques(data, joints=SpringModel(twist=0.2))[0, :, 0]
+    assert soft == pytest.approx([0.0, 0.0, 0.2 * STIFFNESS * 1e-3 / 0.09], rel=1e-4, abs=1e-9)
+
+
+def test_rubber_springs_of_a_straight_finger_carry_the_pressure_alone():
+    """h**2*z*p/2 whatever modulus and walls (3.4.3), which linear springs miss."""
+    pressure = np.linspace(5e3, 45e3, 3)
+    for modulus in (0.9, 1.1):
+        found = torques(
+            measured(straight(pressure)), modulus=modulus, joints=SpringModel(bending="curvature")
+        )[0, 1]
+        assert found == pytest.approx(-(0.02**3) * pressure / 2, rel=1e-6)
 
 
 def test_coupling_stays_within_what_the_springs_can_carry():

@@ -6,6 +6,7 @@ import pytest
 from model_lab.model_writing import write_model
 from softhand_model.effects import effect_classes, effects_in_file
 from softhand_model.model_file import Model, load_model
+from softhand_model.spring_model import SpringModel
 
 OWN = """
 from softhand_model.effects import LoadEffect, Parameter
@@ -26,7 +27,7 @@ def _gravity(scale):
 
 def _said(model):
     effects = [(type(effect).__name__, dict(effect.values)) for effect in model.effects]
-    return model.base, model.calibration, effects, model.std
+    return model.base, model.calibration, effects, model.std, model.springs
 
 
 @pytest.mark.parametrize(
@@ -41,8 +42,9 @@ def _said(model):
             effects=(_gravity(np.float64(0.9)),),
             std={"gravity": {"mass_scale": 0.01}},
         ),
+        Model(springs=SpringModel("curvature", "section", 0.5)),
     ],
-    ids=["empty", "linear", "valve", "scalar", "batches"],
+    ids=["empty", "linear", "valve", "scalar", "batches", "springs"],
 )
 def test_a_model_comes_back_equal(tmp_path, model):
     path = tmp_path / "models" / "m.yaml"

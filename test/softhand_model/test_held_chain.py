@@ -44,9 +44,18 @@ def slack(bend, rest, points):
 class Oracle:
     """Poses and energy of the chain, joint by joint with scipy's rotations."""
 
-    def __init__(self, chain, rest, coupling=0.0, below=1.0, gravity=(0.0, 0.0, 0.0)):
+    def __init__(
+        self,
+        chain,
+        rest,
+        coupling=0.0,
+        below=1.0,
+        gravity=(0.0, 0.0, 0.0),
+        sideways=(1.0, 1.0),
+        rubber=0.0,
+    ):
         self.chain, self.rest, self.coupling, self.below = chain, rest, coupling, below
-        self.gravity = np.array(gravity)
+        self.gravity, self.sideways, self.rubber = np.array(gravity), sideways, rubber
 
     def tip(self, rotations):
         return self._walk(rotations)[:2]
@@ -63,11 +72,23 @@ class Oracle:
 
     def energy(self, rotations):
         total = 0.0
-        for k, (x, y, z) in zip(self.chain.stiffness[:, 1], rotations.reshape(-1, 3), strict=True):
+        lateral, twist = self.sideways
+        for k, rest, (x, y, z) in zip(
+            self.chain.stiffness[:, 1], self.rest, rotations.reshape(-1, 3), strict=True
+        ):
             bending = y * y * (self.below if y < 0 else 1.0)
-            total += 0.5 * k * (x * x + bending + z * z) + k * self.coupling * x * z
+            if self.rubber:
+                bending = self.of_rubber(rest, y)
+            total += 0.5 * k * (lateral * x * x + bending + twist * z * z)
+            total += k * self.coupling * x * z
         centers = self._walk(rotations)[2]
         return total - np.sum(self.chain.mass[:, None] * centers * self.gravity)
+
+    def of_rubber(self, rest, turn):
+        """Twice the integral of (q(u) - q(u_rest))/(2*s) over the bend, in closed form."""
+        first, last = 1 + self.rubber * rest, 1 + self.rubber * (rest + turn)
+        area = (last**2 + last**-2 - first**2 - first**-2) / 2
+        return (area / self.rubber - (first - first**-3) * turn) / self.rubber
 
     def weight_moment(self, rotations):
         centers = self._walk(rotations)[2]
@@ -106,6 +127,9 @@ CASES = {
     "coupled": {"coupling": 0.4},
     "slack": {"below": 0.5},
     "heavy": {"gravity": (0.0, -9.81, 0.0)},
+    "softer sideways": {"sideways": (0.4, 0.25)},
+    "rubber": {"rubber": 1.2},
+    "rubber, softer sideways": {"rubber": 1.2, "sideways": (0.4, 0.25), "coupling": 0.1},
     "all": {"coupling": -0.3, "below": 0.5, "gravity": (3.0, 4.0, -8.0)},
 }
 
@@ -123,6 +147,10 @@ def test_torque_is_that_of_the_least_energy_under_the_pose(case):
         more = {"coupling": np.full(1, options.get("coupling", 0.0))}
         if "below" in options:
             more["factor"] = slack
+        if "sideways" in options:
+            more["sideways"] = np.tile(options["sideways"], (joints, 1))
+        if "rubber" in options:
+            more["stretching"] = np.full(joints, options["rubber"])
         springs = springs_of(chain, rest, **more)
         found = HeldChain(chain).base_load(hold_of(springs, place, [turn], options.get("gravity")))
         assert found.settled.all()

@@ -4,6 +4,7 @@ import pytest
 
 from softhand_model.effects.effect import Effect
 from softhand_model.model_file import Model, load_model, model_names
+from softhand_model.spring_model import SpringModel
 
 HEADER = "format: softhand-model/1\nbase: pneuflex\n"
 
@@ -65,6 +66,12 @@ def test_standard_errors_are_kept(tmp_path):
     assert load_model(written(tmp_path, text)).std == {"gravity": {"mass_scale": 0.1}}
 
 
+def test_springs_are_those_of_the_thesis_unless_the_file_says_otherwise(tmp_path):
+    assert load_model().springs == SpringModel("rule", 1.0, 1.0)
+    text = "springs: {bending: curvature, twist: section}\n"
+    assert load_model(written(tmp_path, text)).springs == SpringModel("curvature", 1.0, "section")
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -93,6 +100,10 @@ def test_standard_errors_are_kept(tmp_path):
         ),
         ("calibration: {modulus_scale: {}}\n", "modulus_scale: expected at least one entry"),
         ("surprise: 1\n", "got surprise"),
+        ("springs: {bending: soft}\n", "springs.bending: expected one of rule, curvature, got"),
+        ("springs: {twist: none}\n", "springs.twist: expected a number above 0 or section, got"),
+        ("springs: {lateral: 0}\n", "springs.lateral: expected"),
+        ("springs: {length: 1}\n", "got length"),
         ("effects: [{name: a, file: none.py}]\n", "none.py: expected a Python file with an effect"),
     ],
 )

@@ -54,7 +54,7 @@ def add_effect(
         for entry in named
         if question.classes[entry.name].physical  # a generic term stays as it is from now on
     }
-    new = Model(model.base, calibration_of(after), (*kept, *fitted), std)
+    new = Model(model.base, calibration_of(after), (*kept, *fitted), std, springs=model.springs)
     return Addition(question, before, after, named[-1], new)
 
 

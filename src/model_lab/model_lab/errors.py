@@ -60,7 +60,7 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -
     tell(0.4)
     scored = score_base(question, [effect.name for effect in given])
     tell(0.9)
-    forward = Forward(data, model.base, (), model.effects, model.calibration)
+    forward = Forward(data, model.base, (), model.effects, model.calibration, joints=model.springs)
     calibrated = not all(_given(model, parameter.name) for parameter in forward.parameters)
     values = _fitted(forward, scored) if calibrated else forward.start()
     as_is = forward.measured - forward.predict(values[None])[0]

@@ -20,6 +20,7 @@ from softhand_model.effects import Effect, Parameter
 from softhand_model.effects.effect import BASES
 from softhand_model.effects.staged import in_order
 from softhand_model.growth import grows
+from softhand_model.spring_model import THESIS, SpringModel
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -73,7 +74,8 @@ class Forward:
 
     effects: classes whose parameters are free; fixed: effects that stay as they are, as far as they
     act in the experiment. calibration: of a model file; where a search starts, or with
-    free_calibration false what stays. springs: of a blocked tip, `exact` or `linear`.
+    free_calibration false what stays. springs: of a blocked tip, `exact` or `linear`; joints: those
+    of a held chain.
 
     parameters: the free ones, calibration first, then those of effects in the order of stages.
     measured (samples,): the outputs in SI units, NaN in runs that lack them.
@@ -92,13 +94,14 @@ class Forward:
         calibration: Calibration | None = None,
         free_calibration: bool = True,
         springs: str = "exact",
+        joints: SpringModel = THESIS,
     ) -> None:
         self._data = data
         self._fixed = [effect for effect in fixed if data.experiment in effect.experiments]
         self._free = in_order(effects)
         for effect in [*map(type, self._fixed), *self._free]:
             check_applicable(effect, data, base)
-        self._experiment = experiment_of(data, base, springs)
+        self._experiment = experiment_of(data, base, springs, joints)
         known = self._experiment.calibration([*self._free, *self._fixed])
         self._calibration = {**known, **_named(calibration or {}, known)}
         calibrated = _calibrated(self._calibration, _unit(data)) if free_calibration else []
@@ -149,7 +152,9 @@ class Forward:
         ]
 
 
-def experiment_of(data: MeasurementSet, base: str, springs: str = "exact") -> Experiment:
+def experiment_of(
+    data: MeasurementSet, base: str, springs: str = "exact", joints: SpringModel = THESIS
+) -> Experiment:
     """What predicts a set's experiment under a base model."""
     if base not in BASES:
         raise ValueError(f"base: expected one of {', '.join(BASES)}, got {base}")
@@ -161,6 +166,8 @@ def experiment_of(data: MeasurementSet, base: str, springs: str = "exact") -> Ex
         )
     if data.experiment == "blocked_tip":
         return BlockedTip(data, springs)
+    if data.experiment == "base_torque":
+        return BaseTorque(data, joints=joints)
     return EXPERIMENTS[data.experiment](data)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import yaml
 from model_lab.new_file import check_new, plain, write_new
 from softhand_model.effects import Effect
 from softhand_model.model_file import FORMAT, Model
+from softhand_model.spring_model import THESIS
 
 NOT_PHYSICS = "a generic term, not physics"
 
@@ -51,6 +53,8 @@ def model_text(model: Model, folder: Path, comment: str = "") -> str:
     lines += [f"format: {FORMAT}", f"base: {model.base}"]
     if model.calibration:
         lines.append(f"calibration: {_in_one_line(model.calibration)}")
+    if model.springs != THESIS:
+        lines.append(f"springs: {_in_one_line(asdict(model.springs))}")
     if model.effects:
         lines.append("effects:")
         lines += [

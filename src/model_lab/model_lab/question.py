@@ -18,6 +18,7 @@ from model_lab.series import series_of
 from model_lab.spectrum import Spectrum, make_spectrum
 from softhand_model.effects import Effect
 from softhand_model.model_file import Model
+from softhand_model.spring_model import THESIS, SpringModel
 
 Array = NDArray[np.float64]
 
@@ -38,11 +39,12 @@ class Question:
     spectrum: Spectrum
     floor: NoiseFloor
     fitted: Mapping[str, float]
+    joints: SpringModel = THESIS
 
     def problem(self, effects: Iterable[str]) -> Problem:
         """The fitting problem with these effects free."""
         chosen = [self.classes[name] for name in effects]
-        forward = Forward(self.data, self.base, chosen, self.fixed)
+        forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
         return Problem(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
 
 
@@ -58,7 +60,8 @@ def pose_question(
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
-    forward = Forward(data, model.base, [type(effect) for effect in given], fixed)
+    free = [type(effect) for effect in given]
+    forward = Forward(data, model.base, free, fixed, joints=model.springs)
     starts = base_starts(forward.parameters)
     layout = series_of(data)
     predicted = forward.predict(starts[:1])[0]
@@ -69,7 +72,8 @@ def pose_question(
     floor = noise_floor(data, spectrum, better.residual)
     names = [parameter.name for parameter in forward.parameters]
     fitted = dict(zip(names, better.values.tolist(), strict=True))
-    return Question(data, model.base, fixed, known, spectrum, floor, fitted), given
+    question = Question(data, model.base, fixed, known, spectrum, floor, fitted, model.springs)
+    return question, given
 
 
 def sharper(question: Question, better: Fit) -> Question | None:

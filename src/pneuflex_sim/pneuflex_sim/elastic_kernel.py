@@ -13,14 +13,14 @@ import numpy as np
 
 from pneuflex_sim.spatial import cross
 from softhand_model.compiled import compiled
+from softhand_model.spring_model import LEAST_STRETCH
 
-LEAST_STRETCH = 0.7  # below, rubber goes on in a straight line: what buckles there is left out
 SMALL_ANGLE = 1e-2  # [rad], below which series stand for the rotation's Jacobian
 
 
 @compiled
 def rubber_stress(stretch):
-    """Elastic term q = u - u**-3 [-] (eq. 3.21) of the top at a stretch [-], and its slope [-]."""
+    """`spring_model.rubber_stress` of one joint: elastic term and slope [-] at a stretch [-]."""
     least = max(stretch, LEAST_STRETCH)
     inverse = 1.0 / least
     cube = inverse * inverse * inverse

@@ -30,7 +30,7 @@ from pneuflex_sim.wrist import Wrist, WristParameters
 from softhand_model.effects.gravity import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hands import HandDescription, load_hand
-from softhand_model.model_file import load_model
+from softhand_model.model_file import Model, load_model
 from softhand_model.pneumatics.compiled_plant import PLANT
 
 Array = NDArray[np.float64]
@@ -59,7 +59,7 @@ class SimulationConfig:
     hand: str | HandDescription = "rbo_hand_2"
     object: str | ObjectDescription = "cylinder"
     scene: str | SceneDescription = "table"
-    model: str | Path | None = None
+    model: str | Path | Model | None = None
     step: float = 0.001
     segments: int = 5
     seed: int = 0
@@ -100,7 +100,7 @@ class Simulation:
         self.scene = self._described_scene()
         self.object = self._described_object()
         self.friction = friction if isinstance(friction, FrictionTable) else load_friction(friction)
-        model = load_model(config.model)
+        model = config.model if isinstance(config.model, Model) else load_model(config.model)
         if model.base != "pneuflex":
             raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
         layout = build_layout(self.hand, config.segments, model)

@@ -152,6 +152,9 @@ class HeldChain:
         return Front(wrench * self._clamp.unit).follow(self._clamp.links, hold.springs, None)
 
     def _moment(self, hold: Hold, turn: Array) -> Array:
-        """Wrench (6, n) that turns the tip by a rotation vector (3, n) [rad]."""
-        moment = turn / np.sum(1.0 / hold.springs.stiffness, axis=0) / self._clamp.unit[3:]
+        """Wrench (6, n) that turns the tip by a rotation vector (3, n) [rad], or less far where the
+        springs are not the same about all axes.
+        """
+        yielding = np.sum(1.0 / hold.springs.softest, axis=0)
+        moment = turn / yielding / self._clamp.unit[3:]
         return np.concatenate([np.zeros_like(moment), moment])

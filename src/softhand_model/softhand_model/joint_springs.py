@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand_model.segments import SegmentChain
+from softhand_model.spring_model import rubber_stress
 from softhand_model.vector_fields import (
     cross,
     cross_matrix,
@@ -36,10 +38,13 @@ DIFFERENCE = 1e-7  # [rad] for the slope of the factor
 class JointSprings:
     """Joint springs at n points, linear about the rest orientation, a turn by `rest` about y.
 
-    stiffness, rest (joints, n) [N m/rad], [rad]; coupling (n,) [-]: off-diagonal of bending about x
+    stiffness, rest (joints, n) [N m/rad], [rad]; sideways (joints, 2) [-]: stiffness about x and z
+    over that in bending, 1 if absent; stretching (joints,) [1/rad]: of rubber in bending
+    (`spring_model`), 0 for linear springs; coupling (n,) [-]: off-diagonal of bending about x
     and twist about z over the stiffness; factor: on the stiffness about y; points (n,): what the
     factor is told of the points.
-    The energy of a joint is that of its rotation vector against the rest, e*K*e/2.
+    The energy of a joint is that of its rotation vector against the rest, e*K*e/2 where the springs
+    are linear.
     """
 
     stiffness: Array
@@ -47,6 +52,8 @@ class JointSprings:
     points: Indices
     coupling: Array | None = None
     factor: Factor | None = None
+    sideways: Array | None = None
+    stretching: Array | None = None
 
     def take(self, chosen: Indices) -> JointSprings:
         """The springs of some of the points."""
@@ -76,6 +83,7 @@ class JointSprings:
         rotation = moment / self.stiffness[joint]
         if self.isotropic:
             return rotation
+        rotation = rotation / self._shares(joint)
         before, slope = 1.0, None
         for _ in range(STEPS):
             residual = self._elastic(joint, rotation) - _transposed_jacobian(rotation, moment)
@@ -103,12 +111,22 @@ class JointSprings:
     @property
     def isotropic(self) -> bool:
         """Whether all springs are the same about all axes."""
-        return self.coupling is None and self.factor is None
+        more = (self.coupling, self.factor, self.sideways, self.stretching)
+        return all(entry is None for entry in more)
+
+    @property
+    def softest(self) -> Array:
+        """Stiffness (joints, n) [N m/rad] about the axis about which each joint is softest."""
+        if self.sideways is None:
+            return self.stiffness
+        return self.stiffness * np.minimum(self.sideways.min(axis=1), 1.0)[:, None]
 
     def _elastic(self, joint: int, rotation: Array) -> Array:
         """K*e (3, n) [N m]."""
         x, y, z = rotation
-        elastic = np.array(rotation)
+        elastic = rotation * self._shares(joint)
+        if self.stretching is not None:
+            elastic[1] = self._rubber(joint, y)[0]
         if self.coupling is not None:
             elastic[0] += self.coupling * z
             elastic[2] += self.coupling * x
@@ -121,18 +139,54 @@ class JointSprings:
         """Derivative (3, 3, n) of K*e - J^T moment by e."""
         stiffness, rest = self.stiffness[joint], self.rest[joint]
         slope = -_slope_of_transposed_jacobian(rotation, moment)
-        slope[[0, 1, 2], [0, 1, 2]] += stiffness
+        slope[[0, 1, 2], [0, 1, 2]] += stiffness * self._shares(joint)
         if self.coupling is not None:
             slope[[0, 2], [2, 0]] += self.coupling * stiffness
+        turn, tangent = self._rubber(joint, rotation[1])
         if self.factor is not None:
             bend = rest + rotation[1]
             factor, more, less = (
                 self.factor(bend + shift, rest, self.points)
                 for shift in (0.0, DIFFERENCE, -DIFFERENCE)
             )
-            rise = rotation[1] * (more - less) / (2.0 * DIFFERENCE)
-            slope[1, 1] += stiffness * (factor + rise - 1.0)
+            rise = turn * (more - less) / (2.0 * DIFFERENCE)
+            slope[1, 1] += stiffness * (factor * tangent + rise - 1.0)
+        else:
+            slope[1, 1] += stiffness * (tangent - 1.0)
         return slope
+
+    def _shares(self, joint: int) -> Array:
+        """Stiffness (3, 1) [-] about x, y, z over that in bending."""
+        lateral, twist = (1.0, 1.0) if self.sideways is None else self.sideways[joint]
+        return np.array([[lateral], [1.0], [twist]])
+
+    def _rubber(self, joint: int, bend: Array) -> tuple[Array, Array | float]:
+        """Moment over stiffness (n,) [rad] of a joint bent (n,) [rad] from its rest, and its
+        derivative [-].
+        """
+        gain = 0.0 if self.stretching is None else float(self.stretching[joint])
+        if gain == 0.0:
+            return bend, 1.0
+        (here, slope), (there, _) = (
+            rubber_stress(1.0 + gain * angle)
+            for angle in (self.rest[joint] + bend, self.rest[joint])
+        )
+        return (here - there) / (2.0 * gain), 0.5 * slope
+
+
+def springs_of(chain: SegmentChain, rest: Array, modulus: Array | float = 1.0) -> JointSprings:
+    """The springs of a chain at rest angles (joints, n) [rad], of a rubber whose shear modulus is
+    `modulus` (n,) [-] over the chain's.
+    """
+    points, bending = rest.shape[1], chain.stiffness[:, 1:2]
+    sideways = chain.stiffness[:, [0, 2]] / bending
+    return JointSprings(
+        bending * np.broadcast_to(modulus, points),
+        rest,
+        np.arange(points),
+        sideways=None if np.all(sideways == 1.0) else sideways,
+        stretching=chain.stretching if chain.stretching.any() else None,
+    )
 
 
 def _transposed_jacobian(rotation: Array, moment: Array) -> Array:

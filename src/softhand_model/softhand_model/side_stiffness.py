@@ -42,7 +42,7 @@ def lateral_second_moment(
     >>> round(float(lateral_second_moment(0.02, 0.02, 0.002, 0.002)) * 1e9, 3)
     7.189
     """
-    height, width, side_wall = (np.asarray(a, float) for a in (height, width, side_wall))
+    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
     inner = np.maximum(height - wall, 0.0)
     off_middle = (width - side_wall) / 2.0
     of_sides = 2.0 * inner * side_wall * (side_wall**2 / 12.0 + off_middle**2)
@@ -58,11 +58,11 @@ def torsion_constant(
     >>> round(float(torsion_constant(0.02, 0.02, 0.002, 0.002)) * 1e9, 2)
     12.64
     """
-    height, width, side_wall = (np.asarray(a, float) for a in (height, width, side_wall))
-    up, across = np.maximum(height - np.asarray(wall) / 2.0, 0.0), width - side_wall
+    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
+    up, across = np.maximum(height - wall / 2.0, 0.0), width - side_wall
     # 4*A**2/(2*across/wall + 2*up/side_wall), written so that no side wall gives 0
     return np.asarray(
-        2.0 * (up * across) ** 2 * wall * side_wall / (across * side_wall + up * np.asarray(wall))
+        2.0 * (up * across) ** 2 * wall * side_wall / (across * side_wall + up * wall)
     )
 
 
@@ -95,3 +95,7 @@ def twist_stiffness(
     0.847
     """
     return np.asarray(shear_modulus, float) * torsion_constant(height, width, wall, side_wall)
+
+
+def _arrays(*sizes: ArrayLike) -> list[Array]:
+    return [np.asarray(size, float) for size in sizes]

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 RULE, CURVATURE = "rule", "curvature"
 SECTION = "section"
+LEAST_STRETCH = 0.7  # below, rubber goes on in a straight line: what buckles there is left out
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,17 @@ THESIS = SpringModel()
 
 def _middles(actuator: Actuator, segments: int) -> Array:
     return (np.arange(segments) + 0.5) * actuator.length / segments
+
+
+def rubber_stress(stretch: Array) -> tuple[Array, Array]:
+    """Elastic term q = u - u**-3 [-] (eq. 3.21) of the top at stretches u [-], and its slope [-].
+
+    >>> [float(part) for part in rubber_stress(np.array(1.0))]
+    [0.0, 4.0]
+    """
+    least = np.maximum(stretch, LEAST_STRETCH)
+    slope = 1.0 + 3.0 * least**-4.0
+    return least - least**-3.0 + slope * (stretch - least), slope
 
 
 def read_springs(node: Node) -> SpringModel:

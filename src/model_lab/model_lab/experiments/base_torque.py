@@ -24,6 +24,7 @@ from softhand_model.effects.stages import SectionShape
 from softhand_model.free_bending import SteppedBalance, free_curvature
 from softhand_model.held_chain import BaseLoad, HeldChain, Hold
 from softhand_model.segments import SegmentChain
+from softhand_model.spring_model import THESIS, SpringModel
 from softhand_model.vector_fields import matrices
 
 Array = NDArray[np.float64]
@@ -42,8 +43,8 @@ OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
 class BaseTorque:
     """Torques (lanes, samples) [N m] of actuators on their bases, run after run, x, y and z within.
 
-    The actuator is the simulator's chain, straight and cut into equal segments, its springs of the
-    same stiffness about all three axes; base and tip are held where they were measured. The free
+    The actuator is the simulator's chain, straight and cut into equal segments, with the springs
+    `joints`; base and tip are held where they were measured. The free
     angles follow the pressure with the effects as in free bending. `gravity` pulls at the segments
     beyond the first joint; a level bending plane has it along -y. The pose is taken as it is: the
     stiffness along a nearly straight chain is high, so that errors of the pose show as torque.
@@ -52,12 +53,14 @@ class BaseTorque:
     column or key.
     """
 
-    def __init__(self, data: MeasurementSet, segments: int = SEGMENTS) -> None:
+    def __init__(
+        self, data: MeasurementSet, segments: int = SEGMENTS, joints: SpringModel = THESIS
+    ) -> None:
         require_columns(data, INPUTS["base_torque"], "the model of base_torque")
         self._data = data
         self._rows = SampleRows(data)
         self._memory = SpecimenMemory(data, self._rows)
-        self._segments = SpecimenSegments(data, segments)
+        self._segments = SpecimenSegments(data, segments, joints)
         self._pressure = self._rows.column("pressure")
         place = [self._rows.column(f"tip_{axis}")[0, :, 0] for axis in "xyz"]
         turn = [self._rows.column(f"tip_q{axis}")[0, :, 0] for axis in "xyzw"]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softhand_model.effects.stages import StructureEffect
-from softhand_model.joint_springs import Factor, JointSprings
+from softhand_model.joint_springs import Factor, JointSprings, springs_of
 from softhand_model.segments import SegmentChain
 
 Array = NDArray[np.float64]
@@ -18,7 +19,7 @@ Indices = NDArray[np.intp]
 def chain_springs(
     chain: SegmentChain, modulus: Array, rest: Array, effects: Sequence[StructureEffect]
 ) -> JointSprings:
-    """Springs at the points lane*samples + sample, the same about all three axes but for effects.
+    """Springs at the points lane*samples + sample: those of the chain, and what effects do.
 
     modulus (lanes, samples): shear modulus over that of the chain; rest (lanes, samples, joints or
     1) [rad]: free angles.
@@ -26,13 +27,10 @@ def chain_springs(
     lanes, samples = modulus.shape
     joints = len(chain.mass)
     angles = np.broadcast_to(rest, (lanes, samples, joints)).reshape(lanes * samples, joints)
-    stiffness = chain.stiffness[:, 1, None] * modulus.reshape(-1)
-    return JointSprings(
-        stiffness,
-        np.ascontiguousarray(angles.T),
-        np.arange(lanes * samples),
-        _coupling(effects, lanes, samples),
-        _factor(effects, samples),
+    return replace(
+        springs_of(chain, np.ascontiguousarray(angles.T), modulus.reshape(-1)),
+        coupling=_coupling(effects, lanes, samples),
+        factor=_factor(effects, samples),
     )
 
 

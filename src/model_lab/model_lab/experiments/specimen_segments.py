@@ -12,6 +12,7 @@ from softhand_model.effects.stages import SectionShape
 from softhand_model.hands import ChainDescription, Mount
 from softhand_model.profile import ConstantProfile, Profile, TableProfile
 from softhand_model.segments import SegmentChain, cut_chain
+from softhand_model.spring_model import THESIS, SpringModel
 
 Array = NDArray[np.float64]
 
@@ -29,13 +30,15 @@ class SpecimenSegments:
     Raises DocumentError for a specimen without the keys of the model.
     """
 
-    def __init__(self, data: MeasurementSet, segments: int) -> None:
+    def __init__(self, data: MeasurementSet, segments: int, joints: SpringModel = THESIS) -> None:
         names = dict.fromkeys(run.specimen for run in data.runs)
         specimens = {name: data.specimens[name] for name in names}
         for specimen in specimens.values():
             require_keys(data, specimen, KEYS, f"the model of {data.experiment}")
         actuators = {name: _actuator(specimen) for name, specimen in specimens.items()}
-        self.chains = {name: _chain(actuator, segments) for name, actuator in actuators.items()}
+        self.chains = {
+            name: _chain(actuator, segments, joints) for name, actuator in actuators.items()
+        }
         of_runs = [actuators[run.specimen] for run in data.runs]
         uniform = not any(_varies(specimen) for specimen in specimens.values())
         placed = [_one_section(a, segments) if uniform else _gauss(a, segments) for a in of_runs]
@@ -116,8 +119,8 @@ def _around(height: Array, width: Array) -> Profile:
     return TableProfile(tuple(x.tolist()), tuple(np.asarray(around).tolist()))
 
 
-def _chain(actuator: Actuator, segments: int) -> SegmentChain:
+def _chain(actuator: Actuator, segments: int, joints: SpringModel) -> SegmentChain:
     mount = Mount("wrist", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     return cut_chain(
-        ChainDescription(actuator.name, {actuator.name: actuator}, {}, mount), segments
+        ChainDescription(actuator.name, {actuator.name: actuator}, {}, mount), segments, joints
     )

@@ -19,7 +19,7 @@ from pneuflex_sim.validation.grip import Grip, Pose, gripped_part, pushed
 from pneuflex_sim.validation.stand import FingerStand
 from softhand_model.actuator import Actuator, load_actuator
 from softhand_model.held_chain import HeldChain, Hold
-from softhand_model.joint_springs import JointSprings
+from softhand_model.joint_springs import springs_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,11 +95,7 @@ def _of_chain(finger: Actuator, poses: list[Pose]) -> np.ndarray:
     """Torques (k, 3) [N m] of the static chain in these poses."""
     with FingerStand(finger, SEGMENTS) as stand:
         chain, rest = gripped_part(stand.chain), stand.rest_angles(PRESSURE)[:-1]
-    count = len(poses)
-    columns = np.ones((1, count))
-    springs = JointSprings(
-        chain.stiffness[:, 1:2] * columns, rest[:, None] * columns, np.arange(count)
-    )
+    springs = springs_of(chain, np.repeat(rest[:, None], len(poses), axis=1))
     places = np.array([pose.place for pose in poses]).T
     turns = np.moveaxis(np.array([pose.turn.as_matrix() for pose in poses]), 0, -1)
     load = HeldChain(chain).base_load(Hold(springs, places, turns))

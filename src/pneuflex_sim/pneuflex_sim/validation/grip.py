@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from pneuflex_sim.validation.stand import FingerStand
 from softhand_model.chain_front import Front, straight_links
-from softhand_model.joint_springs import JointSprings
+from softhand_model.joint_springs import springs_of
 from softhand_model.segments import SegmentChain
 
 Array = NDArray[np.float64]
@@ -108,8 +108,7 @@ def pushed(chain: SegmentChain, rest: Array, direction: Array, distance: float) 
     >>> pushed(chain, np.zeros(4), np.array([1.0, 0.0, 0.0]), 0.0).place.round(6).tolist()
     [0.0, 0.0, 0.09]
     """
-    links, points = straight_links(chain), np.zeros(1, int)
-    springs = JointSprings(chain.stiffness[:, 1:2], rest[:, None], points)
+    links, springs = straight_links(chain), springs_of(chain, rest[:, None])
 
     def tip(force: float, moment: Array) -> Front:
         wrench = np.concatenate([force * direction, moment])
