@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 CONVEX = 0.99  # share of the hull's volume from which a mesh counts as convex
 SETTINGS = {"threshold": 0.05, "max_ch_vertex": 64, "decimate": True, "seed": 0}
-SHARPEST = 3.0  # erosions by which a corner moves at most
+SHARPEST = 10.0  # erosions by which a corner moves at most
 THINNEST = 0.45  # share of a piece's thickness that erosion takes from each side at most
 
 

@@ -17,7 +17,6 @@ from pneuflex_sim.scenes import SceneDescription, Table, Wall
 
 HAND = FINGER | THUMB | PALM
 TABLE_SIZE = (1.2, 1.2, 0.04)  # [m] of a table with an edge
-ROLLING_RESISTANCE = 2e-4  # [m] that stops a cylinder on a box, where it would gain speed by itself
 
 
 def build_scene(
@@ -46,10 +45,8 @@ def _sides(
     if object_material is None:
         return [(-1, hand)]
     lateral = friction.towards_object(part.material, object_material)
-    rolling = 0.0
-    if isinstance(part, Table) and part.edge is not None:
-        # the engine multiplies it with the object's coefficient
-        rolling = ROLLING_RESISTANCE / friction.towards_hand(object_material)
+    # the engine multiplies it with the object's coefficient of sliding friction
+    rolling = part.rolling_resistance / friction.towards_hand(object_material)
     if math.isclose(lateral, hand["lateralFriction"]) and not rolling:
         return [(-1, hand)]
     of_object = {"lateralFriction": lateral, "rollingFriction": rolling}
@@ -57,7 +54,9 @@ def _sides(
 
 
 def _table_shape(table: Table, client: int) -> int:
-    """A plane, since a lying cylinder gains speed by itself on a box; with an edge a box."""
+    """A plane, or a box with an edge, on which a lying cylinder gains speed by itself without
+    rolling resistance.
+    """
     if table.edge is None:
         return _plane_shape((0.0, 0.0, 1.0), client)
     length, width, height = TABLE_SIZE

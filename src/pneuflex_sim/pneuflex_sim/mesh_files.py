@@ -37,19 +37,19 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     longest = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
         raise ValueError(
-            f"{path}: expected a longest side of {SMALLEST} to {LARGEST} m, got {longest:g} m; "
+            f"{path}: expected a longest side of {SMALLEST:g} to {LARGEST:g} m, got {longest:g} m; "
             "of a file in millimetres, give `scale: 0.001`"
         )
     return _joined(corners)
 
 
 def open_edges(mesh: Mesh) -> int:
-    """How many edges do not have one triangle on either side; 0 for a closed surface."""
+    """How many sides of triangles lack a neighbour, or have several; 0 for a closed surface."""
     faces = mesh.indices.reshape(-1, 3)
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
     count = len(mesh.vertices)
     there, back = edges @ [count, 1], edges @ [1, count]
-    return len(np.setxor1d(there, back)) + len(there) - len(np.unique(there))
+    return len(np.setdiff1d(there, back)) + len(there) - len(np.unique(there))
 
 
 def _joined(corners: Array) -> Mesh:

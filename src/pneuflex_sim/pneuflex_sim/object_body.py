@@ -41,7 +41,7 @@ class ObjectBody:
             pybullet.createMultiBody(
                 self.description.mass,
                 collision_shape(self.description, self._client),
-                -1,
+                visual_shape(self.description, self._client),
                 baseInertialFrameOrientation=self._axes.tolist(),
                 physicsClientId=self._client,
             )
@@ -144,6 +144,24 @@ def collision_shape(description: ObjectDescription, client: int) -> int:
         )
     return pybullet.createCollisionShape(
         pybullet.GEOM_CYLINDER, radius=half[0], height=2 * half[2], physicsClientId=client
+    )
+
+
+def visual_shape(description: ObjectDescription, client: int) -> int:
+    """Create the PyBullet visual shape of the surface of an object made of pieces; -1 for others,
+    which look like what they touch with.
+    """
+    surface = description.geometry.surface
+    if surface is None:
+        return -1
+    return int(
+        pybullet.createVisualShape(
+            pybullet.GEOM_MESH,
+            vertices=surface.vertices.tolist(),
+            indices=surface.indices.tolist(),
+            normals=surface.normals.tolist(),
+            physicsClientId=client,
+        )
     )
 
 

@@ -16,22 +16,26 @@ LEAST_INCLINATION, MOST_INCLINATION = 5.0, 150.0  # [deg]
 @dataclass(frozen=True)
 class Table:
     """A table of a material with its surface at height 0; it reaches from x = edge [m] on towards
-    +x, or without end when there is no edge.
+    +x, or without end when there is no edge. rolling_resistance [m]: moment over normal force that
+    an object has to overcome to roll; the hand does not feel it.
     """
 
     material: str
     edge: float | None = None
+    rolling_resistance: float = 0.0
 
 
 @dataclass(frozen=True)
 class Wall:
     """A plane of a material that meets the table along x = distance [m] and rises there towards
     +x, at an inclination [deg] against the table; 90 is upright, more leans over the table.
+    rolling_resistance [m] as that of a table.
     """
 
     material: str
     distance: float
-    inclination: float = 90.0
+    inclination: float
+    rolling_resistance: float = 0.0
 
     @property
     def normal(self) -> tuple[float, float, float]:
@@ -110,14 +114,20 @@ def _parse(name: str, entry: Node) -> SceneDescription:
 
 
 def _table(node: Node) -> Table:
-    fields = node.fields(["material"], ["edge"])
+    fields = node.fields(["material"], ["edge", "rolling_resistance"])
     edge = fields["edge"].number() if "edge" in fields else None
-    return Table(fields["material"].text(), edge)
+    return Table(fields["material"].text(), edge, _rolling_resistance(fields))
 
 
 def _wall(node: Node) -> Wall:
-    fields = node.fields(["material", "distance"], ["inclination"])
-    inclination = 90.0
-    if "inclination" in fields:
-        inclination = fields["inclination"].number(LEAST_INCLINATION, MOST_INCLINATION)
-    return Wall(fields["material"].text(), fields["distance"].number(), inclination)
+    fields = node.fields(["material", "distance", "inclination"], ["rolling_resistance"])
+    return Wall(
+        fields["material"].text(),
+        fields["distance"].number(),
+        fields["inclination"].number(LEAST_INCLINATION, MOST_INCLINATION),
+        _rolling_resistance(fields),
+    )
+
+
+def _rolling_resistance(fields: dict[str, Node]) -> float:
+    return fields["rolling_resistance"].number(low=0.0) if "rolling_resistance" in fields else 0.0

@@ -43,6 +43,7 @@ class World:
             solverResidualThreshold=settings.residual,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
+            collisionFilterMode=0,  # two bodies touch where the masks of both allow it
             enableConeFriction=0,  # the cone let light fingertips diverge when they jam
             physicsClientId=self.client,
         )
