@@ -1,11 +1,15 @@
 """What a model asks of specimens and runs, and how it is told that it is missing."""
 
+import numpy as np
 import pytest
 from measurement_folder import document, write_set
 
 from model_lab.loading import load_measurements
 from model_lab.specimens import require_columns, require_keys
 from softhand_model.document import DocumentError
+from softhand_model.hand_writing import actuator_entry
+from softhand_model.rubber import Rubber
+from softhand_model.sizing import Wish, design_actuator
 
 
 def test_a_key_that_the_model_needs_is_named_with_unit_and_example(tmp_path):
@@ -28,3 +32,21 @@ def test_what_is_there_is_not_refused(tmp_path):
     data = load_measurements(write_set(tmp_path))
     require_keys(data, data.specimens["f"], ("length", "wall"), "base pneuflex")
     require_columns(data, ("time", "pressure"), "it")
+
+
+def test_a_designed_actuator_is_a_specimen_as_it_stands(tmp_path):
+    rubber = Rubber("Dragon Skin 10", "", "", 11.0, 67e3)
+    finger = design_actuator(Wish(0.9e-3, 4e-3, 0.09, rubber)).actuator
+    content = document(specimens={"f": actuator_entry(finger)})
+    specimen = load_measurements(write_set(tmp_path, content)).specimens["f"]
+    x = np.linspace(0.0, 0.09, 50)
+    for key in ("height", "width"):
+        read = np.interp(x, *specimen.values[key].T)
+        np.testing.assert_allclose(read, getattr(finger, key)(x), rtol=1e-3)
+    assert specimen.values["wall"] == finger.wall
+
+
+def test_a_broken_taper_is_named(tmp_path):
+    sizes = {"length": 0.09, "height": {"maximum": 0.02, "taper": 2.0, "root": 3}}
+    with pytest.raises(DocumentError, match=r"specimens\.f\.height\.taper: expected a number"):
+        load_measurements(write_set(tmp_path, document(specimens={"f": sizes})))

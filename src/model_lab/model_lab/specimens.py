@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from model_lab.measurement import MeasurementSet, Specimen
 from model_lab.open_fields import named_entries, open_fields
+from softhand_model.actuator import read_profile
 from softhand_model.document import DocumentError, Node
 
 Array = NDArray[np.float64]
@@ -26,6 +27,7 @@ UNITS = {
     "gauge_length": "m",
 }  # of the keys that models know
 PROFILES = ("height", "width")  # may vary along the specimen
+TAPER_POINTS = 65  # of a taper; straight lines between them miss that of P10 by 0.1 %
 MAY_VANISH = ("side_wall", "mass")
 MOUNTS = ("bending_plane_level", "base_up", "base_down")
 EXAMPLES = {
@@ -90,7 +92,7 @@ def _specimen(name: str, node: Node) -> Specimen:
     notes: dict[str, object] = {}
     for key, entry in entries.items():
         if key in UNITS:
-            values[key] = _known(key, entry)
+            values[key] = _known(key, entry, entries.get("length"))
         elif _is_number(entry.value):
             values[key] = entry.number()
         elif key not in ("mount", "batch"):
@@ -100,7 +102,9 @@ def _specimen(name: str, node: Node) -> Specimen:
     return Specimen(name, values, mount, batch, notes)
 
 
-def _known(key: str, node: Node) -> float | Array:
+def _known(key: str, node: Node, length: Node | None) -> float | Array:
+    if key in PROFILES and isinstance(node.value, dict) and length is not None:
+        return _taper(node, length.positive())
     if key in PROFILES:
         return _size(node)
     return node.number(low=0.0) if key in MAY_VANISH else node.positive()
@@ -108,6 +112,12 @@ def _known(key: str, node: Node) -> float | Array:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _taper(node: Node, length: float) -> Array:
+    """A taper as of a hand's actuators, as a profile (n, 2) of [x, value] [m]."""
+    x = np.linspace(0.0, length, TAPER_POINTS)
+    return np.stack([x, read_profile(node, length)(x)], axis=1)
 
 
 def _size(node: Node) -> float | Array:
