@@ -191,15 +191,18 @@ class _Course:
 
     def at(self, time: float) -> float:
         """Return the setpoint at `time` [s], NaN before the first one."""
+        t0, v0, t1, v1 = self.piece(time)
+        return v0 + (v1 - v0) * (time - t0) / (t1 - t0)
+
+    def piece(self, time: float) -> tuple[float, float, float, float]:
+        """Return the straight piece that `time` [s] lies on: from t0, v0 to t1, v1."""
         after = bisect_right(self.times, time)
-        if after == 0:
-            return self.values[0]
-        if after == len(self.times) or self.stepped:
-            return self.values[after - 1]
-        t0, t1 = self.times[after - 1], self.times[after]
-        v0, v1 = self.values[after - 1], self.values[after]
+        before = max(after - 1, 0)
+        end = self.times[after] if after < len(self.times) else math.inf
+        value = self.values[before]
         # from no setpoint there is nothing to interpolate: wait for the first one
-        return v0 if math.isnan(v0) else v0 + (v1 - v0) * (time - t0) / (t1 - t0)
+        held = after == 0 or math.isinf(end) or self.stepped or math.isnan(value)
+        return min(self.times[before], time), value, end, value if held else self.values[after]
 
     def replace_from(self, start: float, times: Floats, values: Floats) -> None:
         """Let the knots `start` + `times` [s] follow what stood until `start`."""
@@ -227,9 +230,13 @@ class Setpoints:
 
     def __init__(self, channels: int) -> None:
         self._courses = [_Course() for _ in range(channels)]
-        self._busy: set[int] = set()
-        self._now: Floats = np.full(channels, np.nan)
+        self._pieces: Floats = np.ones((4, channels))  # begin, span, value at begin, rise
+        self._enter_anew()
         self.last_time = math.nan  # when the last of all plans ends [s]
+
+    def _enter_anew(self) -> None:
+        """Let the next call of `at` look up the pieces of all courses."""
+        self._until = self._stepped_until = -math.inf  # when the next piece of any begins [s]
 
     def take(self, command: Trajectory, now: float) -> None:
         """Follow `command` from its start, or from `now` [s]."""
@@ -238,7 +245,7 @@ class Setpoints:
             course = self._courses[channel]
             course.forget_before(min(now, start))
             course.replace_from(start, command.times, command.values[:, column])
-            self._busy.add(channel)
+        self._enter_anew()
         end = start + float(command.times[-1])
         self.last_time = end if math.isnan(self.last_time) else max(self.last_time, end)
 
@@ -247,14 +254,24 @@ class Setpoints:
 
         With samples a `period` [s] apart, a step of a schedule is taken at the nearest of them.
         """
-        for channel in tuple(self._busy):
-            course = self._courses[channel]
-            moment = time + 0.5 * period if course.stepped else time
-            self._now[channel] = course.at(moment)
-            if moment >= course.times[-1]:
-                self._busy.discard(channel)
-                course.forget_before(moment)
-        return self._now
+        half = 0.5 * period
+        if time >= self._until or time + half >= self._stepped_until:
+            self._enter(time, half)
+        begin, span, value, rise = self._pieces
+        return np.asarray(value + rise * ((time - begin) / span))
+
+    def _enter(self, time: float, half: float) -> None:
+        """Look up the pieces that the courses are on."""
+        self._until = self._stepped_until = math.inf
+        for channel, course in enumerate(self._courses):
+            moment = time + half if course.stepped else time
+            course.forget_before(moment)
+            t0, v0, t1, v1 = course.piece(moment)
+            self._pieces[:, channel] = t0, t1 - t0, v0, v1 - v0
+            if course.stepped:
+                self._stepped_until = min(self._stepped_until, t1)
+            else:
+                self._until = min(self._until, t1)
 
     def set(self, channel: int, value: float, stepped: bool) -> None:
         """Drop the plan of a channel and hold `value`, NaN for none.
@@ -265,12 +282,10 @@ class Setpoints:
             stepped: whether what is planned from now on goes in steps, not linearly.
         """
         self._courses[channel] = _Course(values=[value], stepped=stepped)
-        self._now[channel] = value
-        self._busy.discard(channel)
+        self._enter_anew()
 
     def hold(self) -> None:
         """Drop all plans and setpoints."""
         self.last_time = math.nan
-        self._now[:] = np.nan
-        self._busy.clear()
+        self._enter_anew()
         self._courses = [_Course(stepped=course.stepped) for course in self._courses]

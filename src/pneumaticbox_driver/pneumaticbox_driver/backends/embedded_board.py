@@ -1,5 +1,6 @@
 """The pretended bench as a board: its time passes with the monotonic clock."""
 
+import math
 import time
 from collections.abc import Callable
 
@@ -10,6 +11,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 
 Floats = NDArray[np.float64]
 Valves = NDArray[np.int8]
+TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
 LONGEST_STEP = 0.1  # that the bench catches up with when the process was held [s]
 
 
@@ -33,10 +35,9 @@ class EmbeddedBoard:
 
     def read(self) -> Floats:
         """Read absolute pressures now: channels, then supply (n + 1,) [Pa]."""
-        now = self._clock()
-        pressures = self.bench.advance(min(now - self._last, LONGEST_STEP))
-        self._last = now
-        return pressures
+        passed = math.floor((self._clock() - self._last) / TICK + 1e-6)
+        self._last += passed * TICK
+        return self.bench.advance(min(passed * TICK, LONGEST_STEP))
 
     def command(self, valves: Valves) -> None:
         """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed."""

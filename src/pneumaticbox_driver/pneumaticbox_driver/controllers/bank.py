@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumaticbox_driver.controllers.available import make_controller
+from pneumaticbox_driver.controllers.mass import rehearse_mass_control
 from pneumaticbox_driver.controllers.view import BoxView, Controller, Flags, Valves
 
 
@@ -24,6 +25,7 @@ class ControllerBank:
         self._masks: dict[str, Flags] = {}
         self._closed: Valves = np.zeros(len(modes), dtype=np.int8)
         self.switch(modes)
+        rehearse_mass_control(len(modes))
 
     def switch(self, modes: Sequence[str]) -> None:
         """Put the channels into these modes (n,); raises ValueError and changes nothing then."""

@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from pneumaticbox_driver.controllers.view import LEAST_ERROR, BoxView, Floats, Valves
+from pneumaticbox_driver.controllers.view import (
+    LEAST_ERROR,
+    OPENING_SHARE,
+    BoxView,
+    Flags,
+    Floats,
+    Valves,
+)
+from softhand_model.compiled import compiled
 
 
 class MassController:
@@ -22,12 +30,45 @@ class MassController:
 
 def follow_mass(view: BoxView, target: Floats) -> Valves:
     """Valves (n,) that bring the estimated masses to a `target` (n,) [kg], NaN for none."""
-    error = target - view.observer.mass
+    observer = view.observer
+    pulses = observer.pulse_mass(view.shortest_pulse, view.pressures, view.supply)
+    wanted = np.empty_like(view.direction)
     # a valve closes at the sample that comes nearest to the target
-    margin = (0.5 * view.dt) * np.abs(view.observer.flow)
-    keep = view.direction * error > margin
-    wanted = np.where(keep, view.direction, 0)
-    at_rest = view.direction == 0
-    if (at_rest & (np.abs(error) > LEAST_ERROR)).any():
-        wanted = np.where(at_rest, view.opened(error), wanted)
-    return view.or_emptied(target, wanted)
+    ahead = 0.5 * view.dt
+    now = observer.mass, observer.flow
+    _decide(target, now, pulses, view.direction, view.empty, ahead, wanted)
+    return wanted
+
+
+def rehearse_mass_control(channels: int) -> None:
+    """Let the kernel be compiled, or loaded, before a sample waits for it."""
+    zeros, valves = np.zeros(channels), np.zeros(channels, dtype=np.int8)
+    pair = zeros, zeros
+    _decide(zeros, pair, pair, valves, np.zeros(channels, dtype=bool), 0.0, valves)
+
+
+@compiled
+def _decide(
+    target: Floats,
+    now: tuple[Floats, Floats],
+    pulses: tuple[Floats, Floats],
+    direction: Valves,
+    empty: Flags,
+    ahead: float,
+    wanted: Valves,
+) -> None:
+    mass, flow = now
+    gain, loss = pulses
+    for i in range(len(target)):
+        error = target[i] - mass[i]
+        wanted[i] = 0
+        if target[i] <= 0:
+            # there is no less than empty, where the mass is known
+            wanted[i] = 0 if empty[i] else -1
+        elif direction[i] != 0:
+            if direction[i] * error > ahead * abs(flow[i]):
+                wanted[i] = direction[i]
+        elif error > max(OPENING_SHARE * gain[i], LEAST_ERROR):
+            wanted[i] = 1
+        elif -error > max(OPENING_SHARE * loss[i], LEAST_ERROR):
+            wanted[i] = -1
