@@ -97,22 +97,51 @@ def rows(small: bool) -> list[dict[str, Any]]:
     """Ratio of the real-time factors, what each engine does at each step, largest steps."""
     for engine in (OURS, *MUJOCO):
         grasp(engine, 0, 0.01)  # compile
-    turns = 1 if small else TURNS
-    found, holding = [], dict.fromkeys((OURS, *MUJOCO), 0.0)
-    for step in STEPS:
-        runs: dict[str, list[Grasp]] = {engine: [] for engine in holding}
-        for seed in range(turns):
-            for engine, grasps in runs.items():
-                grasps.append(grasp(engine, seed, step))
-        for engine, grasps in runs.items():
-            if _hold(grasps):
-                holding[engine] = step
-        found += _compared(runs, step) + _described(runs, step)
-    found += [
-        stated(f"whole hand, {engine}: largest step that holds", 1e3 * step, "ms")
-        for engine, step in holding.items()
-    ]
+    runs = {step: _in_turn(step, 1 if small else TURNS) for step in STEPS}
+    print(outcomes(runs), flush=True)
+    found = []
+    for step, grasps in runs.items():
+        found += _compared(grasps, step) + _described(grasps, step)
+    for engine in (OURS, *MUJOCO):
+        holding = [step for step in STEPS if _hold(runs[step][engine])]
+        largest = 1e3 * max(holding, default=0.0)
+        found.append(stated(f"whole hand, {engine}: largest step that holds", largest, "ms"))
     return found
+
+
+def _in_turn(step: float, turns: int) -> dict[str, list[Grasp]]:
+    """Grasps of a step by engine, a seed a turn."""
+    runs: dict[str, list[Grasp]] = {engine: [] for engine in (OURS, *MUJOCO)}
+    for seed in range(turns):
+        for engine, grasps in runs.items():
+            grasps.append(grasp(engine, seed, step))
+    return runs
+
+
+def outcomes(runs: dict[float, dict[str, list[Grasp]]]) -> str:
+    """Table in Markdown: median real-time factor and worst slip [mm] where an engine holds the
+    object in every turn, else in how many it does.
+    """
+    head = "".join(f" {1e3 * step:g} ms |" for step in runs)
+    lines = [f"| real-time factor (slip [mm]) |{head}", "|---" * (len(runs) + 1) + "|"]
+    for engine in (OURS, *MUJOCO):
+        cells = "".join(f" {_cell(runs[step][engine], step)} |" for step in runs)
+        lines.append(f"| {engine} |{cells}")
+    return "\n".join(lines)
+
+
+def _cell(grasps: list[Grasp], step: float) -> str:
+    if not _hold(grasps):
+        return f"{sum(run.result.gripped for run in grasps)} of {len(grasps)}"
+    return f"{_factor(grasps, step):.1f} ({1e3 * _slip(grasps):.1f})"
+
+
+def _factor(grasps: list[Grasp], step: float) -> float:
+    return statistics.median(run.times.factor(step) for run in grasps)
+
+
+def _slip(grasps: list[Grasp]) -> float:
+    return max(run.result.slip for run in grasps)
 
 
 def _hold(grasps: list[Grasp]) -> bool:
@@ -146,10 +175,8 @@ def _described(runs: dict[str, list[Grasp]], step: float) -> list[dict[str, Any]
         found.append(stated(f"{name}: gripped", gripped, f"of {len(grasps)}"))
         if gripped < len(grasps):
             continue
-        factor = statistics.median(run.times.factor(step) for run in grasps)
-        slip = max(run.result.slip for run in grasps)
-        found.append(stated(f"{name}: real-time factor", factor, ""))
-        found.append(stated(f"{name}: slip, worst", 1e3 * slip, "mm"))
+        found.append(stated(f"{name}: real-time factor", _factor(grasps, step), ""))
+        found.append(stated(f"{name}: slip, worst", 1e3 * _slip(grasps), "mm"))
         if step == COMPARED:
             found += _closer(name, grasps)
     return found
