@@ -5,6 +5,7 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
+import yaml
 
 from pneuflex_sim.hand_command import main
 from softhand_model.hands import load_hand
@@ -92,8 +93,16 @@ def test_a_designed_finger_is_drawn(tmp_path, capsys):
     assert matplotlib.image.imread(picture)[..., :3].std() > 0.05
 
 
-def test_the_ready_made_gripper_is_drawn_by_path(tmp_path):
+def test_the_air_that_a_hand_takes_is_printed_for_strategies(tmp_path, capsys):
     gripper = Path(__file__).parents[2] / "examples/three_finger_gripper/gripper.yaml"
     picture = tmp_path / "gripper.png"
-    assert run("show", gripper, "--pressure", "20,10", "--segments", 3, "-o", picture) == 0
+    assert run("show", gripper, "--pressure", "20,0", "--segments", 3, "-o", picture) == 0
     assert picture.exists()
+    line = next(line for line in capsys.readouterr().out.splitlines() if "kPa" in line)
+    pressures, masses = line.split(" kPa: air_mass: ")
+    air = yaml.safe_load(masses)
+    assert pressures == "20, 0"
+    assert float(air["single"]) == 0.0
+    # at least what fills the volume at rest, and as a bent finger holds more, not much above that
+    rest = load_hand(gripper).rest_volumes()[0]
+    assert 1.0 < float(air["pair"]) / (20e3 * rest / (287.05 * 293.15)) < 3.0

@@ -7,8 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softhand_model.hands import HandDescription, load_hand
+
+Array = NDArray[np.float64]
 
 KILO = 1e3
 FOLDER = Path("out/hand")
@@ -20,7 +23,8 @@ def add_to(commands: Any) -> None:
         "show",
         help="draw any hand",
         description="Draw a hand in free air, without weight: at rest and under pressure, from the "
-        "side of the palm and from that of the thumb, with its dimensions.",
+        "side of the palm and from that of the thumb, with its dimensions. Prints the air that the "
+        "pressures take.",
     )
     add = found.add_argument
     add("hand", help="name of a shipped hand or path of its YAML")
@@ -39,7 +43,7 @@ def add_to(commands: Any) -> None:
 def run(options: argparse.Namespace) -> None:
     """Draw; raises ValueError for hands and pressures that cannot be used."""
     # late: designing needs neither matplotlib, an extra, nor PyBullet, which talks when it starts
-    from pneuflex_sim.closing import settled_hand
+    from pneuflex_sim.closing import air_masses_at, settled_hand
     from pneuflex_sim.hand_picture import draw_hand
 
     hand = load_hand(options.hand)
@@ -49,10 +53,19 @@ def run(options: argparse.Namespace) -> None:
     path = options.out or FOLDER / f"{hand.name}.png"
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path)
+    for gauge in gauges[1:]:
+        print(air_text(hand, gauge, air_masses_at(hand, gauge)))
     print(path)
 
 
-def _gauges(hand: HandDescription, given: list[str] | None) -> list[np.ndarray]:
+def air_text(hand: HandDescription, gauge: Array, masses: Array) -> str:
+    """Pressures [kPa] of the channels and the air in them [kg], as a strategy writes it."""
+    named = zip(hand.channels, masses, strict=True)
+    pressure = ", ".join(f"{value / KILO:.3g}" for value in gauge)
+    return f"{pressure} kPa: air_mass: {{{', '.join(f'{k}: {m:.2e}' for k, m in named)}}}"
+
+
+def _gauges(hand: HandDescription, given: list[str] | None) -> list[Array]:
     """Gauge pressures (channels,) [Pa] of every picture but the first."""
     from pneuflex_sim.skin_command import pressures
 

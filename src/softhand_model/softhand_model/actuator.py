@@ -250,7 +250,7 @@ def _actuator(name: str, node: Node, modulus: float, density: float) -> Actuator
 
 def _refuse_full(actuator: Actuator, fields: dict[str, Node]) -> None:
     """Refuse walls that leave no chamber somewhere along the actuator."""
-    x = actuator.quadrature()[0]
+    x = np.append(actuator.quadrature()[0], [0.0, actuator.length])
     height, half_width = actuator.height(x).min(), actuator.width(x).min() / 2.0
     if actuator.wall >= height:
         raise fields["wall"].error(f"a number below the height, {height:.4g} at its least")
