@@ -40,15 +40,18 @@ mujoco.set_mju_user_warning(lambda message: None)  # else it writes a file into 
 
 
 class MujocoSimulation:
-    """What `Simulation` offers to a strategy, of a configuration by the same class."""
+    """What `Simulation` offers to a strategy, of a configuration by the same class; model, friction
+    and collision shapes are the default ones.
+    """
 
     def __init__(self, config: SimulationConfig, settings: Settings | None = None) -> None:
         hand, scene, thing = config.hand, config.scene, config.object
         self.hand = hand if isinstance(hand, HandDescription) else load_hand(hand)
         self.scene = scene if isinstance(scene, SceneDescription) else load_scene(scene)
         described = thing if isinstance(thing, ObjectDescription) else load_object(thing)
-        self.layout = build_layout(self.hand, config.segments, load_model(config.model))
+        self.layout = build_layout(self.hand, config.segments, load_model(None))
         self.air, self.shape = AirCoupling(self.layout), HandShape(self.layout)
+        self._tables = self.air.arrays(self.air.rest_volumes)[2:]
         self.channels, self.step_size = tuple(self.hand.channels), config.step
         self.model = mujoco.MjModel.from_xml_string(
             model_text(
@@ -112,8 +115,8 @@ class MujocoSimulation:
             AMBIENT_PRESSURE,
             GAS_CONSTANT * ROOM_TEMPERATURE,
             air.rest_volumes,
-            air._volume_gain,
-            air._tables,
+            air.volume_gain,
+            self._tables,
             air.actuated,
             self.layout.stiffness,
             self._address,

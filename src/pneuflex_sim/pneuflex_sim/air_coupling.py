@@ -20,13 +20,15 @@ BEND = 1  # index of the bending axis (y) in joint rotations
 class AirCoupling:
     """Chambers of a hand grouped by channel; channels in the order of the hand's YAML, joints in
     that of the layout.
+
+    rest_volumes (channels,) [m3]; volume_gain (channels, n) [m3/rad]: with each joint's bend.
     """
 
     def __init__(self, layout: HandLayout) -> None:
         channels, n = len(layout.description.channels), len(layout.mass)
         self.layout = layout
         self.rest_volumes = np.zeros(channels)
-        self._volume_gain = np.zeros((channels, n))
+        self.volume_gain = np.zeros((channels, n))
         self._members: list[tuple[str, slice, NDArray[np.int64]]] = []
         for chain in layout.description.chains:
             joints, model = layout.chain_joints[chain.name], layout.models[chain.name]
@@ -35,9 +37,9 @@ class AirCoupling:
                 self.rest_volumes, of_channel, model.volume(np.zeros(joints.stop - joints.start))
             )
             for row, channel in enumerate(of_channel):
-                self._volume_gain[channel, joints] += model.volume_gain[row]
+                self.volume_gain[channel, joints] += model.volume_gain[row]
             self._members.append((chain.name, joints, of_channel))
-        self._total_gain = self._volume_gain.sum(axis=1)
+        self._total_gain = self.volume_gain.sum(axis=1)
         self.by_tables = all(layout.models[name].rest_tables for name, _, _ in self._members)
         self._tables = self._stack_tables()
         self.actuated = (np.zeros((n, 3)), np.zeros((n, 3)))  # bend and gas stiffness of a step
@@ -60,7 +62,7 @@ class AirCoupling:
     def volumes(self, rotations: Array) -> Array:
         """Volume of each channel [m3] for the joint rotations (n, 3) against rest [rad]."""
         found = np.empty_like(self.rest_volumes)
-        chamber_volumes(self.rest_volumes, self._volume_gain, rotations, found)
+        chamber_volumes(self.rest_volumes, self.volume_gain, rotations, found)
         return found
 
     def imposed_pressures(
@@ -70,7 +72,7 @@ class AirCoupling:
         air [kg above the fill at rest and ambient].
         """
         volumes, pressures = np.empty_like(masses), np.empty_like(masses)
-        chamber_volumes(self.rest_volumes, self._volume_gain, rotations, volumes)
+        chamber_volumes(self.rest_volumes, self.volume_gain, rotations, volumes)
         heat = GAS_CONSTANT * temperature
         enclosed_pressures(masses, heat, ambient, self.rest_volumes, volumes, pressures)
         return pressures, volumes
