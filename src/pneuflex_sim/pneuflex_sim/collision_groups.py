@@ -1,5 +1,5 @@
-"""Which parts of a hand meet which: neighbouring fingers do not meet each other, fingers that face
-each other do, and so do fingers and thumb; all of them meet the environment.
+"""Which parts of a hand meet which: neighbouring fingers do not meet each other unless asked to,
+fingers that face each other do, and so do fingers and thumb; all of them meet the environment.
 """
 
 from __future__ import annotations
@@ -29,9 +29,11 @@ def collision_groups(layout: HandLayout, body: Body) -> list[int]:
     return groups
 
 
-def collides_with(group: int) -> int:
-    """Mask of the groups that meet a group."""
-    return ENVIRONMENT if group == PALM else ~(PALM | group)
+def collides_with(group: int, neighbours: bool = False) -> int:
+    """Mask of the groups that meet a group, its own among them if neighbouring fingers meet."""
+    if group == PALM:
+        return ENVIRONMENT
+    return ~PALM if neighbours else ~(PALM | group)
 
 
 def bending_sides(hand: HandDescription) -> dict[str, int]:

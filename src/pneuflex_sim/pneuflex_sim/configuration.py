@@ -32,4 +32,5 @@ def configuration(value: Callable[[str], Any]) -> SimulationConfig:
         solver=solver_settings(value("solver")),
         wall_inclination=value("wall_inclination") or None,
         friction=value("friction_file") or None,
+        finger_contact=value("finger_contact"),
     )

@@ -56,9 +56,11 @@ class HandBodies:
         weight_scale: float,
         collision: str = PIECES,
         friction: float = 1.0,
+        finger_contact: bool = False,
     ) -> None:
         self.layout, self.world, self.rigid = layout, world, rigid
         self.collision, self.friction = collision, friction
+        self.finger_contact = finger_contact
         self._create()
         n = len(layout.mass)
         self.torque, self.turned = np.zeros((n, 3)), np.zeros((n, 3))
@@ -190,8 +192,9 @@ class HandBodies:
                 physicsClientId=client,
             )
             set_margin(base, link, self.collision, client)
+            mask = collides_with(groups[link], self.finger_contact)
             pybullet.setCollisionFilterGroupMask(
-                base, link, groups[link], collides_with(groups[link]), physicsClientId=client
+                base, link, groups[link], mask, physicsClientId=client
             )
             pybullet.setJointMotorControlMultiDof(
                 base,

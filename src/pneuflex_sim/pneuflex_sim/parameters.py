@@ -31,6 +31,7 @@ PARAMETERS = (
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
     Parameter("step", 0.002, "physics step [s]", (0.0001, 0.01)),
     Parameter("solver", "default", "settings of the contact solver: fast, default or stable"),
+    Parameter("finger_contact", False, "neighbouring fingers touch each other"),
     Parameter("segments", 5, "segments an actuator", (1, 15)),
     Parameter("seed", 0, "seed of sensors and valves", (0, 2**31 - 1)),
     Parameter("gui", False, "open PyBullet's window"),

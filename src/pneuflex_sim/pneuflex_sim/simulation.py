@@ -49,9 +49,9 @@ STATE = (
 @dataclass(frozen=True)
 class SimulationConfig:
     """What is simulated: names or files of hand, object and scene, or their descriptions,
-    model file, step [s], segments an actuator, seed, offsets [m], collision shapes of the links
-    (`pieces` along the outline, or `boxes`), inclination of the wall [deg] (None: the scene's), and
-    table or file of friction (None: the shipped one).
+    model or its file, step [s], segments an actuator, seed, offsets [m], collision shapes of the links
+    (`pieces` along the outline, or `boxes`), inclination of the wall [deg] (None: the scene's),
+    table or file of friction (None: the shipped one), whether neighbouring fingers touch.
 
     Raises ValueError for a step, a number of segments, a mass scale or shapes that cannot be used.
     """
@@ -71,6 +71,7 @@ class SimulationConfig:
     solver: SolverSettings = field(default_factory=SolverSettings)
     wall_inclination: float | None = None
     friction: FrictionTable | str | Path | None = None
+    finger_contact: bool = False
 
     def __post_init__(self) -> None:
         if not 1e-4 <= self.step <= LARGEST_STEP:
@@ -118,6 +119,7 @@ class Simulation:
             weight_scale,
             config.collision,
             self.friction.hand,
+            config.finger_contact,
         )
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
