@@ -5,7 +5,7 @@ Links, masses, springs, damping and collision pieces are those of `pneuflex_sim.
 the rotary inertia of their boxes, without what PyBullet needs on top. A joint of equal stiffness
 about all axes is a ball joint, whose spring follows the pressure (`mujoco_simulation`); any other
 is three hinges. Pieces are eroded by MARGIN and inflated again by MuJoCo's margin. Groups that
-touch and products of friction are as in PyBullet.
+touch and frictions of pairs are as in PyBullet.
 """
 
 from __future__ import annotations
