@@ -34,6 +34,7 @@ setup(
         "console_scripts": [
             "hand_sim = pneuflex_sim.node:main",
             "hand = pneuflex_sim.hand_command:main",
+            "pneuflex-objects = pneuflex_sim.objects_command:main",
             "pneuflex-skin = pneuflex_sim.skin_command:main",
             "pneuflex-validate = pneuflex_sim.validation.command:main",
         ],

@@ -13,8 +13,8 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 ARGUMENTS = {
     "hand": ("rbo_hand_2", "hand, by name or by the path of its YAML file"),
-    "scene": ("table", "scene, by name"),
-    "object": ("cylinder", "object, by name"),
+    "scene": ("table", "scene, by name or path"),
+    "object": ("cylinder", "object, by name or path"),
     "model": ("", "model file, format softhand-model/1; empty: actuators with their weight"),
     "gui": ("false", "open PyBullet's window"),
     "use_sim_time": ("true", "driver and sequencer follow /clock"),

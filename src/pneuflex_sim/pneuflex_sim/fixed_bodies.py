@@ -11,11 +11,11 @@ import math
 
 import pybullet
 
-from pneuflex_sim.collision_groups import ENVIRONMENT, FINGER, PALM, THUMB
+from pneuflex_sim.collision_groups import ENVIRONMENT
 from pneuflex_sim.friction import FrictionTable
 from pneuflex_sim.scenes import SceneDescription, Table, Wall
 
-HAND = FINGER | THUMB | PALM
+HAND = ~ENVIRONMENT  # all groups of the hand
 TABLE_SIZE = (1.2, 1.2, 0.04)  # [m] of a table with an edge
 
 

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 import pybullet
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand_shape import HandShape
 from pneuflex_sim.layout import build_layout
 from pneuflex_sim.mesh import Mesh
 from pneuflex_sim.objects import ObjectDescription, load_object
-from pneuflex_sim.scenes import load_scene
+from pneuflex_sim.scenes import SceneDescription, load_scene
 from pneuflex_sim.skin import RUBBER, SCAFFOLD, SHEET, HandSkin
 from softhand_model.hands import HandDescription, load_hand
 from softhand_model.model_file import load_model
@@ -23,7 +24,7 @@ from softhand_model.model_file import load_model
 Array = NDArray[np.float64]
 Color = tuple[float, float, float, float]  # red, green, blue, opacity
 
-TABLE_HALF = (0.6, 0.6, 0.05)  # the table's drawn half extents [m]
+TABLE_HALF, WALL_HALF = (0.6, 0.6, 0.05), (0.15, 0.6, 0.01)  # half extents as drawn [m]
 
 COLORS = {
     RUBBER: (0.93, 0.55, 0.25, 1),
@@ -85,18 +86,17 @@ class Renderer:
         client = pybullet.connect(pybullet.DIRECT)
         try:
             self._draw(state, client)
-            return _photograph(camera or Camera(), size, client)
+            return photograph(camera or Camera(), size, client)
         finally:
             pybullet.disconnect(client)
 
     def _draw(self, state: HandState, client: int) -> None:
-        if self.scene.table is not None:
-            _box(TABLE_HALF, (0, 0, -TABLE_HALF[2]), (0, 0, 0, 1), TABLE, client)
+        _surroundings(self.scene, client)
         wrist = state.wrist_position.tolist(), state.wrist_orientation.tolist()
         for name, (material, mesh) in self.skin.parts(state.joints).items():
-            _mesh(mesh, *wrist, self.colors.get(name, COLORS[material]), client)
+            draw_mesh(mesh, *wrist, self.colors.get(name, COLORS[material]), client)
         if self.object is not None and state.object_position is not None:
-            _object(
+            draw_object(
                 self.object,
                 state.object_position.tolist(),
                 state.object_orientation.tolist(),
@@ -104,9 +104,10 @@ class Renderer:
             )
 
 
-def _mesh(
+def draw_mesh(
     mesh: Mesh, position: list[float], orientation: list[float], color: tuple, client: int
 ) -> None:
+    """Draw a mesh at a position (3,) [m] and quaternion (4,)."""
     visual = pybullet.createVisualShape(
         pybullet.GEOM_MESH,
         vertices=mesh.vertices.tolist(),
@@ -118,23 +119,35 @@ def _mesh(
     pybullet.createMultiBody(0, -1, visual, position, orientation, physicsClientId=client)
 
 
-def _box(half: tuple, position: tuple, orientation: tuple, color: tuple, client: int) -> None:
+def draw_box(half: tuple, position: tuple, orientation: tuple, color: tuple, client: int) -> None:
+    """Draw a box of half extents (3,) [m] at a position (3,) [m] and quaternion (4,)."""
     visual = pybullet.createVisualShape(
         pybullet.GEOM_BOX, halfExtents=half, rgbaColor=color, physicsClientId=client
     )
     pybullet.createMultiBody(0, -1, visual, position, orientation, physicsClientId=client)
 
 
-def _object(
+def _surroundings(scene: SceneDescription, client: int) -> None:
+    if scene.table is not None:
+        middle = 0.0 if scene.table.edge is None else scene.table.edge + TABLE_HALF[0]
+        draw_box(TABLE_HALF, (middle, 0, -TABLE_HALF[2]), (0, 0, 0, 1), TABLE, client)
+    if scene.wall is not None:
+        turn = Rotation.from_euler("y", -scene.wall.inclination, degrees=True)
+        middle = turn.apply((WALL_HALF[0], 0, -WALL_HALF[2])) + (scene.wall.distance, 0, 0)
+        draw_box(WALL_HALF, tuple(middle), tuple(turn.as_quat()), TABLE, client)
+
+
+def draw_object(
     description: ObjectDescription, position: list[float], orientation: list[float], client: int
 ) -> None:
+    """Draw an object at a position (3,) [m] and quaternion (4,); a sheet as if it were flat."""
     surface = description.geometry.surface
     if surface is not None:
-        _mesh(surface, position, orientation, OBJECT, client)
+        draw_mesh(surface, position, orientation, OBJECT, client)
         return
     half = description.half_extents
     if description.shape in ("box", "sheet"):
-        _box(half, tuple(position), tuple(orientation), OBJECT, client)
+        draw_box(half, tuple(position), tuple(orientation), OBJECT, client)
         return
     kind = {"radius": half[0], "shapeType": pybullet.GEOM_SPHERE}
     if description.shape == "cylinder":
@@ -143,7 +156,8 @@ def _object(
     pybullet.createMultiBody(0, -1, visual, position, orientation, physicsClientId=client)
 
 
-def _photograph(camera: Camera, size: tuple[int, int], client: int) -> NDArray[np.uint8]:
+def photograph(camera: Camera, size: tuple[int, int], client: int) -> NDArray[np.uint8]:
+    """Picture (height, width, 3) of all that has been drawn."""
     width, height = size
     view = pybullet.computeViewMatrixFromYawPitchRoll(
         camera.target, camera.distance, camera.yaw, camera.pitch, 0, 2

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pybullet
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.solids import box_solid
 
@@ -38,6 +39,20 @@ class Sheet:
         per_side = self.strips // 2
         wave = [-WAVE] + [2 * WAVE * (-1) ** k for k in range(per_side - 1)]
         return [side * angle for side in SIDES for angle in wave]
+
+    def strips_at_first(self) -> list[tuple[Array, Array, Array]]:
+        """Size (3,) [m], middle (3,) [m] and turn (3, 3) of every strip in the base's frame."""
+        found = [(self.size, np.zeros(3), np.eye(3))]
+        per_side = self.strips // 2
+        for number, side in enumerate(SIDES):
+            hinge, tilt = np.array([0.5 * side * self.pitch, 0.0, 0.0]), 0.0
+            for angle in self.angles[number * per_side : (number + 1) * per_side]:
+                tilt += angle
+                turn = Rotation.from_euler("y", tilt).as_matrix()
+                along = turn @ [side * self.pitch, 0.0, 0.0]
+                found.append((self.size, hinge + 0.5 * along, turn))
+                hinge = hinge + along
+        return found
 
     def create(self, client: int) -> int:
         """Create the body with masses of 1 kg; its PyBullet id."""

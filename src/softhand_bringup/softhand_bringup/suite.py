@@ -14,7 +14,7 @@ class SuiteOptions:
     """What is simulated.
 
     Args:
-        hand, object, scene: names of shipped descriptions, or paths of the hand's YAML.
+        hand, object, scene: names of shipped descriptions, or paths of files.
         strategy: what `grasp/surface_constrained` runs, by name or by the path of its file.
         model: model file of the physics; empty takes the one that the simulator ships with.
         object_offset: shift of the object from its place, x and y [m].
