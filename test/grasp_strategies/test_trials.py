@@ -1,5 +1,6 @@
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -134,3 +135,14 @@ def test_a_real_trial_runs_and_repeats_bit_for_bit(write_strategy):
     assert first.result.completed and first.result.outcome == "none"
     assert first.result.duration == pytest.approx(0.2)
     assert first.record() | {"real_time_factor": 0} == second.record() | {"real_time_factor": 0}
+
+
+def test_a_gripper_of_ones_own_grasps_by_the_command(tmp_path):
+    """Hand, actuators and strategy are YAML files of the examples; nothing of them is shipped."""
+    strategy = Path(__file__).parents[2] / "examples/three_finger_gripper/grasp.yaml"
+    out = tmp_path / "trials.json"
+    choice = ("--strategy", str(strategy), "--object", "ball", "--step", "0.005")
+    assert main([*choice, "--seeds", "3", "--first-seed", "1", "--out", str(out)]) == 0
+    trials = json.loads(out.read_text())["trials"]
+    assert [trial["outcome"] for trial in trials] == ["gripped"] * 3
+    assert all(trial["lift_height"] > 0.1 and trial["slip"] < 5e-3 for trial in trials)

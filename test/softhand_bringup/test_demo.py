@@ -2,9 +2,12 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
+from softhand_bringup import suite
+from softhand_bringup.demo import __main__ as command
 from softhand_bringup.demo.__main__ import main
 from softhand_bringup.demo.folder import make_run_folder
 from softhand_bringup.demo.verdict import verdict_from
@@ -65,3 +68,22 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_starts(tmp_pat
     (tmp_path / "file").write_text("")
     assert main(["--out", str(tmp_path / "file" / "out")]) == 2
     assert f"cannot write {tmp_path}/file/out: Not a directory" in capsys.readouterr().out
+
+
+def test_a_strategy_that_cannot_be_read_is_named_before_anything_starts(tmp_path, capsys):
+    assert main(["--strategy", "pinch", "--out", str(tmp_path / "out")]) == 2
+    assert "strategy: expected one of" in capsys.readouterr().out
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_strategy_brings_its_hand_and_reaches_the_sequencer(tmp_path, monkeypatch):
+    gripper = Path(__file__).parents[2] / "examples/three_finger_gripper"
+    begun = []
+    monkeypatch.setattr(command, "Demo", lambda options, *_: begun.append(options))
+    monkeypatch.setattr(command, "_run", lambda demo: 0)
+    strategy = str(gripper / "grasp.yaml")
+    assert main(["--strategy", strategy, "--object", "ball", "--out", str(tmp_path)]) == 0
+    (options,) = begun
+    for node in suite.three_nodes(options):
+        assert node.parameters["hand"] == str(gripper / "gripper.yaml")
+    assert suite.sequencer(options).parameters["strategy.surface_constrained"] == strategy

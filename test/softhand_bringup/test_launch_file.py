@@ -13,7 +13,8 @@ import pytest
 
 LAUNCH_FILE = Path(__file__).parents[2] / "src/grasp_strategies/launch/softhand.launch.py"
 ARGUMENTS = {
-    "hand", "scene", "object", "model", "gui", "use_sim_time", "backend", "hardware_file"
+    "hand", "scene", "object", "strategy", "model", "gui", "use_sim_time", "backend",
+    "hardware_file",
 }  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",

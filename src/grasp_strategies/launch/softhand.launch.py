@@ -15,6 +15,7 @@ ARGUMENTS = {
     "hand": ("rbo_hand_2", "hand, by name or by the path of its YAML file"),
     "scene": ("table", "scene, by name or path"),
     "object": ("cylinder", "object, by name or path"),
+    "strategy": ("surface_constrained", "what grasp/surface_constrained runs, by name or path"),
     "model": ("", "model file, format softhand-model/1; empty: actuators with their weight"),
     "gui": ("false", "open PyBullet's window"),
     "use_sim_time": ("true", "driver and sequencer follow /clock"),
@@ -78,7 +79,13 @@ def sequencer():
         executable="sequencer",
         name="grasp_sequencer",
         output="screen",
-        parameters=[{"hand": text("hand"), "use_sim_time": switch("use_sim_time")}],
+        parameters=[
+            {
+                "hand": text("hand"),
+                "strategy.surface_constrained": text("strategy"),
+                "use_sim_time": switch("use_sim_time"),
+            }
+        ],
     )
 
 

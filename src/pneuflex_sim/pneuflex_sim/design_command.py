@@ -1,6 +1,6 @@
 """`hand design`: wall and profile of an actuator from what it should do.
 
-The command line speaks mm, kPa and mN m2; files and JSON are in SI units.
+The options and the table are in mm, kPa and mN m2; files, JSON, warnings and errors in SI units.
 """
 
 from __future__ import annotations
