@@ -95,7 +95,7 @@ def test_a_scene_that_cannot_be_used_is_refused_with_its_place(tmp_path, old, ne
     ("config", "named"),
     [
         ({"scene": "table", "wall_inclination": 60.0}, "expected a scene with a wall, got table"),
-        ({"scene": "wall", "wall_inclination": 2.0}, "wall_inclination: expected 5 to 150 deg"),
+        ({"scene": "wall", "wall_inclination": 2.0}, "wall_inclination: expected 5 to 120 deg"),
     ],
 )
 def test_an_inclination_that_cannot_be_is_refused(config, named):

@@ -22,8 +22,8 @@ PARAMETERS = (
     Parameter(
         "wall_inclination",
         0.0,
-        "angle of the scene's wall against the table [deg], 5 to 150; 0: as the scene has it",
-        (0.0, 150.0),
+        "angle of the scene's wall against the table [deg], 5 to 120; 0: as the scene has it",
+        (0.0, 120.0),
     ),
     Parameter("friction_file", "", "pairs of materials on top of the shipped table of friction"),
     Parameter("object_offset", [0.0, 0.0], "shift of the object in the world, x and y [m]"),
