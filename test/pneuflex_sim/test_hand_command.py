@@ -72,6 +72,7 @@ def test_another_rubber_takes_another_wall(capsys):
         ((*WISH, "--rubber", "gum"), "rubber: expected one of Dragon Skin 10, Dragon Skin 20"),
         ((*WISH, "--modulus", -1), "modulus: expected a number above 0, got -1"),
         ((*WISH, "--max-stretch", 0.5), "max_stretch: expected a number above 1, got 0.5"),
+        ((*WISH, "--name", "P5"), "name: expected none of a shipped actuator, got P5"),
         ((*WISH, "-o", "finger.txt"), "out: expected a file that ends in .yaml, got finger.txt"),
         (("show", "claw"), "hand: expected one of rbo_hand_1"),
         (("show", "rbo_hand_2", "--pressure", "20,30"), "expected 1 or 4 numbers, got 2"),

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from softhand_model.actuator import Actuator, nominal_rubber
+from softhand_model.actuator import Actuator, actuator_names, nominal_rubber
 from softhand_model.hand_writing import actuator_entry, finger_text
 from softhand_model.rubber import Rubber, load_rubbers
 from softhand_model.sizing import Design, Wish, actuation_ratio, design_actuator
@@ -53,6 +53,8 @@ def add_to(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Design, print and write; raises ValueError for wishes that cannot be fulfilled."""
+    if options.name in actuator_names():
+        raise ValueError(f"name: expected none of a shipped actuator, got {options.name}")
     design = design_actuator(wish_of(options), options.name)
     if options.out is not None:
         _write(design, options)

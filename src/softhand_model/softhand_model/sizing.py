@@ -174,7 +174,8 @@ def _edge_at_wall(wish: Wish, wall: float, least: float) -> float:
     def excess(edge: float) -> float:
         return Section(*_sides(wish, edge), wall, modulus).stiffness - wish.stiffness
 
-    most = (wish.stiffness / (2.0 * modulus * wall)) ** (1.0 / 3.0)  # without side walls
+    # side walls only make it stiffer
+    most = design.circumference_for_stiffness(wish.stiffness, wall, modulus) / 4.0
     least = max(least, 0.1 * most)
     return least if excess(least) >= 0.0 else float(brentq(excess, least, most))
 
