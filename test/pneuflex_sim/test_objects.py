@@ -143,6 +143,18 @@ def test_a_file_that_cannot_be_used_is_refused_with_key_and_what_came(block, cha
         load_object(yaml_of(block, **changed))
 
 
+def test_a_cup_without_room_in_it_is_refused(tmp_path):
+    path = tmp_path / "cup.yaml"
+    path.write_text(
+        "format: pneuflex-object/1\nshape: cup\nmass: 0.01\nmaterial: paper\n"
+        "diameter: 0.08\nbase_diameter: 0.01\nlength: 0.1\nwall: 0.006\n"
+    )
+    with pytest.raises(
+        ValueError, match="cup.yaml: shape: cup: expected a wall below half .* 0.006"
+    ):
+        load_object(path)
+
+
 def test_an_unknown_name_is_refused_with_those_there_are():
     with pytest.raises(ValueError, match="object: expected one of cylinder, .*; got 'brick'"):
         load_object("brick")

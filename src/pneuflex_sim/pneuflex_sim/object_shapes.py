@@ -120,8 +120,12 @@ def _circle(points: int) -> Array:
 
 
 def _cup(dimensions: Dimensions) -> Geometry:
-    """Staves and a bottom of the wall's thickness; open at the top."""
+    """Staves and a bottom of the wall's thickness; open at the top. Raises ValueError for a wall
+    that leaves no room.
+    """
     wall, length = dimensions["wall"], dimensions["length"]
+    if not 2.0 * wall < min(dimensions["base_diameter"], dimensions["diameter"], length):
+        raise ValueError(f"cup: expected a wall below half its diameters and length, got {wall:g}")
     radii = 0.5 * dimensions["base_diameter"], 0.5 * dimensions["diameter"]
     outer = [_ring(radius, z) for radius, z in zip(radii, (0.0, length), strict=True)]
     inner = [_ring(radius - wall, z) for radius, z in zip(radii, (0.0, length), strict=True)]
@@ -131,8 +135,8 @@ def _cup(dimensions: Dimensions) -> Geometry:
     ]
     bottom = np.vstack([_ring(radii[0] - wall, z) for z in (0.0, wall)])
     outlines = [*staves, bottom]
-    meshes = [tube(np.array([*outer, *inner[::-1], _ring(radii[0] - wall, wall)]))]
-    return _of_pieces(outlines, joined([hull_solid(points) for points in outlines]), meshes[0])
+    surface = tube(np.array([*outer, *inner[::-1], _ring(radii[0] - wall, wall)]))
+    return _of_pieces(outlines, joined([hull_solid(points) for points in outlines]), surface)
 
 
 def _ring(radius: float, z: float) -> Array:

@@ -131,10 +131,11 @@ def _of_mesh_file(path: Path) -> ObjectDescription:
 
 def _checked(description: ObjectDescription, document: Node) -> ObjectDescription:
     """The description once its geometry has been made: a mesh must be usable."""
+    key = "file" if description.shape == "mesh" else "shape"
     try:
         _ = description.geometry
     except ValueError as reason:
-        raise DocumentError(f"{document.file}: file: {reason}") from reason
+        raise DocumentError(f"{document.file}: {key}: {reason}") from reason
     return description
 
 
