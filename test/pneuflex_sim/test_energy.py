@@ -68,3 +68,27 @@ def test_a_finger_let_go_only_loses_energy(simulate, hold_pressure, springs, ste
     assert levels[0] > 5e-3
     assert np.diff(levels).max() < 2e-4 * levels[0]
     assert levels[-1] < 1e-6 * levels[0]
+
+
+def test_a_joint_let_go_swings_as_a_damped_oscillator_of_ten_milliseconds(
+    simulate, hold_pressure, weightless
+):
+    """I*e'' + D*e' + K*e = 0 with D = 10 ms * K, solved in closed form."""
+    step, start = 1e-4, 0.2
+    simulation = simulate(
+        hand="single_finger", scene="stand", step=step, segments=1, model=weightless
+    )
+    bodies, hand = simulation.bodies, simulation.bodies.layout
+    bodies.reset(simulation.wrist, Rotation.from_rotvec([0.0, start, 0.0]).as_quat()[None])
+    arm = hand.center[0]
+    inertia = hand.inertia(step)[0, 1] + hand.mass[0] * (arm[0] ** 2 + arm[2] ** 2)
+    stiffness = hand.stiffness[0, 1]
+    decay = 0.010 * stiffness / (2 * inertia)
+    swing = np.sqrt(stiffness / inertia - decay**2 + 0j)
+    for _ in range(4):
+        hold_pressure(simulation, [0.0], 0.010)
+        t = simulation.time
+        shape = np.cos(swing * t) + decay * np.sin(swing * t) / swing
+        expected = start * float((np.exp(-decay * t) * shape).real)
+        assert bodies.rotations()[0, 1] == pytest.approx(expected, abs=0.02 * start)
+    assert abs(expected) < 0.7 * start

@@ -17,6 +17,7 @@ from pneuflex_sim.validation.held_cylinder import Grasp, HeldCylinder
 from pneuflex_sim.validation.stand import FingerStand
 from softhand_model.held_chain import HeldChain, Hold
 from softhand_model.joint_springs import JointSprings
+from softhand_model.spring_model import SpringModel
 
 SEGMENTS = 10
 
@@ -132,15 +133,15 @@ def test_a_push_by_a_point_force_leaves_no_moment_at_the_tip(moved):
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
 def test_a_straight_finger_rolled_at_its_tip_twists_as_springs_in_series(factor):
-    with FingerStand(actuator(), SEGMENTS, with_sensor=True) as stand:
-        stand.scale_stiffness(2, factor)
+    springs = SpringModel(twist=factor)
+    with FingerStand(actuator(), SEGMENTS, with_sensor=True, springs=springs) as stand:
         grip = Grip(stand)
         start = grip.pose()
         roll = Rotation.from_rotvec([0.0, 0.0, 0.3])
         grip.move(Pose(start.place, start.turn * roll), 0.0)
         torque = stand.base_torque()
-        springs = factor * gripped_part(stand.chain).stiffness[:, 1]
-    assert torque[2] == pytest.approx(0.3 / np.sum(1.0 / springs), rel=1e-3)
+        in_series = factor * gripped_part(stand.chain).stiffness[:, 1]
+    assert torque[2] == pytest.approx(0.3 / np.sum(1.0 / in_series), rel=1e-3)
 
 
 # ---------------------------------------------------------------- held cylinders

@@ -9,6 +9,7 @@ from softhand_model.effects import effect_classes
 from softhand_model.hands import load_hand
 from softhand_model.model_file import Model
 from softhand_model.scaled_springs import moved_rest
+from softhand_model.spring_model import SpringModel
 
 REST = np.array([[0.0, 0.5, 0.0], [0.1, 0.3, -0.1]])
 ACTUAL = np.array([[0.2, 0.4, -0.1], [0.0, 0.6, 0.3]])
@@ -20,21 +21,23 @@ def away(rest, actual):
 
 def test_coupled_springs_pull_sideways_when_twisted():
     factor = np.array([[1.0, 0.5, 1.0], [0.9, 0.9, 0.9]])
-    coupling = np.array([0.4, -0.3])
+    coupling = np.array([[0.4, 0.4], [-0.3, -0.6]])
     pull = away(moved_rest(REST, ACTUAL, factor, coupling), ACTUAL)
     free = away(REST, ACTUAL)
     expected = factor * free
-    expected[:, 0] += coupling * free[:, 2]
-    expected[:, 2] += coupling * free[:, 0]
+    expected[:, 0] += coupling[:, 0] * free[:, 2]
+    expected[:, 2] += coupling[:, 1] * free[:, 0]
     assert pull == pytest.approx(expected, rel=1e-9)
 
 
 def test_scaled_springs_about_one_axis_are_the_same_with_and_without_coupling():
     planar, bent = np.array([[0.0, 0.5, 0.0]]), np.array([[0.0, 0.8, 0.0]])
     factor = np.array([[1.0, 0.3, 1.0]])
-    alone = moved_rest(planar, bent, factor, np.zeros(1))
+    alone = moved_rest(planar, bent, factor, np.zeros((1, 2)))
     assert away(alone, bent)[0, 1] == pytest.approx(0.3 * 0.3)
-    assert moved_rest(planar, bent, factor, np.full(1, 1e-12)) == pytest.approx(alone, abs=1e-9)
+    assert moved_rest(planar, bent, factor, np.full((1, 2), 1e-12)) == pytest.approx(
+        alone, abs=1e-9
+    )
 
 
 def test_strut_is_left_alone():
@@ -47,3 +50,18 @@ def test_strut_is_left_alone():
     free = discretise(chain, 5, Model()).rest_rotation([30e3] * len(chain.actuators))
     assert moved[0] == pytest.approx(free[0], abs=1e-9)
     assert np.abs(moved[1:] - free[1:]).max() > 0.01
+
+
+def test_coupling_is_the_same_both_ways_where_twist_is_soft():
+    """Off-diagonal k45*B in both rows, whatever the stiffness about x and z."""
+    chain = load_hand("single_finger").chain("finger")
+    coupled = effect_classes()["bend_twist_coupling"](k45=0.1)
+    springs = SpringModel(lateral=0.8, twist="section")
+    model = discretise(chain, 4, Model(effects=(coupled,), springs=springs))
+    stiffness, small = model.segments.stiffness, 1e-4
+    for axis, other in ((0, 2), (2, 0)):
+        actual = np.zeros((4, 3))
+        actual[:, axis] = small
+        pull = stiffness * (actual - model.step(1e-3, [0.0], actual))
+        assert pull[:, other] == pytest.approx(0.1 * stiffness[:, 1] * small, rel=1e-3)
+        assert pull[:, axis] == pytest.approx(stiffness[:, axis] * small, rel=1e-3)

@@ -48,9 +48,9 @@ STATE = (
 
 @dataclass(frozen=True)
 class SimulationConfig:
-    """What is simulated: names or files of hand, object and scene, or their descriptions,
-    model or its file, step [s], segments an actuator, seed, offsets [m], collision shapes of the links
-    (`pieces` along the outline, or `boxes`), inclination of the wall [deg] (None: the scene's),
+    """What is simulated: names or files of hand, object, scene and model, or their descriptions,
+    step [s], segments an actuator, seed, offsets [m], collision shapes of the links (`pieces` along
+    the outline, or `boxes`), inclination of the wall [deg] (None: the scene's),
     table or file of friction (None: the shipped one), whether neighbouring fingers touch.
 
     Raises ValueError for a step, a number of segments, a mass scale or shapes that cannot be used.

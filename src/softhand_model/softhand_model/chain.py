@@ -119,14 +119,16 @@ class ChainModel:
         if not self._responses:
             return rest
         factor = np.ones(self._shape)
-        coupling = np.zeros(self._shape[0])
+        coupling = np.zeros((self._shape[0], 2))
         joints = slice(self._struts, None)
         of_actuators = [
             response.springs(actual[joints, BEND], rest[joints, BEND], temperature)
             for response in self._responses
         ]
         factor[joints] = np.mean([factors for factors, _ in of_actuators], axis=0)
-        coupling[joints] = np.mean([coupled for _, coupled in of_actuators])
+        stiffness = self.segments.stiffness[joints]
+        coupled = np.mean([coupled for _, coupled in of_actuators])
+        coupling[joints] = coupled * stiffness[:, [BEND]] / stiffness[:, [0, 2]]
         return moved_rest(rest, actual, factor, coupling)
 
     def free_rotation(

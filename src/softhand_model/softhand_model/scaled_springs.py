@@ -19,9 +19,11 @@ def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Ar
     """Rotation vectors (n, 3) [rad] of a rest from which unchanged springs pull as changed ones do.
 
     rest, actual (n, 3) [rad]: of the free and the actual joint. factor (n, 3) [-] on the stiffness
-    about each axis; coupling (n,) [-]: lateral bending to twist, over the stiffness about z and x.
+    about each axis; coupling (n, 2) [-]: of lateral bending and twist, over the stiffness about x
+    and about z. Of springs that are not linear or not alike about all axes it is right for small
+    angles.
 
-    >>> moved_rest(np.zeros((1, 3)), np.full((1, 3), 0.1), np.full((1, 3), 0.5), np.zeros(1))
+    >>> moved_rest(np.zeros((1, 3)), np.full((1, 3), 0.1), np.full((1, 3), 0.5), np.zeros((1, 2)))
     array([[0.05, 0.05, 0.05]])
     """
     if not coupling.any():
@@ -30,6 +32,6 @@ def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Ar
     turned = Rotation.from_rotvec(actual)
     away = (Rotation.from_rotvec(rest).inv() * turned).as_rotvec()
     pull = factor * away
-    pull[:, LATERAL] += coupling * away[:, TWIST]
-    pull[:, TWIST] += coupling * away[:, LATERAL]
+    pull[:, LATERAL] += coupling[:, 0] * away[:, TWIST]
+    pull[:, TWIST] += coupling[:, 1] * away[:, LATERAL]
     return np.asarray((turned * Rotation.from_rotvec(pull).inv()).as_rotvec(), float)

@@ -17,7 +17,9 @@ from pneuflex_sim.wrist import WristParameters
 from softhand_model.actuator import Actuator
 from softhand_model.gas import GAS_CONSTANT
 from softhand_model.hands import HandDescription, load_hand
+from softhand_model.model_file import Model
 from softhand_model.segments import SegmentChain
+from softhand_model.spring_model import THESIS, SpringModel
 
 Array = NDArray[np.float64]
 
@@ -52,7 +54,7 @@ class FingerStand:
 
     with_sensor: the base stands on a stiff wrist that tells its load, see `base_torque`.
     collision: shapes of the links. Boxes end where the chain does, so that the contact is at its
-    tip; the simulator's own pieces are rounded there.
+    tip; the simulator's own pieces are rounded there. springs: of the joints, see `spring_model`.
     """
 
     def __init__(
@@ -61,12 +63,13 @@ class FingerStand:
         segments: int,
         with_sensor: bool = False,
         collision: str = BOXES,
+        springs: SpringModel = THESIS,
     ) -> None:
         self.simulation = Simulation(
             SimulationConfig(
                 hand=hand_of(actuator),
                 scene=_scene(with_sensor),
-                model="base",
+                model=Model(springs=springs),
                 collision=collision,
                 step=STEP,
                 segments=segments,
@@ -163,13 +166,6 @@ class FingerStand:
         if not force.sum() > 0.0:
             return Touch(0.0, np.full(2, np.nan))
         return Touch(float(force.sum()), (force @ places / force.sum())[[0, 2]])
-
-    def scale_stiffness(self, axis: int, factor: float) -> None:
-        """Make all joints stiffer about one axis of their links (0 sideways, 1 bending, 2 twist).
-
-        The springs read these numbers in every step.
-        """
-        self.simulation.bodies.layout.stiffness[:, axis] *= factor
 
     def base_torque(self) -> Array:
         """Torque (3,) [N m] of the finger on its base; needs the sensor."""
