@@ -9,6 +9,7 @@ from pneuflex_sim.convex_pieces import cache_file, convex_pieces, eroded
 from pneuflex_sim.mesh import box, mesh_of
 
 RING, TUBE = 0.03, 0.012
+QUICK = module.SETTINGS | {"mcts_iterations": 20, "resolution": 500}  # a search that is less long
 
 
 @pytest.fixture(autouse=True)
@@ -20,7 +21,7 @@ def own_cache(tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def torus():
     """A coarse torus about z."""
-    around, across = 24, 12
+    around, across = 14, 8
     vertices, faces = [], []
     for i in range(around):
         for j in range(across):
@@ -35,6 +36,7 @@ def torus():
 
 def test_the_pieces_fill_a_torus_leave_its_hole_and_are_kept(torus, monkeypatch):
     pytest.importorskip("coacd")
+    monkeypatch.setattr(module, "SETTINGS", QUICK)
     pieces = convex_pieces(torus)
     volume = sum(ConvexHull(piece).volume for piece in pieces)
     assert torus.volume * 0.98 < volume < torus.volume * 1.15
