@@ -28,6 +28,11 @@ class InProcessScene:
         self._air = ImposedAir(len(self.channels))
 
     @property
+    def simulation(self) -> Simulation:
+        """What runs behind the contract, to be looked at: strategies do not see it."""
+        return self._simulation
+
+    @property
     def time(self) -> float:
         """Simulated time [s]."""
         return float(self._simulation.time)

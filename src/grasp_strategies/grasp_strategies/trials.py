@@ -12,7 +12,7 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -142,11 +142,9 @@ def summarise(trials: list[Trial], settings: TrialSettings) -> dict[str, Any]:
     }
 
 
-def _parser() -> argparse.ArgumentParser:
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Options of a command line for what a trial needs; `read_settings` takes them back."""
     usual = TrialSettings()
-    parser = argparse.ArgumentParser(
-        prog="trials", description="Grasp trials in process, without ROS: seeded offset and mass."
-    )
     add = parser.add_argument
     add("--strategy", default=usual.strategy, help="name or .yaml file (%(default)s)")
     add("--object", default=usual.object, help="object to grasp (%(default)s)")
@@ -155,31 +153,32 @@ def _parser() -> argparse.ArgumentParser:
     add("--model", default=usual.model, help=f"softhand-model file ({base})")
     add("--step", type=float, default=usual.step, help="physics step [s] (%(default)s)")
     add("--segments", type=int, default=usual.segments, help="per actuator (%(default)s)")
-    add("--offset", type=float, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")
-    add("--mass-spread", type=float, default=MASS_SPREAD, help="share of mass (%(default)s)")
     add("--options", nargs="*", default=(), help="of the strategy, such as lower_and_release")
     add("--solver", default=usual.solver, help="fast, default or stable (%(default)s)")
+
+
+def read_settings(options: argparse.Namespace) -> TrialSettings:
+    """The settings that `add_settings` has read; how placements are drawn is as usual."""
+    names = ("strategy", "object", "scene", "model", "step", "segments", "solver")
+    return TrialSettings(
+        options=tuple(options.options), **{name: getattr(options, name) for name in names}
+    )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="trials", description="Grasp trials in process, without ROS: seeded offset and mass."
+    )
+    add_settings(parser)
+    add = parser.add_argument
+    add("--offset", type=float, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")
+    add("--mass-spread", type=float, default=MASS_SPREAD, help="share of mass (%(default)s)")
     add("--seeds", type=int, default=10, help="number of trials (%(default)s)")
     add("--first-seed", type=int, default=0, help="seed of the first trial (%(default)s)")
     add("--jobs", type=int, default=1, help="processes at a time (%(default)s)")
     add("--out", type=Path, help="JSON file to write; without it JSON goes to standard output")
     add("--force", action="store_true", help="overwrite the JSON file")
     return parser
-
-
-def _settings(options: argparse.Namespace) -> TrialSettings:
-    return TrialSettings(
-        strategy=options.strategy,
-        object=options.object,
-        scene=options.scene,
-        model=options.model,
-        step=options.step,
-        segments=options.segments,
-        offset=options.offset,
-        mass_spread=options.mass_spread,
-        options=tuple(options.options),
-        solver=options.solver,
-    )
 
 
 def _write(summary: dict[str, Any], out: Path | None) -> None:
@@ -196,7 +195,8 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"seeds and jobs: expected 1 or more, got {options.seeds}, {options.jobs}")
     if options.out is not None and options.out.exists() and not options.force:
         raise ValueError(f"{options.out}: expected a new file (or --force), got one that exists")
-    settings, trials = _settings(options), []
+    settings, trials = read_settings(options), []
+    settings = replace(settings, offset=options.offset, mass_spread=options.mass_spread)
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     for trial in run_batch(seeds, settings, options.jobs):
         trials.append(trial)

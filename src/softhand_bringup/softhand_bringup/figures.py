@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import matplotlib
 
@@ -19,6 +20,9 @@ from numpy.typing import NDArray
 
 from softhand_bringup.bags.reading import Bag, latest_index
 from softhand_bringup.commanded import commanded_masses
+
+if TYPE_CHECKING:  # PyBullet talks to the terminal when it is imported
+    from pneuflex_sim.render import HandState
 
 Array = NDArray[np.float64]
 
@@ -127,33 +131,39 @@ def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -
     Raises:
         ValueError: a topic that is drawn has no messages, or a name does not exist.
     """
-    from pneuflex_sim.render import Camera, HandState, Renderer
-    from pneuflex_sim.urdf import joint_orientations
+    from pneuflex_sim.render import Camera, Renderer
 
     joints = bag.joints(JOINTS_TOPIC)
     marks = phases(bag.texts(PHASE_TOPIC), float(joints.time[-1]))
     times = frame_times(marks, float(joints.time[-1]))
-    wrist, thing = bag.poses(WRIST_TOPIC).at(times), bag.poses(OBJECT_TOPIC).at(times)
-    index = latest_index(joints.time, times)
-    camera = Camera(
-        target=_centre(bag.poses(OBJECT_TOPIC).position), distance=0.55, yaw=62.0, pitch=-16.0
-    )
-    renderer = Renderer(hand, object_name, scene, segments=_segments(hand, joints.names))
-    frames = [
-        renderer.frame(
-            HandState(
-                joint_orientations(joints.position[row]),
-                wrist.position[k],
-                wrist.orientation[k],
-                thing.position[k],
-                thing.orientation[k],
-            ),
-            FRAME_SIZE,
-            camera,
-        )
-        for k, row in enumerate(index)
-    ]
+    path_seen = bag.poses(OBJECT_TOPIC).position
+    camera = Camera(target=_centre(path_seen), distance=0.55, yaw=62.0, pitch=-16.0)
+    renderer = Renderer(hand, object_name, scene, segments=recorded_segments(hand, joints.names))
+    frames = [renderer.frame(state, FRAME_SIZE, camera) for state in recorded_states(bag, times)]
     _save_sheet(frames, [_caption(marks, time) for time in times], path)
+
+
+def recorded_states(bag: Bag, times: Array) -> list[HandState]:
+    """What was to be seen at these times (k,) [s]: the last that had been told by then.
+
+    Raises:
+        ValueError: a topic that is drawn has no messages.
+    """
+    from pneuflex_sim.render import HandState
+    from pneuflex_sim.urdf import joint_orientations
+
+    joints = bag.joints(JOINTS_TOPIC)
+    wrist, thing = bag.poses(WRIST_TOPIC).at(times), bag.poses(OBJECT_TOPIC).at(times)
+    return [
+        HandState(
+            joint_orientations(joints.position[row]),
+            wrist.position[k],
+            wrist.orientation[k],
+            thing.position[k],
+            thing.orientation[k],
+        )
+        for k, row in enumerate(latest_index(joints.time, times))
+    ]
 
 
 def _centre(path: Array) -> tuple[float, float, float]:
@@ -162,7 +172,7 @@ def _centre(path: Array) -> tuple[float, float, float]:
     return x, y, float(0.5 * (path[:, 2].min() + path[:, 2].max())) + 0.04
 
 
-def _segments(hand: str, joint_names: Sequence[str]) -> int:
+def recorded_segments(hand: str, joint_names: Sequence[str]) -> int:
     """How many segments an actuator had in the recorded run, told from the number of joints."""
     from pneuflex_sim.layout import build_layout
     from pneuflex_sim.urdf import joint_names as names_of

@@ -1,0 +1,1 @@
+"""Films of grasps: a trial in process or a bag, as pictures, GIF or MP4."""

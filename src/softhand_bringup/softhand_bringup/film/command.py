@@ -1,0 +1,129 @@
+"""The command `film`: pictures, GIF or MP4 of a grasp, from a trial in process or from a bag."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from grasp_strategies.trials import add_settings, read_settings
+from pneuflex_sim.render import Camera
+from softhand_bringup.film.recording import Recording, film_bag, film_trial
+from softhand_bringup.film.writing import Film, open_film
+
+VIEWS = {"oblique": (62.0, -16.0), "front": (90.0, -8.0), "side": (0.0, -8.0), "top": (90.0, -75.0)}
+MARGIN = 0.08  # around the ways of wrist and object [m]
+TELLING = 10  # lines of progress
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    found = argparse.ArgumentParser(
+        prog="film",
+        description="Run one trial of a grasp without ROS, or read a bag, and draw it. A second of "
+        "film is a second of simulated time, unless --slow or --every say otherwise.",
+    )
+    add = found.add_argument
+    add("-o", "--out", type=Path, required=True, help="a .gif, a .mp4, or a folder for PNG files")
+    add("--bag", type=Path, help="draw this recording instead of a trial")
+    add("--hand", default="rbo_hand_2", help="of the bag (%(default)s); a strategy names its own")
+    add_settings(found)
+    add("--seed", type=int, default=0, help="draws the object's shift and mass, as in trials")
+    add("--offset", nargs=2, type=float, metavar=("X", "Y"), help="shift [m], not the drawn one")
+    add("--mass-scale", type=_positive, help="factor on the object's mass, not the drawn one")
+    add("--fps", type=_positive, default=25.0, help="pictures a second of film (%(default)s)")
+    pace = found.add_mutually_exclusive_group()
+    pace.add_argument("--slow", type=_positive, default=1.0, help="4: slow motion, 4 times as long")
+    pace.add_argument("--every", type=_positive, help="simulated time between pictures [s]")
+    add("--size", type=_size, default=(640, 480), metavar="WxH", help="in pixels (640x480)")
+    add("--view", choices=VIEWS, default="oblique", help="where it is seen from (%(default)s)")
+    add("--camera", nargs=2, type=float, metavar=("YAW", "PITCH"), help="[deg], instead of a view")
+    add("--distance", type=_positive, help="of the camera [m]; else all of the way is seen")
+    add("--force", action="store_true", help="overwrite an earlier film")
+    return found
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"expected a number above 0, got {text}")
+    return value
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT, got {text}")
+    return int(width), int(height)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Draw a film; 0, or 2 when the options cannot be used."""
+    options = parser().parse_args(arguments)
+    try:
+        return _run(options)
+    except (ValueError, OSError) as error:
+        print(f"film: {error}", file=sys.stderr)
+        return 2
+
+
+def _run(options: argparse.Namespace) -> int:
+    film = open_film(options.out, options.fps, options.size, options.force)
+    recording = _record(options)
+    count, shown = len(recording.states), recording.interval * len(recording.states)
+    print(f"film: {recording.ending}; {count} pictures of {shown:.2f} s", file=sys.stderr)
+    camera = _camera(options, recording)
+    try:
+        draw(recording, film, options.size, camera, _tell)
+    finally:
+        film.close()
+    print(f"{options.out}: {count / options.fps:.2f} s at {options.fps:g} pictures a second")
+    return 0
+
+
+def _record(options: argparse.Namespace) -> Recording:
+    """The trial or the bag that the options ask for."""
+    interval = options.every or 1.0 / (options.fps * options.slow)
+    if options.bag is not None:
+        return film_bag(options.bag, interval, options.hand, options.object, options.scene)
+    offset = None if options.offset is None else tuple(options.offset)
+    return film_trial(read_settings(options), interval, options.seed, offset, options.mass_scale)
+
+
+def _camera(options: argparse.Namespace, recording: Recording) -> Camera:
+    """The chosen view; unless its distance is given, all of wrist and object is always seen."""
+    yaw, pitch = options.camera or VIEWS[options.view]
+    way = recording.way
+    low, high = way.min(axis=0) - MARGIN, way.max(axis=0) + MARGIN
+    width, height = options.size
+    opening = math.tan(math.radians(0.5 * Camera.view_angle)) * min(1.0, width / height)
+    distance = options.distance or 0.5 * float(np.max(high - low)) / opening
+    x, y, z = (0.5 * (low + high)).tolist()
+    return Camera(target=(x, y, z), distance=distance, yaw=yaw, pitch=pitch)
+
+
+def draw(
+    recording: Recording,
+    film: Film,
+    size: tuple[int, int],
+    camera: Camera,
+    tell: Callable[[int, int], None] = lambda done, count: None,
+) -> None:
+    """Draw all states of a recording; `tell` gets how many are done, of how many."""
+    for done, state in enumerate(recording.states, start=1):
+        film.add(recording.renderer.frame(state, size, camera))
+        tell(done, len(recording.states))
+
+
+def _tell(done: int, count: int) -> None:
+    """A line for every tenth of the film."""
+    if TELLING * done // count > TELLING * (done - 1) // count:
+        print(f"film: picture {done} of {count}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,123 @@
+"""What a film shows: the states of a grasp at even distances in time, from a trial or a bag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grasp_strategies.placement import draw_placement
+from grasp_strategies.scene_in_process import InProcessScene
+from grasp_strategies.sequencer import Sequencer
+from grasp_strategies.trials import TrialSettings, started_scene
+from pneuflex_sim.render import HandState, Renderer
+from pneuflex_sim.simulation import Simulation
+from softhand_bringup.bags.reading import Bag
+from softhand_bringup.figures import (
+    JOINTS_TOPIC,
+    OBJECT_TOPIC,
+    recorded_segments,
+    recorded_states,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """States every `interval` [s] of simulated time, what draws them, and how the grasp ended."""
+
+    states: list[HandState]
+    interval: float
+    renderer: Renderer
+    ending: str
+
+    @property
+    def way(self) -> Array:
+        """Positions (2 k, 3) [m] of wrist and object."""
+        return np.array(
+            [
+                place
+                for state in self.states
+                for place in (state.wrist_position, state.object_position)
+            ]
+        )
+
+
+class FilmedScene(InProcessScene):
+    """A scene that remembers a state every `interval` [s] of simulated time, from its start on.
+
+    Physics is the same, bit for bit, as without a film.
+    """
+
+    def __init__(self, simulation: Simulation, interval: float) -> None:
+        super().__init__(simulation)
+        self.interval, self.states = interval, [_state(simulation)]
+
+    def step(self, duration: float) -> None:
+        """Simulate `duration` [s] as an `InProcessScene` does, with a look after each step."""
+        size = self.simulation.step_size
+        for _ in range(max(1, round(duration / size))):
+            super().step(size)
+            if self.time > len(self.states) * self.interval - 0.5 * size:
+                self.states.append(_state(self.simulation))
+
+
+def _state(simulation: Simulation) -> HandState:
+    """A copy of what is to be seen now."""
+    seen = (simulation.bodies.q, *simulation.wrist_pose(), *simulation.object_pose())
+    return HandState(*(np.array(part) for part in seen))
+
+
+def film_trial(
+    settings: TrialSettings,
+    interval: float,
+    seed: int = 0,
+    offset: tuple[float, float] | None = None,
+    mass_scale: float | None = None,
+) -> Recording:
+    """Run a trial as a batch does and keep its states every `interval` [s].
+
+    Args:
+        settings: of the trial.
+        interval: simulated time between states [s], no shorter than a physics step.
+        seed: draws the shift of the object and the factor on its mass, as in a batch.
+        offset: shift of the object (x, y) [m] instead of the drawn one.
+        mass_scale: factor on its mass [-] instead of the drawn one.
+
+    Raises:
+        ValueError: a name does not exist, or `interval` is shorter than the step.
+    """
+    if interval < settings.step * (1 - 1e-9):
+        raise ValueError(
+            f"time between frames: expected at least the step, {settings.step:g} s, "
+            f"got {interval:g} s"
+        )
+    drawn_offset, drawn_scale = draw_placement(seed, settings.offset, settings.mass_spread)
+    started = started_scene(settings)
+    placed = started.place(offset or drawn_offset, mass_scale or drawn_scale)
+    scene = FilmedScene(placed.simulation, interval)
+    result = Sequencer(scene, started.strategy, options=settings.options).run()
+    renderer = Renderer(
+        scene.simulation.hand, settings.object, settings.scene, segments=settings.segments
+    )
+    return Recording(scene.states, interval, renderer, f"{result.outcome}: {result.reason}")
+
+
+def film_bag(folder: Path, interval: float, hand: str, object_name: str, scene: str) -> Recording:
+    """States of a recorded grasp every `interval` [s]; hand, object and scene are those it was
+    recorded with.
+
+    Raises:
+        ValueError: there is no such bag, it lacks a topic, or the hand is another.
+    """
+    if not (folder / "metadata.yaml").exists():
+        raise ValueError(f"{folder}: expected a bag with its metadata.yaml, got none")
+    with Bag(folder) as bag:
+        joints = bag.joints(JOINTS_TOPIC)
+        start = max(joints.time[0], bag.poses(OBJECT_TOPIC).time[0])
+        states = recorded_states(bag, np.arange(start, joints.time[-1] + 1e-9, interval))
+    segments = recorded_segments(hand, joints.names)
+    return Recording(states, interval, Renderer(hand, object_name, scene, segments), "from a bag")
