@@ -37,7 +37,7 @@ def test_it_answers_each_sample_and_brings_the_channels_to_their_masses(start, p
     assert state.name == CHANNELS and state.header.stamp == peer.valves[-1].header.stamp
     np.testing.assert_allclose(state.position, peer.mass(), atol=1 * MG)
     np.testing.assert_allclose(state.effort, peer.plant.pressures - 101.3e3, atol=500.0)
-    assert len(pressures) == pytest.approx(2.6 * 50, rel=0.15)
+    assert len(pressures) == pytest.approx(2.6 * 25, rel=0.15)
     assert pressures[-1].variance > 0
     assert pressures[-1].fluid_pressure == pytest.approx(401e3, rel=0.03)
 

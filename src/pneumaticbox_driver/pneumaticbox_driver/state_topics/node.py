@@ -13,7 +13,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from pneumaticbox_driver.backends.topic.node import RELIABLE
 from pneumaticbox_driver.box import PneumaticBox
 
-PRESSURE_RATE = 50.0  # of the FluidPressure topics [Hz]
+PRESSURE_RATE = 25.0  # of the FluidPressure topics [Hz]
 
 
 class StateTopics:
