@@ -1,9 +1,13 @@
 """Holds the pulses that were commanded against what they did to the pressures."""
 
+import math
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumaticbox_driver.settings import BoxSettings
+from softhand_model.compiled import compiled
 from softhand_model.gas import GAS_CONSTANT
 
 Floats = NDArray[np.float64]
@@ -52,8 +56,15 @@ class PulseEffect:
     def __init__(self, settings: BoxSettings) -> None:
         widest = np.array(settings.rest_volumes) + WIDEST_GROWTH
         self._per_mass = GAS_CONSTANT * settings.temperature / widest  # [Pa/kg]
-        self._least_gauge = settings.zero_band
+        self._least_gauge = float(settings.zero_band)
+        self._rehearse(np.zeros_like(widest))
         self.restart()
+
+    def _rehearse(self, zeros: Floats) -> None:
+        """Let the kernel be compiled, or loaded, before a sample waits for it."""
+        self.restart()
+        self._counting[:] = True
+        self.look(0.0, zeros, zeros, 0.0, self._valves, zeros, zeros)
 
     def restart(self) -> None:
         """Forget all evidence."""
@@ -96,25 +107,22 @@ class PulseEffect:
             flow: into the channels, as predicted for these valves (n,) [kg/s].
             mass: estimated, with what the pulses under way will have moved (n,) [kg].
         """
-        inlet = (supply - gauge > LEAST_DROP) & (gauge > RANGE_END)
-        reach = np.where(valves > 0, inlet, gauge > self._least_gauge)
         changed = valves != self._valves
         if changed.any():
             self._switch(changed, gauge, noise, valves, mass)
         self._since += dt
         if not self._counting.any():
             return
-        expected = dt * np.maximum(valves * flow, 0.0) * self._per_mass
-        expected *= reach & (self._since > LATENCY)
-        self._due += expected
-        self._whole = np.where(
-            self._valves != 0,
-            (reach & (self._since > OPENING)) * np.abs(mass - self._mass) * self._per_mass,
-            self._whole,
+        settled = _weigh(
+            dt,
+            supply,
+            self._least_gauge,
+            (gauge, noise, flow, mass),
+            (self._valves, self._since, self._per_mass),
+            (self._counting, self._acted, self.idle, self.unvented),
+            (self._start, self._start_noise, self._mass),
+            (self._due, self._whole, self._owed, self._shift, self._peak, self._outrun),
         )
-        self._judge(gauge, noise, mass)
-        self._judge_outlets(gauge, expected)
-        settled = self._counting & (self._valves == 0) & (self._since > SETTLING)
         if settled.any():
             self._close_books(settled, gauge)
 
@@ -154,24 +162,57 @@ class PulseEffect:
         self._start_noise = np.where(channels, noise, self._start_noise)
         self._mass = np.where(channels, mass, self._mass)
 
-    def _judge(self, gauge: Floats, noise: Floats, mass: Floats) -> None:
-        shift = self._shift + gauge - self._start
-        # a fifth of what is expected is no effect either; see EXPECTED
-        share = np.minimum((self._owed + self._due) * (UNMOVED / EXPECTED), UNMOVED)
-        shown = np.clip(SIGMAS * np.hypot(noise, self._start_noise), LEAST_NOISE, UNMOVED)
-        moved = self._counting & (np.abs(shift) > np.maximum(shown, share))
-        if moved.any():
-            self._forget(moved)
-            self.idle &= ~moved
-            self._acted |= moved
-            self._set_start(moved, gauge, noise, mass)
-        self.idle |= self._counting & (self._owed + self._due >= WHILE_OPEN * EXPECTED)
 
-    def _judge_outlets(self, gauge: Floats, expected: Floats) -> None:
-        opened = self._valves < 0
-        self._peak = np.maximum(self._peak, gauge)
-        falls = gauge < self._peak - UNMOVED
-        self._peak = np.where(falls, gauge, self._peak)
-        self._outrun = np.where(falls | ~opened, 0.0, self._outrun + expected)
-        held = gauge > self._least_gauge
-        self.unvented = opened & held & (self._outrun >= WHILE_OPEN * EXPECTED)
+@compiled
+def _weigh(
+    dt: float,
+    supply: float,
+    least_gauge: float,
+    seen: Any,
+    given: Any,
+    flags: Any,
+    start: Any,
+    sums: Any,
+) -> Flags:
+    """Weigh a sample, channel by channel; the state is changed in place.
+
+    Returns:
+        Channels whose pulse has settled (n,).
+    """
+    gauges, noises, flows, masses = seen
+    valves, since, per_mass = given
+    counting, acted, idle, unvented = flags
+    start_gauge, start_noise, start_mass = start
+    due, whole, owed, shift, peak, outrun = sums
+    settled = np.zeros(len(gauges), dtype=np.bool_)
+    for i in range(len(gauges)):
+        gauge, valve = gauges[i], valves[i]
+        if valve > 0:
+            reach = supply - gauge > LEAST_DROP and gauge > RANGE_END
+        else:
+            reach = gauge > least_gauge
+        expected = 0.0
+        if reach and since[i] > LATENCY:
+            expected = dt * max(valve * flows[i], 0.0) * per_mass[i]
+        due[i] += expected
+        if valve != 0:
+            late = reach and since[i] > OPENING
+            whole[i] = abs(masses[i] - start_mass[i]) * per_mass[i] if late else 0.0
+        # a fifth of what is expected is no effect either; see EXPECTED
+        share = min((owed[i] + due[i]) * (UNMOVED / EXPECTED), UNMOVED)
+        shown = min(max(SIGMAS * math.hypot(noises[i], start_noise[i]), LEAST_NOISE), UNMOVED)
+        moved = abs(shift[i] + gauge - start_gauge[i]) > max(shown, share)
+        if counting[i] and moved:
+            owed[i] = shift[i] = due[i] = whole[i] = 0.0
+            idle[i], acted[i] = False, True
+            start_gauge[i], start_noise[i], start_mass[i] = gauge, noises[i], masses[i]
+        if counting[i] and owed[i] + due[i] >= WHILE_OPEN * EXPECTED:
+            idle[i] = True
+        peak[i] = max(peak[i], gauge)
+        falls = gauge < peak[i] - UNMOVED
+        if falls:
+            peak[i] = gauge
+        outrun[i] = 0.0 if falls or valve >= 0 else outrun[i] + expected
+        unvented[i] = valve < 0 and gauge > least_gauge and outrun[i] >= WHILE_OPEN * EXPECTED
+        settled[i] = counting[i] and valve == 0 and since[i] > SETTLING
+    return settled
