@@ -50,7 +50,7 @@ def block_on_the_sheet(simulate):
 @pytest.mark.parametrize("step", [0.001, 0.002, 0.005])
 def test_half_a_kilogram_sinks_by_its_weight_over_the_stiffness(block_on_the_sheet, step):
     simulation, place = block_on_the_sheet(step)
-    for _ in range(round(1.5 / step)):
+    for _ in range(round(2.0 / step)):  # at 1 ms the block rattles for 1.75 s
         simulation.step()
     weight = MASS * 9.80665
     sunk = weight / simulation.hand.sheet.stiffness()

@@ -107,11 +107,5 @@ class DrivenBases:
     def sink(self, step: float, wrist: Wrist) -> None:
         """Let the palm sheet, where there is one, yield to what its velocity gained on the push."""
         if self.pad is not None:
-            self._sink(step, wrist, self.pad)
-
-    def _sink(self, step: float, wrist: Wrist, pad: PalmPad) -> None:
-        normal = np.empty(3)
-        base_kernel.rotate(wrist.orientation, pad.axis, normal)
-        gained = (self._velocity[-1, 0] - self._pushed[-1, 0]) @ normal
-        pad.advance(step, -BASE_MASS * float(gained) / step)
-        self._mount_places[-1] = pad.mount()
+            force = (BASE_MASS / step) * (self._velocity[-1, 0] - self._pushed[-1, 0])
+            self.pad.advance(step, force, wrist.orientation, self._mount_places[-1])

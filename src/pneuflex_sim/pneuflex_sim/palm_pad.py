@@ -8,11 +8,15 @@ stands where the spring says.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
+from pneuflex_sim.base_kernel import rotate as rotate_into
 from pneuflex_sim.pieces import MARGIN
+from softhand_model.compiled import compiled
 from softhand_model.palm_sheet import PalmSheet
 from softhand_model.rotation import from_rpy, rotate
 
@@ -45,20 +49,29 @@ class PalmPad:
         pybullet.changeDynamics(body, -1, collisionMargin=MARGIN, physicsClientId=client)
         return int(body)
 
-    def mount(self) -> Array:
-        """Place (3,) [m] of the sheet in the frame of the wrist, as far as it has sunk."""
-        return self.place - self.state[0] * self.axis
-
-    def advance(self, step: float, force: float) -> None:
-        """One implicit step [s] of the critically damped spring under a force [N] towards the
-        wrist.
+    def advance(self, step: float, force: Array, orientation: Array, mount: Array) -> None:
+        """One implicit step [s] of the critically damped spring under a force (3,) [N] on the sheet
+        in world axes; `mount` (3,) [m] becomes its place in the frame of the wrist, whose
+        orientation (4,) is given.
         """
-        sunk, speed = self.state
-        damping = 2.0 * np.sqrt(self.stiffness * MASS)
-        inertia = MASS + step * damping + step**2 * self.stiffness
-        drive = force - self.stiffness * (sunk + step * speed) - damping * speed
-        speed += step * drive / inertia
-        self.state[:] = sunk + step * speed, speed
+        advance_pad(
+            step, self.stiffness, force, orientation, self.axis, self.place, self.state, mount
+        )
+
+
+@compiled
+def advance_pad(step, stiffness, force, orientation, axis, place, state, mount):
+    """`PalmPad.advance`; `state` is changed in place."""
+    normal = np.empty(3)
+    rotate_into(orientation, axis, normal)
+    push = -(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2])
+    damping = 2.0 * math.sqrt(stiffness * MASS)
+    inertia = MASS + step * damping + step**2 * stiffness
+    drive = push - stiffness * (state[0] + step * state[1]) - damping * state[1]
+    state[1] += step * drive / inertia
+    state[0] += step * state[1]
+    for k in range(3):
+        mount[k] = place[k] - state[0] * axis[k]
 
 
 def pad_vertices(sheet: PalmSheet, margin: float) -> Array:
