@@ -62,7 +62,7 @@ def test_a_finger_let_go_only_loses_energy(simulate, hold_pressure, springs, ste
     simulation = simulate(hand="single_finger", scene="stand", step=step, model=model)
     let_go(simulation)
     levels = [energy(simulation)]
-    for _ in range(round(3.0 / step)):
+    for _ in range(max(round(3.0 / step), 600)):  # motion is slower at large steps
         hold_pressure(simulation, [0.0], step)
         levels.append(energy(simulation))
     assert levels[0] > 5e-3

@@ -130,3 +130,14 @@ def test_a_finger_softer_sideways_and_in_twist_yields_to_the_least_energy(
     assert np.linalg.norm(place - free) > 0.02
     assert found == pytest.approx(place, abs=5e-5)
     assert (turn.inv() * Rotation.from_quat(quaternion)).magnitude() < 2e-3
+
+
+@pytest.mark.parametrize("step", [0.002, 0.01])
+def test_a_soft_hand_that_is_rammed_into_the_table_stays_finite(simulate, step):
+    model = Model(effects=GRAVITY, springs=SpringModel("curvature", "section", "section"))
+    simulation = simulate(hand="rbo_hand_1", step=step, model=model)
+    simulation.command_wrist(np.array([-0.057, 0.0, 0.146]), np.array([0.0, 0.92388, 0.0, 0.38268]))
+    for _ in range(round(1.0 / step)):
+        simulation.step()
+    assert simulation.contacts()
+    assert np.abs(simulation.bodies.v).max() < 50.0

@@ -77,7 +77,8 @@ class HandLayout:
         PyBullet's contact solver sees links without their springs, so each gets c*(step**2*k +
         step*d), with c = 0.2 at 1 ms, in proportion to the step: statics unchanged, motion slower.
         Tips, whose stiffness goes to zero, get at least TIP_SHARE of the chain's median: with less
-        of either, grasps that jam a fingertip between table and object diverged.
+        of either, grasps that jam a fingertip between table and object diverged. No axis gets less
+        than that of bending: else hands softer sideways diverged when they hit the table hard.
         """
         x, y, z = self.size.T
         box = np.stack([y**2 + z**2, x**2 + z**2, x**2 + y**2], axis=1) * self.mass[:, None] / 12
@@ -86,6 +87,7 @@ class HandLayout:
             own = stiffness[joints]
             own[:-1] = np.maximum(own[:-1], own[1:])
             np.maximum(own, TIP_SHARE * np.median(own[:, 1]), out=own)
+            np.maximum(own, own[:, 1:2], out=own)
         share = ADDED_INERTIA * step / 1e-3
         return box + share * (step**2 + step * DAMPING_TIME) * stiffness
 
