@@ -1,4 +1,4 @@
-"""The command `hand`: design an actuator, and draw any hand."""
+"""The command `hand`: design an actuator, draw any hand, write its URDF."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from pneuflex_sim import design_command, show_command
+from pneuflex_sim import design_command, show_command, urdf_command
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     found = argparse.ArgumentParser(
-        prog="hand", description="Design an actuator, and draw any hand; without ROS."
+        prog="hand", description="Design an actuator, draw any hand, write its URDF; without ROS."
     )
     commands = found.add_subparsers(dest="command", required=True)
     design_command.add_to(commands)
     show_command.add_to(commands)
+    urdf_command.add_to(commands)
     return found
 
 

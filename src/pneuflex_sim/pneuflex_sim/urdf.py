@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from pneuflex_sim.layout import HandLayout
 
 AXES = ("x", "y", "z")
+MATERIALS = {"rubber": "0.93 0.55 0.25 1", "scaffold": "0.35 0.38 0.45 1"}  # rgba
 
 
 def joint_names(layout: HandLayout) -> list[str]:
@@ -35,7 +36,12 @@ def joint_orientations(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 def write_urdf(layout: HandLayout) -> str:
     """URDF text with the root link `wrist`; masses [kg], lengths [m]."""
     robot = ElementTree.Element("robot", name=layout.description.name)
-    ElementTree.SubElement(robot, "link", name="wrist")
+    for name, color in MATERIALS.items():
+        material = ElementTree.SubElement(robot, "material", name=name)
+        ElementTree.SubElement(material, "color", rgba=color)
+    wrist, plate = ElementTree.SubElement(robot, "link", name="wrist"), layout.description.plate
+    if plate is not None:
+        _box(wrist, "visual", np.array(plate.position), np.array(plate.size), "scaffold")
     for body in layout.bodies:
         parent = f"{body.name}_base"
         ElementTree.SubElement(robot, "link", name=parent)
@@ -87,10 +93,23 @@ def _fill_link(link: ElementTree.Element, layout: HandLayout, joint: int) -> Non
         ixz="0",
         iyz="0",
     )
-    for kind in ("visual", "collision"):
-        element = ElementTree.SubElement(link, kind)
-        ElementTree.SubElement(element, "origin", xyz=_text(center), rpy="0 0 0")
-        ElementTree.SubElement(ElementTree.SubElement(element, "geometry"), "box", size=_text(size))
+    _box(link, "visual", center, size, "rubber")
+    _box(link, "collision", center, size)
+
+
+def _box(
+    link: ElementTree.Element,
+    kind: str,
+    center: NDArray[np.float64],
+    size: NDArray[np.float64],
+    material: str | None = None,
+) -> None:
+    """Append a box to what is seen of a link (`visual`) or touches (`collision`)."""
+    element = ElementTree.SubElement(link, kind)
+    ElementTree.SubElement(element, "origin", xyz=_text(center), rpy="0 0 0")
+    ElementTree.SubElement(ElementTree.SubElement(element, "geometry"), "box", size=_text(size))
+    if material is not None:
+        ElementTree.SubElement(element, "material", name=material)
 
 
 def _joint(
@@ -111,4 +130,4 @@ def _joint(
 
 
 def _text(vector: NDArray[np.float64]) -> str:
-    return " ".join(f"{value:.6g}" for value in vector)
+    return " ".join(f"{value:.10g}" for value in vector)
