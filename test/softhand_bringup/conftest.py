@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import synthetic_bag as synthetic
 
+FINGER = [f"finger_{k}_{axis}" for k in range(2) for axis in "xyz"]  # joints of a single finger
+
 
 @pytest.fixture
 def grasp_bag(tmp_path):
@@ -22,6 +24,9 @@ def grasp_bag(tmp_path):
         bag.write("/pneumaticbox/state", seconds, state)
         height = 0.03 + 0.1 * max(seconds - 3.0, 0.0)
         bag.write("/scene/object_pose", seconds, synthetic.pose(seconds, (0.0, 0.0, height)))
+        bent = [0.0, 0.1 * seconds, 0.0]
+        joints = synthetic.joint_state(seconds, FINGER, [*bent, *bent])
+        bag.write("/hand/joint_states", seconds, joints)
         bag.write("/wrist/pose", seconds, synthetic.pose(seconds, (0.0, 0.0, 0.3)))
     bag.close()
     return tmp_path / "bag"

@@ -9,7 +9,7 @@ from PIL import Image
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.render import Camera
 from softhand_bringup.film import command, writing
-from softhand_bringup.film.recording import film_trial
+from softhand_bringup.film.recording import film_bag, film_trial
 
 SHORT = """
 format: softhand-strategy/1
@@ -116,6 +116,21 @@ def test_wrist_and_object_are_in_the_picture_from_first_to_last(settings):
     camera = command._camera(options, recording)
     reach = camera.distance * np.tan(np.radians(0.5 * Camera.view_angle))
     assert np.all(np.abs(recording.way[:, 2] - camera.target[2]) < reach)
+
+
+def test_a_bag_is_shown_from_before_its_first_phase_to_the_end_of_its_last(grasp_bag):
+    recording = film_bag(grasp_bag, 0.25, "single_finger", "cylinder", "table")
+    assert len(recording.states) == 15  # from 0.5 to 4.0 s
+    assert recording.renderer.layout.segments == 2
+    for time, state in zip(np.arange(0.5, 4.01, 0.25), recording.states, strict=True):
+        turned = 2.0 * np.arccos(np.clip(state.joints[:, 3], -1, 1))
+        np.testing.assert_allclose(turned, 0.1 * time, atol=0.003)
+        assert state.object_position[2] == pytest.approx(0.03 + 0.1 * max(time - 3, 0), abs=0.003)
+
+
+def test_a_bag_of_another_hand_is_refused(grasp_bag, film, capsys):
+    assert film("film.gif", "--bag", str(grasp_bag), "--hand", "rbo_hand_2")[0] == 2
+    assert "expected the joints of rbo_hand_2" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import pybullet
 import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped, WrenchStamped
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped, WrenchStamped
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
@@ -26,10 +26,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
-from visualization_msgs.msg import Marker, MarkerArray
 
 from pneuflex_sim.configuration import configuration
-from pneuflex_sim.contacts import by_pair
+from pneuflex_sim.markers.node import SeenScene
 from pneuflex_sim.pacing import Pace
 from pneuflex_sim.parameters import PARAMETERS, Parameter
 from pneuflex_sim.simulation import Simulation
@@ -44,7 +43,6 @@ LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
-METRES_PER_NEWTON = 0.02  # length of contact arrows
 
 
 def _descriptor(parameter: Parameter) -> ParameterDescriptor:
@@ -90,6 +88,8 @@ class HandSim(Node):
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self._create_interfaces()
         self._prepare_messages()
+        self.seen = SeenScene(self, self.simulation, RELIABLE)
+        self.marker_period = 1.0 / self._value("marker_rate")
         self.description.publish(String(data=write_urdf(self.simulation.bodies.layout)))
 
     def _compile(self) -> None:
@@ -113,7 +113,6 @@ class HandSim(Node):
         self.description = make(String, "robot_description", LATCHED)
         self.fingertips = make(PoseArray, "hand/fingertips", RELIABLE)
         self.tip_angles = make(JointState, "hand/tip_angles", RELIABLE)
-        self.contacts = make(MarkerArray, "hand/contacts", RELIABLE)
         self.wrench = make(WrenchStamped, "wrist/wrench", RELIABLE)
         self.wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
         self.object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
@@ -231,26 +230,7 @@ class HandSim(Node):
         )
         poses.header.stamp, poses.header.frame_id = stamp, "wrist"
         self.fingertips.publish(poses)
-        self.contacts.publish(self._contact_markers(stamp))
-
-    def _contact_markers(self, stamp: Time) -> MarkerArray:
-        """One line list a pair of bodies, a line a contact; the text is the pair's force [N]."""
-        markers = []
-        for pair, contacts in by_pair(self.simulation.contacts()).items():
-            marker = Marker(ns=pair, type=Marker.LINE_LIST, action=Marker.ADD)
-            marker.header.stamp, marker.header.frame_id = stamp, "world"
-            marker.pose.orientation.w, marker.scale.x = 1.0, 0.002
-            marker.color.r, marker.color.g, marker.color.a = 0.9, 0.2, 1.0
-            marker.text = f"{sum(contact.force for contact in contacts):.4f}"
-            for contact in contacts:
-                start = np.array(contact.position)
-                end = start + METRES_PER_NEWTON * contact.force * np.array(contact.normal)
-                for x, y, z in (start.tolist(), end.tolist()):
-                    marker.points.append(Point(x=x, y=y, z=z))
-            markers.append(marker)
-        clear = Marker(action=Marker.DELETEALL)
-        clear.header.stamp, clear.header.frame_id = stamp, "world"
-        return MarkerArray(markers=[clear, *markers])
+        self.seen.publish_contacts(stamp)
 
     def _warnings(self) -> list[str]:
         """What a user should know now; refused messages are named once."""
@@ -302,6 +282,8 @@ class HandSim(Node):
             self._publish_fast(stamp)
         if _crossed(before, simulation.time, SLOW_PERIOD):
             self._publish_slow(stamp)
+        if _crossed(before, simulation.time, self.marker_period):
+            self.seen.publish_markers(stamp)
 
     def _wait_for_answer(self, executor: SingleThreadedExecutor, sample: int, stale: bool) -> None:
         """In lockstep, up to 50 ms for the valves of this sample; else what has come."""

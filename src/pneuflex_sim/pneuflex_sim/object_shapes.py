@@ -90,11 +90,11 @@ def _ellipsoid(dimensions: Dimensions) -> Geometry:
     normals = directions / size
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     outline = 0.5 * size * directions
-    pieces, meshes = [outline - MARGIN * normals], [_hull_mesh(outline)]
+    pieces, meshes = [outline - MARGIN * normals], [hull_mesh(outline)]
     if "neck" in dimensions:
         neck = _neck(dimensions["neck"], 0.5 * size[0])
         pieces.append(eroded(neck, MARGIN))
-        meshes.append(_hull_mesh(neck))
+        meshes.append(hull_mesh(neck))
     return Geometry(ellipsoid_solid(size), tuple(pieces), merged(meshes))
 
 
@@ -158,7 +158,8 @@ def _mesh(dimensions: Dimensions) -> Geometry:
     return _of_pieces(convex_pieces(surface), polyhedron_solid(surface.corners), surface)
 
 
-def _hull_mesh(points: Array) -> Mesh:
+def hull_mesh(points: Array) -> Mesh:
+    """The convex hull of points (k, 3) [m]."""
     hull = ConvexHull(points)
     corners = points[hull.simplices]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -42,6 +42,7 @@ PARAMETERS = (
         "upper bound of simulated over wall time; 0: as fast as it goes",
         (0.0, 1000.0),
     ),
+    Parameter("marker_rate", 10.0, "rate of hand/markers in simulated time [Hz]", (0.1, 100.0)),
     Parameter("wrist_stiffness", 1000.0, "stiffness of the compliant wrist [N/m]", (1.0, 1e6)),
     Parameter("wrist_force_limit", 20.0, "largest force of the wrist's spring [N]", (0.1, 1e4)),
 )

@@ -91,7 +91,8 @@ class Renderer:
             pybullet.disconnect(client)
 
     def _draw(self, state: HandState, client: int) -> None:
-        _surroundings(self.scene, client)
+        for shown in surroundings(self.scene).values():
+            draw_box(*shown, TABLE, client)
         wrist = state.wrist_position.tolist(), state.wrist_orientation.tolist()
         for name, (material, mesh) in self.skin.parts(state.joints).items():
             draw_mesh(mesh, *wrist, self.colors.get(name, COLORS[material]), client)
@@ -127,14 +128,19 @@ def draw_box(half: tuple, position: tuple, orientation: tuple, color: tuple, cli
     pybullet.createMultiBody(0, -1, visual, position, orientation, physicsClientId=client)
 
 
-def _surroundings(scene: SceneDescription, client: int) -> None:
+def surroundings(scene: SceneDescription) -> dict[str, tuple[tuple, tuple, tuple]]:
+    """What is shown of table and wall by name, as boxes: half extents (3,) [m], middle (3,) [m] and
+    quaternion (4,).
+    """
+    found = {}
     if scene.table is not None:
         middle = 0.0 if scene.table.edge is None else scene.table.edge + TABLE_HALF[0]
-        draw_box(TABLE_HALF, (middle, 0, -TABLE_HALF[2]), (0, 0, 0, 1), TABLE, client)
+        found["table"] = (TABLE_HALF, (middle, 0, -TABLE_HALF[2]), (0, 0, 0, 1))
     if scene.wall is not None:
         turn = Rotation.from_euler("y", -scene.wall.inclination, degrees=True)
         middle = turn.apply((WALL_HALF[0], 0, -WALL_HALF[2])) + (scene.wall.distance, 0, 0)
-        draw_box(WALL_HALF, tuple(middle), tuple(turn.as_quat()), TABLE, client)
+        found["wall"] = (WALL_HALF, tuple(middle), tuple(turn.as_quat()))
+    return found
 
 
 def draw_object(

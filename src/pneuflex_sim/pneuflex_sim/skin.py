@@ -25,11 +25,22 @@ from softhand_model.rotation import from_rpy
 Array = NDArray[np.float64]
 Frames = tuple[Array, Array]  # origins (b, 3) [m] and rotation matrices (b, 3, 3)
 
-RINGS_A_SEGMENT = 6
 TIP_ROUNDING = 0.4  # radius at the tip, as a share of height or width there
-TIP_RINGS = 5
 ARCH_POINTS = 25
 RUBBER, SCAFFOLD, SHEET = "rubber", "scaffold", "sheet"  # materials
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How fine a skin is: rings a segment, rings around the tip, and points of `cross_section`."""
+
+    rings: int
+    tip_rings: int
+    corner_points: int
+    back_points: int
+
+
+FINE, COARSE = Fineness(6, 5, 3, 11), Fineness(2, 2, 2, 5)
 
 
 @dataclass(frozen=True)
@@ -79,43 +90,50 @@ def blend_weights(place: Array, bones: int) -> Array:
 class HandSkin:
     """Surfaces of all parts of one hand, in the frame of the wrist."""
 
-    def __init__(self, shape: HandShape) -> None:
+    def __init__(self, shape: HandShape, fineness: Fineness = FINE) -> None:
         self.shape = shape
         self._rubber: dict[str, tuple[str, BoundSkin]] = {}
         self._struts: dict[str, BoundSkin] = {}
         rest = np.asarray(shape.layout.rest)
+        links = shape.frames(rest)
         for chain in shape.layout.description.chains:
             outline = ChainOutline(chain, shape.layout.segments)
-            bones = bone_frames(shape, chain.name, rest)
+            bones = bone_frames(shape, chain.name, rest, links)
             for k, actuator in enumerate(chain.actuators):
-                skin = bind(*rest_rings(outline, k, bones), bones)
+                skin = bind(*rest_rings(outline, k, bones, fineness), bones)
                 self._rubber[actuator] = (chain.name, skin)
             if chain.strut is not None:
-                bones = strut_frames(shape, chain.name, rest)
+                bones = strut_frames(shape, chain.name, rest, links)
                 size = (chain.strut.thickness, chain.strut.width, chain.strut.length)
-                self._struts[chain.name] = bind(*_strut_rings(size, bones), bones)
+                self._struts[chain.name] = bind(*_strut_rings(size, bones, fineness), bones)
         self._fixed = _fixed_parts(shape)
 
     def actuator(self, name: str, q: Array) -> Mesh:
         """Surface of an actuator for the joint orientations `q` (n, 4)."""
         chain, skin = self._rubber[name]
-        return skin.mesh(bone_frames(self.shape, chain, q))
+        return skin.mesh(bone_frames(self.shape, chain, q, self.shape.frames(q)))
 
     def parts(self, q: Array) -> dict[str, tuple[str, Mesh]]:
         """Material and surface of every part by name: actuators, struts, plate and palm sheet."""
-        rubber = {name: (RUBBER, self.actuator(name, q)) for name in self._rubber}
+        links = self.shape.frames(q)
+        rubber = {
+            name: (RUBBER, skin.mesh(bone_frames(self.shape, chain, q, links)))
+            for name, (chain, skin) in self._rubber.items()
+        }
         struts = {
-            f"{name}_strut": (SCAFFOLD, skin.mesh(strut_frames(self.shape, name, q)))
+            f"{name}_strut": (SCAFFOLD, skin.mesh(strut_frames(self.shape, name, q, links)))
             for name, skin in self._struts.items()
         }
         return rubber | struts | self._fixed
 
 
-def bone_frames(shape: HandShape, name: str, q: Array) -> Frames:
-    """Frames of a chain's bones (see `outline`) for the joint orientations `q` (n, 4)."""
+def bone_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...]) -> Frames:
+    """Frames of a chain's bones (see `outline`) for the joint orientations `q` (n, 4), which put
+    the links of the hand at `links`, as `HandShape.frames` tells it.
+    """
     chain, joints = shape.layout.description.chain(name), shape.layout.chain_joints[name]
     first = joints.start + (chain.strut is not None)
-    position, frame, _ = shape.frames(q)
+    position, frame, _ = links
     before = frame[first] @ Rotation.from_quat(q[first]).as_matrix().T
     if chain.strut is None and chain.mount.parent != WRIST:
         before = before @ Rotation.from_quat(chain.mount.quaternion).as_matrix()
@@ -126,22 +144,26 @@ def bone_frames(shape: HandShape, name: str, q: Array) -> Frames:
     )
 
 
-def strut_frames(shape: HandShape, name: str, q: Array) -> Frames:
-    """Frames of the mount and of the link of a chain's strut, both at its joint in the middle."""
+def strut_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...]) -> Frames:
+    """Frames of the mount and of the link of a chain's strut, both at its joint in the middle; `q`
+    and `links` as in `bone_frames`.
+    """
     joint = shape.layout.chain_joints[name].start
-    position, frame, _ = shape.frames(q)
+    position, frame, _ = links
     mount = frame[joint] @ Rotation.from_quat(q[joint]).as_matrix().T
     return np.repeat(position[joint][None], 2, axis=0), np.stack([mount, frame[joint]])
 
 
-def rest_rings(outline: ChainOutline, actuator: int, bones: Frames) -> tuple[Array, Array]:
+def rest_rings(
+    outline: ChainOutline, actuator: int, bones: Frames, fineness: Fineness = FINE
+) -> tuple[Array, Array]:
     """Rings (r, k, 3) [m] of an actuator at rest from base to rounded tip, and where they lie (r,),
     counted in segments.
     """
-    unit, rings = cross_section(), []
+    unit, rings = cross_section(fineness.corner_points, fineness.back_points), []
     rounding = TIP_ROUNDING * outline.extents(outline.length)[actuator].min()
-    turned = np.linspace(0.0, 0.5 * np.pi, TIP_RINGS + 1)
-    body = np.linspace(0.0, outline.length, RINGS_A_SEGMENT * outline.segments + 1)
+    turned = np.linspace(0.0, 0.5 * np.pi, fineness.tip_rings + 1)
+    body = np.linspace(0.0, outline.length, fineness.rings * outline.segments + 1)
     body = body[body < outline.length - 1.01 * rounding]
     places = np.append(body, outline.length - rounding * (1.0 - np.sin(turned)))
     insets = np.append(np.zeros(len(body)), rounding * (1.0 - np.cos(turned)))
@@ -157,12 +179,14 @@ def rest_rings(outline: ChainOutline, actuator: int, bones: Frames) -> tuple[Arr
     return np.array(rings), places / outline.edge
 
 
-def _strut_rings(size: tuple[float, float, float], bones: Frames) -> tuple[Array, Array]:
+def _strut_rings(
+    size: tuple[float, float, float], bones: Frames, fineness: Fineness
+) -> tuple[Array, Array]:
     """Rings of a straight strut of thickness, width and length [m], and where they lie, from 0 to
     1.
     """
-    along = np.linspace(0.0, 1.0, RINGS_A_SEGMENT + 1)
-    flat = cross_section() * size[:2]
+    along = np.linspace(0.0, 1.0, fineness.rings + 1)
+    flat = cross_section(fineness.corner_points, fineness.back_points) * size[:2]
     rings = [
         np.column_stack([flat, np.full(len(flat), (share - 0.5) * size[2])]) for share in along
     ]

@@ -17,7 +17,10 @@ from pneuflex_sim.simulation import Simulation
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.figures import (
     JOINTS_TOPIC,
+    MARGIN,
     OBJECT_TOPIC,
+    PHASE_TOPIC,
+    phases,
     recorded_segments,
     recorded_states,
 )
@@ -107,8 +110,8 @@ def film_trial(
 
 
 def film_bag(folder: Path, interval: float, hand: str, object_name: str, scene: str) -> Recording:
-    """States of a recorded grasp every `interval` [s]; hand, object and scene are those it was
-    recorded with.
+    """States every `interval` [s] from the first phase of a grasp to the last, or of the whole bag
+    if there is none; hand, object and scene are those it was recorded with.
 
     Raises:
         ValueError: there is no such bag, it lacks a topic, or the hand is another.
@@ -117,7 +120,10 @@ def film_bag(folder: Path, interval: float, hand: str, object_name: str, scene: 
         raise ValueError(f"{folder}: expected a bag with its metadata.yaml, got none")
     with Bag(folder) as bag:
         joints = bag.joints(JOINTS_TOPIC)
-        start = max(joints.time[0], bag.poses(OBJECT_TOPIC).time[0])
-        states = recorded_states(bag, np.arange(start, joints.time[-1] + 1e-9, interval))
+        start, end = max(joints.time[0], bag.poses(OBJECT_TOPIC).time[0]), joints.time[-1]
+        marks = phases(bag.texts(PHASE_TOPIC), end)
+        if marks:
+            start, end = max(start, marks[0].start - MARGIN), min(end, marks[-1].end)
+        states = recorded_states(bag, np.arange(start, end + 1e-9, interval))
     segments = recorded_segments(hand, joints.names)
     return Recording(states, interval, Renderer(hand, object_name, scene, segments), "from a bag")

@@ -33,12 +33,13 @@ POLL_PERIOD = 0.02  # [s]
 DISCOVERY_PERIOD = 0.1  # [s]
 FLUSH_PERIOD = 1.0  # [s]
 QUEUE_DEPTH = 2000  # messages of one topic that may wait between two polls
+BULKY = ("/hand/markers",)  # 1.6 MB a second of what joint states and pressures tell as well
 LAST_MESSAGES = 0.2  # [s] to wait for what is still under way when asked to stop
 
 
 class Recorder:
-    """Subscribes to the topics of the domain, or to chosen ones, and writes what arrives to a
-    bag.
+    """Subscribes to the topics of the domain but the bulky ones, or to chosen ones, and writes what
+    arrives to a bag.
     """
 
     def __init__(self, node: Node, bag: BagWriter, chosen: Collection[str] = ()) -> None:
@@ -69,7 +70,7 @@ class Recorder:
         for topic, types in self._node.get_topic_names_and_types():
             if topic in self._sources or topic in self._refused:
                 continue
-            if self._chosen and topic not in self._chosen:
+            if not is_recorded(topic, self._chosen):
                 continue
             publishers = self._node.get_publishers_info_by_topic(topic)
             if publishers:
@@ -112,6 +113,16 @@ class Recorder:
         message = DiagnosticArray(status=[status])
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._diagnostics.publish(message)
+
+
+def is_recorded(topic: str, chosen: Collection[str]) -> bool:
+    """Whether a topic goes into the bag: it is among the chosen ones, or none are and it is not
+    bulky.
+
+    >>> is_recorded("/hand/markers", ()), is_recorded("/hand/markers", ("/hand/markers",))
+    (False, True)
+    """
+    return topic in chosen if chosen else topic not in BULKY
 
 
 def _ignore(_: bytes) -> None:
@@ -157,7 +168,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Record until SIGINT or SIGTERM; 0 when the bag was closed in order."""
     parser = argparse.ArgumentParser(prog="recorder", description="Record topics to a bag.")
     parser.add_argument("folder", type=Path, help="the bag's folder, which must not exist yet")
-    parser.add_argument("--topics", nargs="+", default=(), help="these alone; else all there are")
+    parser.add_argument(
+        "--topics", nargs="+", default=(), help="these alone; else all there are but hand/markers"
+    )
     parsed = parser.parse_args(arguments)
     bag = _open_bag(parsed.folder)
     stopped = threading.Event()

@@ -1,0 +1,99 @@
+"""Surfaces of hand, object and scene as triangles in the world, coloured by pressure."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.mesh import Mesh, box, tube
+from pneuflex_sim.object_shapes import hull_mesh
+from pneuflex_sim.objects import ObjectDescription
+from pneuflex_sim.render import COLORS, OBJECT, TABLE, Color, surroundings
+from pneuflex_sim.simulation import Simulation
+from pneuflex_sim.skin import COARSE, HandSkin
+
+Array = NDArray[np.float64]
+
+EMPTY, FULL = (0.96, 0.86, 0.68, 1.0), (0.80, 0.08, 0.08, 1.0)  # no pressure, and the limit
+MOST_TRIANGLES = 5000  # of an object; above, its hull is shown
+MERIDIANS, PARALLELS = 24, 12
+
+
+class SceneSurfaces:
+    """Triangles of all that is to be seen in a simulation; how many there are does not change."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._skin = HandSkin(simulation.shape, COARSE)
+        self._still = {
+            name: (_corners(box(2 * np.array(half), np.zeros(3)), middle, turn), TABLE)
+            for name, (half, middle, turn) in surroundings(simulation.scene).items()
+        }
+        description = simulation.object
+        self._object = None if description is None else object_mesh(description)
+
+    def now(self) -> dict[str, tuple[Array, Color]]:
+        """Corners (3 t, 3) [m] of the triangles and colour of every part by name."""
+        simulation, colors = self._simulation, self.colors()
+        pose = simulation.wrist_pose()
+        shown = {
+            name: (_corners(mesh, *pose), colors.get(name, COLORS[material]))
+            for name, (material, mesh) in self._skin.parts(simulation.bodies.q).items()
+        }
+        if self._object is not None:
+            shown["object"] = _corners(self._object, *simulation.object_pose()), OBJECT
+        return shown | self._still
+
+    def colors(self) -> dict[str, Color]:
+        """Colour of every actuator by the pressure in it."""
+        hand = self._simulation.hand
+        shares = self._simulation.pressures() / hand.max_pressures()
+        return {
+            name: pressure_color(float(shares[hand.channel_of(name)]))
+            for name in hand.actuator_names
+        }
+
+
+def pressure_color(share: float) -> Color:
+    """Colour of rubber at a share [-] of its pressure limit: from sand to red.
+
+    >>> pressure_color(0.5)
+    (0.88, 0.47, 0.38, 1.0)
+    """
+    part = min(1.0, max(0.0, share))
+    red, green, blue, opacity = (
+        round((1.0 - part) * a + part * b, 6) for a, b in zip(EMPTY, FULL, strict=True)
+    )
+    return red, green, blue, opacity
+
+
+def object_mesh(description: ObjectDescription) -> Mesh:
+    """Surface of an object in its own axes; a sheet as if it were flat, a very fine mesh as its
+    hull.
+    """
+    surface = description.geometry.surface
+    if surface is not None:
+        coarse = len(surface.indices) <= 3 * MOST_TRIANGLES
+        return surface if coarse else hull_mesh(surface.vertices)
+    half = np.array(description.half_extents)
+    if description.shape in ("box", "sheet"):
+        return box(2.0 * half, np.zeros(3))
+    around = np.linspace(0.0, 2.0 * np.pi, MERIDIANS, endpoint=False)
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    if description.shape == "cylinder":
+        radii, heights = np.ones(2), np.array([-1.0, 1.0])
+    else:
+        polar = np.linspace(np.pi, 0.0, PARALLELS + 2)[1:-1]
+        radii, heights = np.sin(polar), np.cos(polar)
+    rings = [
+        np.column_stack([radius * circle, np.full(MERIDIANS, height)])
+        for radius, height in zip(radii, heights, strict=True)
+    ]
+    return tube(np.array(rings) * half)
+
+
+def _corners(mesh: Mesh, position: Array, orientation: Array) -> Array:
+    """Corners (3 t, 3) [m] in the world of a mesh at a pose."""
+    turn = Rotation.from_quat(orientation).as_matrix()
+    return (mesh.vertices @ turn.T + position)[mesh.indices]

@@ -1,0 +1,153 @@
+"""Messages for RViz and Foxglove: what is in them, frames and names, and when there are any."""
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from rclpy.serialization import deserialize_message
+from visualization_msgs.msg import Marker, MarkerArray
+
+from grasp_strategies.messages import read_touching
+from pneuflex_sim.contacts import by_pair, normal_forces
+from pneuflex_sim.markers.forces import METRES_PER_NEWTON
+from pneuflex_sim.markers.node import SeenScene, SurfaceMarkers, wrist_frame
+from pneuflex_sim.markers.serialised import SerialisedMessage
+from pneuflex_sim.markers.surfaces import SceneSurfaces
+
+STAMP = Time(sec=3, nanosec=20_000_000)
+
+
+class Publisher:
+    """Keeps what is published."""
+
+    def __init__(self, subscribers):
+        self.subscribers, self.sent = subscribers, []
+
+    def get_subscription_count(self):
+        return self.subscribers
+
+    def publish(self, message):
+        if isinstance(message, bytes):
+            message = deserialize_message(message, MarkerArray)
+        self.sent.append(message)
+
+
+class Node:
+    """Makes publishers with so many subscribers."""
+
+    def __init__(self, subscribers=1):
+        self.subscribers, self.publishers = subscribers, {}
+
+    def create_publisher(self, _, topic, __):
+        self.publishers[topic] = Publisher(self.subscribers)
+        return self.publishers[topic]
+
+
+@pytest.fixture
+def gripping(simulate, mass_for_pressure):
+    """A hand that closes around a cylinder."""
+    simulation = simulate(step=0.005)
+    simulation.command_wrist(np.array([-0.04, 0.0, 0.11]), np.array([0.0, 0.83, 0.0, 0.56]))
+    masses = mass_for_pressure(simulation, [30e3, 15e3, 30e3, 20e3])
+    for k in range(260):
+        simulation.set_air_masses(masses * np.clip((k - 160) / 80, 0, 1))
+        simulation.step()
+    assert len(by_pair(simulation.contacts())) > 2
+    return simulation
+
+
+def array(points):
+    return np.array([[p.x, p.y, p.z] for p in points])
+
+
+def test_contacts_come_as_lines_and_points_after_all_earlier_ones_are_deleted(gripping):
+    node = Node()
+    SeenScene(node, gripping, None).publish_contacts(STAMP)
+    (message,) = node.publishers["hand/contacts"].sent
+    assert message.markers[0].action == Marker.DELETEALL
+    pairs = by_pair(gripping.contacts())
+    shown = message.markers[1:]
+    assert {(m.ns, m.id, m.type) for m in shown} == {
+        (pair, *kind) for pair in pairs for kind in ((0, Marker.LINE_LIST), (1, Marker.SPHERE_LIST))
+    }
+    for marker in shown:
+        contacts = pairs[marker.ns]
+        points = array(marker.points)
+        if marker.id == 0:
+            length = np.linalg.norm(points[1::2] - points[::2], axis=1).sum()
+            force = sum(contact.force for contact in contacts)
+            assert length / METRES_PER_NEWTON == pytest.approx(force)
+            assert float(marker.text) == pytest.approx(force, abs=1e-4)
+        else:
+            np.testing.assert_allclose(points, [contact.position for contact in contacts])
+
+
+def test_the_sequencer_reads_from_the_markers_what_touches_the_object(gripping):
+    node = Node()
+    SeenScene(node, gripping, None).publish_contacts(STAMP)
+    (message,) = node.publishers["hand/contacts"].sent
+    touching = normal_forces(gripping.object_contacts())
+    assert read_touching(message) == set(touching)
+    assert touching
+
+
+def test_surfaces_have_a_name_of_their_own_and_the_stamp_and_place_of_now(gripping):
+    surfaces = SceneSurfaces(gripping)
+    markers = SurfaceMarkers(surfaces)
+    gripping.reset()  # the hand goes somewhere else, and loses its air
+    message = deserialize_message(markers.message(STAMP), MarkerArray)
+    expected = surfaces.now()
+    assert [marker.ns for marker in message.markers] == list(expected)
+    for marker in message.markers:
+        corners, color = expected[marker.ns]
+        assert (marker.type, marker.action, marker.id) == (Marker.TRIANGLE_LIST, Marker.ADD, 0)
+        assert (marker.header.stamp, marker.header.frame_id) == (STAMP, "world")
+        assert marker.pose.orientation.w == marker.scale.x == 1.0
+        np.testing.assert_array_equal(array(marker.points), corners)
+        shown = marker.color
+        np.testing.assert_allclose((shown.r, shown.g, shown.b, shown.a), color, atol=1e-6)
+
+
+def test_each_pair_has_one_arrow_that_is_deleted_when_it_parts(gripping):
+    node = Node()
+    seen = SeenScene(node, gripping, None)
+    seen.publish_markers(STAMP)
+    pairs = {f"force/{pair}" for pair in by_pair(gripping.contacts())}
+    arrows = node.publishers["hand/markers"].sent[1].markers
+    assert {(m.ns, m.type, m.action, m.id) for m in arrows} == {
+        (pair, Marker.ARROW, Marker.ADD, 0) for pair in pairs
+    }
+    assert all(len(marker.points) == 2 and marker.header.frame_id == "world" for marker in arrows)
+    gripping.reset()
+    gripping.step()
+    seen.publish_markers(STAMP)
+    seen.publish_markers(STAMP)
+    first, second = (node.publishers["hand/markers"].sent[k].markers for k in (3, 5))
+    gone = {marker.ns for marker in first if marker.action == Marker.DELETE}
+    still = {f"force/{pair}" for pair in by_pair(gripping.contacts())}
+    assert gone == pairs - still != set()
+    assert {marker.ns for marker in second} == still
+
+
+def test_nothing_is_made_for_nobody(gripping, monkeypatch):
+    node = Node(subscribers=0)
+    seen = SeenScene(node, gripping, None)
+    monkeypatch.setattr(gripping, "contacts", None)  # calling it would fail
+    monkeypatch.setattr(gripping, "pressures", None)
+    seen.publish_contacts(STAMP)
+    seen.publish_markers(STAMP)
+    assert not any(publisher.sent for publisher in node.publishers.values())
+
+
+def test_the_frame_of_the_wrist_is_its_pose_in_the_world(gripping):
+    position, orientation = gripping.wrist_pose()
+    frame = wrist_frame(STAMP, position, orientation)
+    assert (frame.header.frame_id, frame.child_frame_id) == ("world", "wrist")
+    place, turn = frame.transform.translation, frame.transform.rotation
+    np.testing.assert_array_equal([place.x, place.y, place.z], position)
+    np.testing.assert_array_equal([turn.x, turn.y, turn.z, turn.w], orientation)
+
+
+def test_numbers_that_are_in_a_message_twice_are_not_guessed_at():
+    message = SerialisedMessage(np.array([1.0, 2.0, 1.0]).tobytes())
+    with pytest.raises(ValueError, match="expected once in the message, got 2"):
+        message.view(np.array([1.0]))
