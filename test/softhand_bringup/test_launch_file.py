@@ -1,4 +1,4 @@
-"""The launch file, evaluated with a stand-in for the launch API (launch_ros is not on PyPI).
+"""The launch files, evaluated with a stand-in for the launch API (launch_ros is not on PyPI).
 
 The stand-in keeps what the file says and checks the keyword arguments against those of Jazzy's
 classes; it cannot show that the real `ros2 launch` accepts the file.
@@ -10,8 +10,9 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
+import yaml
 
-LAUNCH_FILE = Path(__file__).parents[2] / "src/grasp_strategies/launch/softhand.launch.py"
+SOURCES = Path(__file__).parents[2] / "src"
 ARGUMENTS = {
     "hand", "scene", "object", "strategy", "model", "gui", "use_sim_time", "backend",
     "hardware_file",
@@ -37,28 +38,46 @@ def _value(value, *, value_type=None, description=None):
     return SimpleNamespace(kind="parameter", name=value.name, type=value_type)
 
 
+def _text(part):
+    """A part of a text: as it is, or the name of the argument that stands for it."""
+    return part if isinstance(part, str) else f"${part.name}"
+
+
 STAND_IN = {
     "launch": {"LaunchDescription": lambda entities: SimpleNamespace(entities=list(entities))},
     "launch.actions": {"DeclareLaunchArgument": _argument},
     "launch.conditions": {"IfCondition": lambda predicate: predicate},
     "launch.substitutions": {
         "LaunchConfiguration": lambda name: SimpleNamespace(kind="configuration", name=name),
+        "Command": lambda parts: SimpleNamespace(name="".join(map(_text, parts))),
+        "PathJoinSubstitution": lambda parts: "/".join(map(_text, parts)),
         "EqualsSubstitution": lambda left, right: ("equals", left.name, right),
     },
     "launch_ros": {},
     "launch_ros.actions": {"Node": _node},
     "launch_ros.parameter_descriptions": {"ParameterValue": _value},
+    "launch_ros.substitutions": {"FindPackageShare": lambda name: f"<{name}>"},
 }
 
 
 @pytest.fixture
-def entities(monkeypatch):
-    """What the launch file describes, told through the stand-in."""
+def stand_in(monkeypatch):
+    """The stand-in in place of the launch API."""
     for name, content in STAND_IN.items():
         module = ModuleType(name)
         vars(module).update(content)
         monkeypatch.setitem(sys.modules, name, module)
-    return runpy.run_path(str(LAUNCH_FILE))["generate_launch_description"]().entities
+
+
+def described(path):
+    """What a launch file describes."""
+    return runpy.run_path(str(SOURCES / path))["generate_launch_description"]().entities
+
+
+@pytest.fixture
+def entities(stand_in):
+    """What the launch file of the suite describes."""
+    return described("grasp_strategies/launch/softhand.launch.py")
 
 
 def nodes(entities):
@@ -90,3 +109,28 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
         for value in node.parameters[0].values():
             given[value.name] = value.type
     assert given == dict.fromkeys(ARGUMENTS, str) | {"gui": bool, "use_sim_time": bool}
+
+
+def test_with_a_stand_in_for_launch_the_viewer_gets_the_urdf_of_its_hand_and_joint_states(stand_in):
+    found = described("softhand_bringup/launch/view.launch.py")
+    assert {e.name for e in found if e.kind == "argument"} == {"hand", "segments"}
+    publisher = nodes(found)["robot_state_publisher"]
+    urdf = publisher.parameters[0]["robot_description"]
+    assert urdf.name == "ros2 run pneuflex_sim hand urdf $hand --segments $segments"
+    assert publisher.remappings == [("joint_states", "hand/joint_states")]
+
+
+def test_with_a_stand_in_for_launch_rviz_opens_the_shipped_displays_of_published_topics(stand_in):
+    viewer = nodes(described("softhand_bringup/launch/view.launch.py"))["rviz2"]
+    option, path = viewer.arguments
+    assert (option, path) == ("-d", "<softhand_bringup>/config/softhand.rviz")
+    shown = yaml.safe_load((SOURCES / "softhand_bringup/config/softhand.rviz").read_text())
+    manager = shown["Visualization Manager"]
+    topics = {
+        value["Value"]
+        for display in manager["Displays"]
+        for value in display.values()
+        if isinstance(value, dict) and "Value" in value
+    }
+    assert topics == {"hand/markers", "hand/contacts", "robot_description"}
+    assert manager["Global Options"]["Fixed Frame"] == "world"

@@ -12,11 +12,11 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PACKAGES = sorted(path.parent.name for path in (ROOT / "src").glob("*/package.xml"))
 EXECUTABLES = {
-    "pneuflex_sim": {"hand_sim"},
+    "pneuflex_sim": {"hand_sim", "hand"},
     "pneumaticbox_driver": {"driver", "calibrate"},
     "grasp_strategies": {"sequencer", "trials"},
     "model_lab": {"model_lab", "model-lab", "monitor"},
-    "softhand_bringup": {"demo", "lab_story", "recorder", "repair_bag"},
+    "softhand_bringup": {"demo", "film", "lab_story", "recorder", "repair_bag"},
 }
 
 
@@ -59,7 +59,7 @@ def test_executables_are_where_ros2_run_looks(install):
 
 
 def test_every_config_and_launch_file_is_installed(install):
-    for kind in ("config/*.yaml", "launch/*.launch.py"):
+    for kind in ("config/*.yaml", "config/*.rviz", "launch/*.launch.py"):
         for source in (ROOT / "src").glob(f"*/{kind}"):
             package = source.parents[1].name
             share = install / package / "share" / package

@@ -1,0 +1,55 @@
+"""RViz and what it needs beside a running simulator: `ros2 launch softhand_bringup view.launch.py`.
+
+`hand` and `segments` are those of the simulator.
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import Command, LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+ARGUMENTS = {
+    "hand": ("rbo_hand_2", "hand, by name or by the path of its YAML file"),
+    "segments": ("5", "segments an actuator"),
+}
+
+
+def robot_state_publisher():
+    """The links of the URDF as frames, by the simulator's joint states."""
+    hand, segments = LaunchConfiguration("hand"), LaunchConfiguration("segments")
+    urdf = Command(["ros2 run pneuflex_sim hand urdf ", hand, " --segments ", segments])
+    return Node(
+        package="robot_state_publisher",
+        executable="robot_state_publisher",
+        name="robot_state_publisher",
+        parameters=[
+            {
+                "robot_description": ParameterValue(urdf, value_type=str),
+                "use_sim_time": True,
+            }
+        ],
+        remappings=[("joint_states", "hand/joint_states")],
+    )
+
+
+def rviz():
+    """RViz with the displays of the suite."""
+    share = FindPackageShare("softhand_bringup")
+    return Node(
+        package="rviz2",
+        executable="rviz2",
+        name="rviz2",
+        arguments=["-d", PathJoinSubstitution([share, "config", "softhand.rviz"])],
+        parameters=[{"use_sim_time": True}],
+    )
+
+
+def generate_launch_description():
+    """What `ros2 launch` runs."""
+    arguments = [
+        DeclareLaunchArgument(name, default_value=default, description=description)
+        for name, (default, description) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*arguments, robot_state_publisher(), rviz()])
