@@ -88,6 +88,18 @@ def test_a_second_of_film_is_a_second_of_simulation_and_slow_motion_is_longer(fi
     assert played(film("slow.gif", "--fps", "10", "--slow", "2")[1])[1] == pytest.approx(1.7)
 
 
+def test_actuators_redden_with_their_pressure_where_that_is_asked_for(film):
+    def green_of_the_finger(path):
+        last = played(path)[0][-1].astype(int)
+        return last[(last[:, :, 0] > 1.2 * last[:, :, 2])][:, 1].mean()
+
+    plain = film("plain.gif", "--every", "0.8", "--size", "128x96")[1]
+    colored = film("colored.gif", "--every", "0.8", "--size", "128x96", "--pressure")[1]
+    first = played(colored)[0][0].astype(int)
+    assert first[first[:, :, 0] > 1.2 * first[:, :, 2]][:, 1].mean() > green_of_the_finger(colored)
+    assert green_of_the_finger(plain) != pytest.approx(green_of_the_finger(colored), abs=2.0)
+
+
 def test_an_mp4_has_the_size_the_pace_and_the_length_that_were_asked_for(film):
     from imageio_ffmpeg import count_frames_and_secs, read_frames
 
@@ -122,6 +134,7 @@ def test_a_bag_is_shown_from_before_its_first_phase_to_the_end_of_its_last(grasp
     recording = film_bag(grasp_bag, 0.25, "single_finger", "cylinder", "table")
     assert len(recording.states) == 15  # from 0.5 to 4.0 s
     assert recording.renderer.layout.segments == 2
+    assert recording.pressures[[2, -1], 0] == pytest.approx([0.0, 20e3])
     for time, state in zip(np.arange(0.5, 4.01, 0.25), recording.states, strict=True):
         turned = 2.0 * np.arccos(np.clip(state.joints[:, 3], -1, 1))
         np.testing.assert_allclose(turned, 0.1 * time, atol=0.003)

@@ -60,7 +60,8 @@ def test_the_number_of_triangles_stays_however_the_hand_moves(closing):
 
 
 def test_actuators_are_coloured_by_the_pressure_of_their_own_channel(closing):
-    colors = SceneSurfaces(closing).colors()
+    shown = SceneSurfaces(closing).now()
+    colors = {name: shown[name][1] for name in closing.hand.actuator_names}
     share = closing.pressures() / closing.hand.max_pressures()
     redness = {name: EMPTY[1] - color[1] for name, color in colors.items()}
     for name, red in redness.items():

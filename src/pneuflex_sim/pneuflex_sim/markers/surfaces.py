@@ -12,6 +12,7 @@ from pneuflex_sim.objects import ObjectDescription
 from pneuflex_sim.render import COLORS, OBJECT, TABLE, Color, surroundings
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.skin import COARSE, HandSkin
+from softhand_model.hands import HandDescription
 
 Array = NDArray[np.float64]
 
@@ -35,7 +36,8 @@ class SceneSurfaces:
 
     def now(self) -> dict[str, tuple[Array, Color]]:
         """Corners (3 t, 3) [m] of the triangles and colour of every part by name."""
-        simulation, colors = self._simulation, self.colors()
+        simulation = self._simulation
+        colors = actuator_colors(simulation.hand, simulation.pressures())
         pose = simulation.wrist_pose()
         shown = {
             name: (_corners(mesh, *pose), colors.get(name, COLORS[material]))
@@ -45,14 +47,13 @@ class SceneSurfaces:
             shown["object"] = _corners(self._object, *simulation.object_pose()), OBJECT
         return shown | self._still
 
-    def colors(self) -> dict[str, Color]:
-        """Colour of every actuator by the pressure in it."""
-        hand = self._simulation.hand
-        shares = self._simulation.pressures() / hand.max_pressures()
-        return {
-            name: pressure_color(float(shares[hand.channel_of(name)]))
-            for name in hand.actuator_names
-        }
+
+def actuator_colors(hand: HandDescription, pressures: Array) -> dict[str, Color]:
+    """Colour of every actuator of a hand at gauge pressures (channels,) [Pa]."""
+    shares = pressures / hand.max_pressures()
+    return {
+        name: pressure_color(float(shares[hand.channel_of(name)])) for name in hand.actuator_names
+    }
 
 
 def pressure_color(share: float) -> Color:

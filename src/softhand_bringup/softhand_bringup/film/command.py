@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from grasp_strategies.trials import add_settings, read_settings
+from pneuflex_sim.markers.surfaces import actuator_colors
 from pneuflex_sim.render import Camera
 from softhand_bringup.film.recording import Recording, film_bag, film_trial
 from softhand_bringup.film.writing import Film, open_film
@@ -43,6 +44,7 @@ def parser() -> argparse.ArgumentParser:
     add("--view", choices=VIEWS, default="oblique", help="where it is seen from (%(default)s)")
     add("--camera", nargs=2, type=float, metavar=("YAW", "PITCH"), help="[deg], instead of a view")
     add("--distance", type=_positive, help="of the camera [m]; else all of the way is seen")
+    add("--pressure", action="store_true", help="colour actuators by pressure: sand to red")
     add("--force", action="store_true", help="overwrite an earlier film")
     return found
 
@@ -78,7 +80,7 @@ def _run(options: argparse.Namespace) -> int:
     print(f"film: {recording.ending}; {count} pictures of {shown:.2f} s", file=sys.stderr)
     camera = _camera(options, recording)
     try:
-        draw(recording, film, options.size, camera, _tell)
+        draw(recording, film, options.size, camera, options.pressure, _tell)
     finally:
         film.close()
     print(f"{options.out}: {count / options.fps:.2f} s at {options.fps:g} pictures a second")
@@ -111,11 +113,18 @@ def draw(
     film: Film,
     size: tuple[int, int],
     camera: Camera,
+    by_pressure: bool = False,
     tell: Callable[[int, int], None] = lambda done, count: None,
 ) -> None:
-    """Draw all states of a recording; `tell` gets how many are done, of how many."""
+    """Draw all states of a recording, actuators in one colour or by their pressure; `tell` gets how
+    many are done, of how many.
+    """
+    renderer = recording.renderer
     for done, state in enumerate(recording.states, start=1):
-        film.add(recording.renderer.frame(state, size, camera))
+        if by_pressure:
+            hand = renderer.layout.description
+            renderer.colors.update(actuator_colors(hand, recording.pressures[done - 1]))
+        film.add(renderer.frame(state, size, camera))
         tell(done, len(recording.states))
 
 

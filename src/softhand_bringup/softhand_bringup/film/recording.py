@@ -14,12 +14,13 @@ from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.trials import TrialSettings, started_scene
 from pneuflex_sim.render import HandState, Renderer
 from pneuflex_sim.simulation import Simulation
-from softhand_bringup.bags.reading import Bag
+from softhand_bringup.bags.reading import Bag, latest_index
 from softhand_bringup.figures import (
     JOINTS_TOPIC,
     MARGIN,
     OBJECT_TOPIC,
     PHASE_TOPIC,
+    STATE_TOPIC,
     phases,
     recorded_segments,
     recorded_states,
@@ -30,9 +31,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Recording:
-    """States every `interval` [s] of simulated time, what draws them, and how the grasp ended."""
+    """States every `interval` [s] of simulated time, gauge pressures (k, channels) [Pa] with them,
+    what draws them, and how the grasp ended.
+    """
 
     states: list[HandState]
+    pressures: Array
     interval: float
     renderer: Renderer
     ending: str
@@ -57,7 +61,10 @@ class FilmedScene(InProcessScene):
 
     def __init__(self, simulation: Simulation, interval: float) -> None:
         super().__init__(simulation)
-        self.interval, self.states = interval, [_state(simulation)]
+        self.interval = interval
+        self.states: list[HandState] = []
+        self.pressures: list[Array] = []
+        self._look()
 
     def step(self, duration: float) -> None:
         """Simulate `duration` [s] as an `InProcessScene` does, with a look after each step."""
@@ -65,13 +72,14 @@ class FilmedScene(InProcessScene):
         for _ in range(max(1, round(duration / size))):
             super().step(size)
             if self.time > len(self.states) * self.interval - 0.5 * size:
-                self.states.append(_state(self.simulation))
+                self._look()
 
-
-def _state(simulation: Simulation) -> HandState:
-    """A copy of what is to be seen now."""
-    seen = (simulation.bodies.q, *simulation.wrist_pose(), *simulation.object_pose())
-    return HandState(*(np.array(part) for part in seen))
+    def _look(self) -> None:
+        """Keep a copy of what is to be seen now."""
+        simulation = self.simulation
+        seen = (simulation.bodies.q, *simulation.wrist_pose(), *simulation.object_pose())
+        self.states.append(HandState(*(np.array(part) for part in seen)))
+        self.pressures.append(np.array(simulation.pressures()))
 
 
 def film_trial(
@@ -106,7 +114,8 @@ def film_trial(
     renderer = Renderer(
         scene.simulation.hand, settings.object, settings.scene, segments=settings.segments
     )
-    return Recording(scene.states, interval, renderer, f"{result.outcome}: {result.reason}")
+    ending = f"{result.outcome}: {result.reason}"
+    return Recording(scene.states, np.array(scene.pressures), interval, renderer, ending)
 
 
 def film_bag(folder: Path, interval: float, hand: str, object_name: str, scene: str) -> Recording:
@@ -124,6 +133,9 @@ def film_bag(folder: Path, interval: float, hand: str, object_name: str, scene: 
         marks = phases(bag.texts(PHASE_TOPIC), end)
         if marks:
             start, end = max(start, marks[0].start - MARGIN), min(end, marks[-1].end)
-        states = recorded_states(bag, np.arange(start, end + 1e-9, interval))
+        times = np.arange(start, end + 1e-9, interval)
+        states, air = recorded_states(bag, times), bag.joints(STATE_TOPIC)
     segments = recorded_segments(hand, joints.names)
-    return Recording(states, interval, Renderer(hand, object_name, scene, segments), "from a bag")
+    pressures = air.effort[latest_index(air.time, times)]
+    renderer = Renderer(hand, object_name, scene, segments)
+    return Recording(states, pressures, interval, renderer, "from a bag")
