@@ -17,6 +17,7 @@ from softhand_model.hands import HandDescription
 Array = NDArray[np.float64]
 
 EMPTY, FULL = (0.96, 0.86, 0.68, 1.0), (0.80, 0.08, 0.08, 1.0)  # no pressure, and the limit
+OPACITY = 0.6  # of actuators: contacts lie between them and the object
 MOST_TRIANGLES = 5000  # of an object; above, its hull is shown
 MERIDIANS, PARALLELS = 24, 12
 
@@ -37,7 +38,8 @@ class SceneSurfaces:
     def now(self) -> dict[str, tuple[Array, Color]]:
         """Corners (3 t, 3) [m] of the triangles and colour of every part by name."""
         simulation = self._simulation
-        colors = actuator_colors(simulation.hand, simulation.pressures())
+        filled = actuator_colors(simulation.hand, simulation.pressures())
+        colors = {name: (*color[:3], OPACITY) for name, color in filled.items()}
         pose = simulation.wrist_pose()
         shown = {
             name: (_corners(mesh, *pose), colors.get(name, COLORS[material]))
