@@ -125,7 +125,7 @@ def test_a_folder_gets_a_picture_for_each_time_asked_for_and_keeps_none_of_an_ea
 def test_wrist_and_object_are_in_the_picture_from_first_to_last(settings):
     recording = film_trial(settings, 0.4)
     options = command.parser().parse_args(["-o", "x", "--size", "64x48", "--camera", "90", "0"])
-    camera = command._camera(options, recording)
+    camera = command.camera_of(options, recording)
     reach = camera.distance * np.tan(np.radians(0.5 * Camera.view_angle))
     assert np.all(np.abs(recording.way[:, 2] - camera.target[2]) < reach)
 
@@ -171,6 +171,14 @@ def test_an_earlier_film_stays_unless_forced(film, capsys):
     assert film("film.gif", "--every", "0.4")[0] == 2
     assert "--force" in capsys.readouterr().err
     assert path.read_bytes() == before
+
+
+def test_a_folder_in_place_of_a_film_is_refused_even_when_forced(film, tmp_path, capsys):
+    (tmp_path / "film.gif").mkdir()
+    (tmp_path / "frames").write_text("")
+    assert film("film.gif", "--force")[0] == film("frames", "--force")[0] == 2
+    told = capsys.readouterr().err
+    assert "expected a file" in told and "expected a folder" in told
 
 
 @pytest.mark.parametrize(("name", "library"), [("a.mp4", "imageio_ffmpeg"), ("a.gif", "PIL")])

@@ -1,5 +1,7 @@
 """Messages for RViz and Foxglove: what is in them, frames and names, and when there are any."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
@@ -8,6 +10,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from grasp_strategies.messages import read_touching
 from pneuflex_sim.contacts import by_pair, normal_forces
+from pneuflex_sim.markers import node as markers_node
 from pneuflex_sim.markers.forces import METRES_PER_NEWTON
 from pneuflex_sim.markers.node import SeenScene, SurfaceMarkers, wrist_frame
 from pneuflex_sim.markers.serialised import SerialisedMessage
@@ -59,26 +62,22 @@ def array(points):
     return np.array([[p.x, p.y, p.z] for p in points])
 
 
-def test_contacts_come_as_lines_and_points_after_all_earlier_ones_are_deleted(gripping):
+def test_contacts_come_as_lines_after_all_earlier_ones_are_deleted(gripping):
     node = Node()
     SeenScene(node, gripping, None).publish_contacts(STAMP)
     (message,) = node.publishers["hand/contacts"].sent
     assert message.markers[0].action == Marker.DELETEALL
     pairs = by_pair(gripping.contacts())
     shown = message.markers[1:]
-    assert {(m.ns, m.id, m.type) for m in shown} == {
-        (pair, *kind) for pair in pairs for kind in ((0, Marker.LINE_LIST), (1, Marker.SPHERE_LIST))
-    }
+    assert [(m.ns, m.id, m.type) for m in shown] == [(pair, 0, Marker.LINE_LIST) for pair in pairs]
     for marker in shown:
         contacts = pairs[marker.ns]
         points = array(marker.points)
-        if marker.id == 0:
-            length = np.linalg.norm(points[1::2] - points[::2], axis=1).sum()
-            force = sum(contact.force for contact in contacts)
-            assert length / METRES_PER_NEWTON == pytest.approx(force)
-            assert float(marker.text) == pytest.approx(force, abs=1e-4)
-        else:
-            np.testing.assert_allclose(points, [contact.position for contact in contacts])
+        np.testing.assert_allclose(points[::2], [contact.position for contact in contacts])
+        length = np.linalg.norm(points[1::2] - points[::2], axis=1).sum()
+        force = sum(contact.force for contact in contacts)
+        assert length / METRES_PER_NEWTON == pytest.approx(force)
+        assert float(marker.text) == pytest.approx(force, abs=1e-4)
 
 
 def test_the_sequencer_reads_from_the_markers_what_touches_the_object(gripping):
@@ -107,25 +106,43 @@ def test_surfaces_have_a_name_of_their_own_and_the_stamp_and_place_of_now(grippi
         np.testing.assert_allclose((shown.r, shown.g, shown.b, shown.a), color, atol=1e-6)
 
 
-def test_each_pair_has_one_arrow_that_is_deleted_when_it_parts(gripping):
+@pytest.fixture
+def viewed(gripping):
+    """Contact points and arrows of a publication, as often as it is called."""
     node = Node()
     seen = SeenScene(node, gripping, None)
-    seen.publish_markers(STAMP)
+
+    def publish():
+        seen.publish_markers(STAMP)
+        found = node.publishers["hand/markers"].sent[-1].markers
+        (points,) = (marker for marker in found if marker.ns == "contacts")
+        return points, [marker for marker in found if marker is not points]
+
+    return publish
+
+
+def test_each_pair_has_one_arrow_that_is_deleted_when_it_parts(gripping, viewed):
     pairs = {f"force/{pair}" for pair in by_pair(gripping.contacts())}
-    arrows = node.publishers["hand/markers"].sent[1].markers
+    _, arrows = viewed()
     assert {(m.ns, m.type, m.action, m.id) for m in arrows} == {
         (pair, Marker.ARROW, Marker.ADD, 0) for pair in pairs
     }
     assert all(len(marker.points) == 2 and marker.header.frame_id == "world" for marker in arrows)
     gripping.reset()
     gripping.step()
-    seen.publish_markers(STAMP)
-    seen.publish_markers(STAMP)
-    first, second = (node.publishers["hand/markers"].sent[k].markers for k in (3, 5))
-    gone = {marker.ns for marker in first if marker.action == Marker.DELETE}
     still = {f"force/{pair}" for pair in by_pair(gripping.contacts())}
+    gone = {marker.ns for marker in viewed()[1] if marker.action == Marker.DELETE}
     assert gone == pairs - still != set()
-    assert {marker.ns for marker in second} == still
+    assert {marker.ns for marker in viewed()[1]} == still
+
+
+def test_a_ball_lies_at_each_contact_and_goes_with_the_last(gripping, viewed, monkeypatch):
+    balls, _ = viewed()
+    assert (balls.type, balls.action) == (Marker.SPHERE_LIST, Marker.ADD)
+    places = [contact.position for contact in gripping.contacts()]
+    np.testing.assert_allclose(array(balls.points), places)
+    monkeypatch.setattr(gripping, "contacts", list)
+    assert viewed()[0].action == Marker.DELETE
 
 
 def test_nothing_is_made_for_nobody(gripping, monkeypatch):
@@ -136,6 +153,15 @@ def test_nothing_is_made_for_nobody(gripping, monkeypatch):
     seen.publish_contacts(STAMP)
     seen.publish_markers(STAMP)
     assert not any(publisher.sent for publisher in node.publishers.values())
+
+
+def test_where_tf2_is_installed_the_wrist_is_on_tf(gripping, monkeypatch):
+    monkeypatch.setattr(markers_node, "TFMessage", SimpleNamespace)
+    node = Node()
+    SeenScene(node, gripping, None).publish_contacts(STAMP)
+    (message,) = node.publishers["/tf"].sent
+    position, orientation = gripping.wrist_pose()
+    assert message.transforms == [wrist_frame(STAMP, position, orientation)]
 
 
 def test_the_frame_of_the_wrist_is_its_pose_in_the_world(gripping):

@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
-from pneuflex_sim.contacts import by_pair
+from pneuflex_sim.contacts import Contact, by_pair
 from pneuflex_sim.markers.forces import contact_lines, total_arrow, total_force
 from pneuflex_sim.markers.serialised import SerialisedMessage
 from pneuflex_sim.markers.surfaces import SceneSurfaces
@@ -27,7 +27,6 @@ except ImportError:
 WORLD, WRIST = "world", "wrist"
 FORCE_COLOR: Color = (0.9, 0.2, 0.0, 1.0)
 LINE_WIDTH, BALL, SHAFT, HEAD = 0.002, 0.004, 0.004, 0.010  # [m]
-LINES, POINTS = 0, 1  # ids of the markers of a pair of bodies
 
 
 class SeenScene:
@@ -37,7 +36,9 @@ class SeenScene:
         self._simulation = simulation
         self._contacts = node.create_publisher(MarkerArray, "hand/contacts", qos)
         self._markers = node.create_publisher(MarkerArray, "hand/markers", qos)
-        self._frames = TFMessage and node.create_publisher(TFMessage, "/tf", qos)
+        self._frames = None
+        if TFMessage is not None:
+            self._frames = node.create_publisher(TFMessage, "/tf", qos)
         self._surfaces = SurfaceMarkers(SceneSurfaces(simulation))
         self._arrows: set[str] = set()
 
@@ -56,29 +57,32 @@ class SeenScene:
             self._markers.publish(self._force_markers(stamp))
 
     def _contact_markers(self, stamp: Time) -> MarkerArray:
-        """Lines and balls for each pair of bodies; the lines' text is its force [N]."""
-        markers = [_marker(stamp, "", Marker.CUBE, 0, Marker.DELETEALL)]
+        """Lines for each pair of bodies; their text is the pair's force [N].
+
+        The sequencer reads them 50 times a second, so there is nothing more.
+        """
+        markers = [_marker(stamp, "", Marker.CUBE, Marker.DELETEALL)]
         for pair, contacts in by_pair(self._simulation.contacts()).items():
-            lines = _marker(stamp, pair, Marker.LINE_LIST, LINES)
+            lines = _marker(stamp, pair, Marker.LINE_LIST)
             lines.scale.x, lines.text = LINE_WIDTH, f"{total_force(contacts):.4f}"
             lines.points = _points(contact_lines(contacts).reshape(-1, 3))
-            balls = _marker(stamp, pair, Marker.SPHERE_LIST, POINTS)
-            balls.scale.x = balls.scale.y = balls.scale.z = BALL
-            balls.points = lines.points[::2]
-            for marker in (lines, balls):
-                _paint(marker, FORCE_COLOR)
-            markers += [lines, balls]
+            _paint(lines, FORCE_COLOR)
+            markers.append(lines)
         return MarkerArray(markers=markers)
 
     def _force_markers(self, stamp: Time) -> MarkerArray:
-        """An arrow for each pair of bodies that touch; those that have parted are deleted."""
-        pairs = by_pair(self._simulation.contacts())
+        """The contact points, and an arrow for each pair of bodies that touch; arrows of pairs that
+        have parted are deleted.
+        """
+        found = self._simulation.contacts()
+        pairs = by_pair(found)
         markers = [
-            _marker(stamp, f"force/{pair}", Marker.ARROW, 0, Marker.DELETE)
+            _marker(stamp, f"force/{pair}", Marker.ARROW, Marker.DELETE)
             for pair in sorted(self._arrows - set(pairs))
         ]
+        markers.append(_contact_points(stamp, found))
         for pair, contacts in pairs.items():
-            arrow = _marker(stamp, f"force/{pair}", Marker.ARROW, 0)
+            arrow = _marker(stamp, f"force/{pair}", Marker.ARROW)
             arrow.scale.x, arrow.scale.y, arrow.scale.z = SHAFT, HEAD, HEAD
             arrow.points = _points(total_arrow(contacts))
             _paint(arrow, FORCE_COLOR)
@@ -97,7 +101,7 @@ class SurfaceMarkers:
             color = draw.uniform(0.1, 0.9, 4).astype(np.float32)
             corner, time = draw.uniform(size=3), draw.integers(1, 2**30, 2, dtype=np.int32)
             marker = _marker(
-                Time(sec=int(time[0]), nanosec=int(time[1])), name, Marker.TRIANGLE_LIST, 0
+                Time(sec=int(time[0]), nanosec=int(time[1])), name, Marker.TRIANGLE_LIST
             )
             marker.scale.x = marker.scale.y = marker.scale.z = 1.0
             marker.points = _points(corner[None]) * len(corners)
@@ -127,10 +131,19 @@ def wrist_frame(stamp: Time, position: np.ndarray, orientation: np.ndarray) -> T
     return frame
 
 
-def _marker(
-    stamp: Time, namespace: str, kind: int, number: int, action: int = Marker.ADD
-) -> Marker:
-    marker = Marker(ns=namespace, id=number, type=kind, action=action)
+def _contact_points(stamp: Time, contacts: list[Contact]) -> Marker:
+    """A ball at each contact; without any the marker is deleted."""
+    action = Marker.ADD if contacts else Marker.DELETE
+    balls = _marker(stamp, "contacts", Marker.SPHERE_LIST, action)
+    balls.scale.x = balls.scale.y = balls.scale.z = BALL
+    balls.points = _points(np.array([contact.position for contact in contacts]))
+    _paint(balls, FORCE_COLOR)
+    return balls
+
+
+def _marker(stamp: Time, namespace: str, kind: int, action: int = Marker.ADD) -> Marker:
+    """A marker in the world; it is the only one of its namespace."""
+    marker = Marker(ns=namespace, type=kind, action=action)
     marker.header.stamp, marker.header.frame_id = stamp, WORLD
     marker.pose.orientation.w = 1.0
     return marker

@@ -78,7 +78,7 @@ def _run(options: argparse.Namespace) -> int:
     recording = _record(options)
     count, shown = len(recording.states), recording.interval * len(recording.states)
     print(f"film: {recording.ending}; {count} pictures of {shown:.2f} s", file=sys.stderr)
-    camera = _camera(options, recording)
+    camera = camera_of(options, recording)
     try:
         draw(recording, film, options.size, camera, options.pressure, _tell)
     finally:
@@ -96,7 +96,7 @@ def _record(options: argparse.Namespace) -> Recording:
     return film_trial(read_settings(options), interval, options.seed, offset, options.mass_scale)
 
 
-def _camera(options: argparse.Namespace, recording: Recording) -> Camera:
+def camera_of(options: argparse.Namespace, recording: Recording) -> Camera:
     """The chosen view; unless its distance is given, all of wrist and object is always seen."""
     yaw, pitch = options.camera or VIEWS[options.view]
     way = recording.way

@@ -39,6 +39,8 @@ def open_film(path: Path, fps: float, size: tuple[int, int], force: bool = False
     suffix = path.suffix.lower()
     if suffix not in KINDS:
         raise ValueError(f"{path}: expected a folder, .gif or .mp4, got {suffix}")
+    if path.exists() and path.is_dir() != (suffix == ""):
+        raise ValueError(f"{path}: expected a {'file' if suffix else 'folder'}, got the other")
     if path.exists() and not force:
         raise ValueError(f"{path}: expected a new path, got one that exists; --force overwrites it")
     return KINDS[suffix](path, fps, size)
@@ -50,8 +52,6 @@ class PngFolder:
     def __init__(self, path: Path, fps: float, size: tuple[int, int]) -> None:
         self._image = _pillow(path)
         self._folder, self._count = path, 0
-        if path.exists() and not path.is_dir():
-            raise ValueError(f"{path}: expected a folder, got a file")
 
     def add(self, picture: Picture) -> None:
         """Write a picture."""
