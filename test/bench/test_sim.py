@@ -18,15 +18,41 @@ def test_every_module_with_rows_is_a_group():
     assert not {"timing", "six_fingers", "convergence", "engine_process"} & set(groups())
 
 
-def test_borders_lie_where_the_outcome_changes():
+def test_the_outcome_changes_between_neighbours():
     errors = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])
-    found = border.borders(errors, [False, True, True, True, False])
+    found = border.changes(errors, np.array([False, True, True, True, False]))
     assert found == [(-0.02, -0.01), (0.01, 0.02)]
 
 
-def test_a_border_is_found_to_half_a_millimetre(monkeypatch):
-    monkeypatch.setattr(border, "gripped", lambda error, step: error < 0.0123)
-    assert border.refine(0.0, 0.03, 0.001) == pytest.approx(0.0123, abs=2.5e-4)
+def test_a_lone_failure_is_no_border_and_the_border_is_where_half_of_the_tries_succeed():
+    errors = border.tries(-0.01, 0.01)
+    success = errors[:, 0] > 0.0
+    success[30] = False  # at 5 mm
+    assert border.borders(errors, success) == pytest.approx([0.0], abs=border.SPACING)
+
+
+def test_a_hole_that_closes_has_moved_half_its_width_and_one_that_opens_its_whole_distance():
+    errors = np.arange(-10.0, 20.5, 0.5)
+    whole, hole = (errors > 0) * 1.0, ((errors > 0) & ((errors < 8) | (errors > 12))) * 1.0
+    closes = border.moved(errors, hole, whole, np.array([0.0, 8.0, 12.0]))
+    assert closes == pytest.approx(2.0)
+    assert border.moved(errors, whole, hole, np.array([0.0])) == pytest.approx(12.0)
+    assert border.moved(errors, whole, whole, np.array([0.0])) == 0.0
+
+
+def test_borders_that_move_with_the_step_are_found_and_judged(monkeypatch):
+    place = {0.001: 0.0123, 0.002: 0.0143, 0.005: 0.0163}  # [m]
+    monkeypatch.setattr(border, "gripped", lambda error, step: error[0] < place[step])
+    found = {row["name"]: row for row in border.rows(small=True)}
+    name = "outcome of a grasp, {} ms against 1 ms: {}"
+    at_1_ms = found["border 0 of success, 1 ms: error of the seen place"]
+    assert at_1_ms["value"] == pytest.approx(12.3, abs=0.5)
+    for step, way in (("2", 2.0), ("5", 4.0)):
+        moves = found[name.format(step, "border moves")]
+        assert moves["value"] == pytest.approx(way, abs=0.75)
+        assert moves["met"] == (way < 3.0)
+    assert found[name.format("2", "agree beyond 3 mm")]["value"] == 100.0
+    assert found[name.format("5", "agree beyond 3 mm")]["value"] < 100.0
 
 
 def test_a_pair_first_seen_deep_inside_is_missed_and_one_that_sinks_in_later_is_not(monkeypatch):
