@@ -34,8 +34,7 @@ class JointStates:
         """Fill the arrays; with struct and without keywords, since both cost time in every step."""
         client = self._client
         states = [
-            pybullet.getJointStatesMultiDof(body, joints, client)
-            for body, joints in self._bodies
+            pybullet.getJointStatesMultiDof(body, joints, client) for body, joints in self._bodies
         ]
         q, v, _, _ = zip(*chain.from_iterable(states), strict=True)
         self._orientations.pack_into(self.q, 0, *chain.from_iterable(q))

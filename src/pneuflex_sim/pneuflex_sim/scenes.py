@@ -10,7 +10,8 @@ from pathlib import Path
 from softhand_model.document import Node, read_document
 
 FORMAT, ALL_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
-LEAST_INCLINATION, MOST_INCLINATION = 5.0, 120.0  # [deg]; beyond it the wall is where the hand starts
+# beyond the latter the wall is where the hand starts [deg]
+LEAST_INCLINATION, MOST_INCLINATION = 5.0, 120.0
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Messages for RViz and Foxglove: what is in them, frames and names, and when there are any."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
@@ -10,9 +8,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from grasp_strategies.messages import read_touching
 from pneuflex_sim.contacts import by_pair, normal_forces
-from pneuflex_sim.markers import node as markers_node
 from pneuflex_sim.markers.forces import METRES_PER_NEWTON
-from pneuflex_sim.markers.node import SeenScene, SurfaceMarkers, wrist_frame
+from pneuflex_sim.markers.node import SeenScene, SurfaceMarkers
 from pneuflex_sim.markers.serialised import SerialisedMessage
 from pneuflex_sim.markers.surfaces import SceneSurfaces
 
@@ -153,24 +150,6 @@ def test_nothing_is_made_for_nobody(gripping, monkeypatch):
     seen.publish_contacts(STAMP)
     seen.publish_markers(STAMP)
     assert not any(publisher.sent for publisher in node.publishers.values())
-
-
-def test_where_tf2_is_installed_the_wrist_is_on_tf(gripping, monkeypatch):
-    monkeypatch.setattr(markers_node, "TFMessage", SimpleNamespace)
-    node = Node()
-    SeenScene(node, gripping, None).publish_contacts(STAMP)
-    (message,) = node.publishers["/tf"].sent
-    position, orientation = gripping.wrist_pose()
-    assert message.transforms == [wrist_frame(STAMP, position, orientation)]
-
-
-def test_the_frame_of_the_wrist_is_its_pose_in_the_world(gripping):
-    position, orientation = gripping.wrist_pose()
-    frame = wrist_frame(STAMP, position, orientation)
-    assert (frame.header.frame_id, frame.child_frame_id) == ("world", "wrist")
-    place, turn = frame.transform.translation, frame.transform.rotation
-    np.testing.assert_array_equal([place.x, place.y, place.z], position)
-    np.testing.assert_array_equal([turn.x, turn.y, turn.z, turn.w], orientation)
 
 
 def test_numbers_that_are_in_a_message_twice_are_not_guessed_at():

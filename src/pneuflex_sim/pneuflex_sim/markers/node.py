@@ -1,12 +1,10 @@
-"""Publishes what is to be seen: `hand/contacts`, `hand/markers` and, where tf2 is installed, where
-the wrist is.
-"""
+"""Publishes what is to be seen: `hand/contacts` and `hand/markers`."""
 
 from __future__ import annotations
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, TransformStamped
+from geometry_msgs.msg import Point
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
@@ -19,12 +17,7 @@ from pneuflex_sim.markers.surfaces import SceneSurfaces
 from pneuflex_sim.render import Color
 from pneuflex_sim.simulation import Simulation
 
-try:  # not in common_interfaces, and not on PyPI: only where ROS 2 is installed
-    from tf2_msgs.msg import TFMessage
-except ImportError:
-    TFMessage = None
-
-WORLD, WRIST = "world", "wrist"
+WORLD = "world"
 FORCE_COLOR: Color = (0.9, 0.2, 0.0, 1.0)
 LINE_WIDTH, BALL, SHAFT, HEAD = 0.002, 0.004, 0.004, 0.010  # [m]
 
@@ -36,19 +29,13 @@ class SeenScene:
         self._simulation = simulation
         self._contacts = node.create_publisher(MarkerArray, "hand/contacts", qos)
         self._markers = node.create_publisher(MarkerArray, "hand/markers", qos)
-        self._frames = None
-        if TFMessage is not None:
-            self._frames = node.create_publisher(TFMessage, "/tf", qos)
         self._surfaces = SurfaceMarkers(SceneSurfaces(simulation))
         self._arrows: set[str] = set()
 
     def publish_contacts(self, stamp: Time) -> None:
-        """Contacts now, and the frame of the wrist."""
+        """Contacts now."""
         if self._contacts.get_subscription_count():
             self._contacts.publish(self._contact_markers(stamp))
-        if self._frames is not None and self._frames.get_subscription_count():
-            frame = wrist_frame(stamp, *self._simulation.wrist_pose())
-            self._frames.publish(TFMessage(transforms=[frame]))
 
     def publish_markers(self, stamp: Time) -> None:
         """Surfaces and forces now."""
@@ -119,16 +106,6 @@ class SurfaceMarkers:
             time, shown_color, shown = self._fields[name]
             time[:], shown_color[:], shown[:] = (stamp.sec, stamp.nanosec), color, corners
         return self._message.data
-
-
-def wrist_frame(stamp: Time, position: np.ndarray, orientation: np.ndarray) -> TransformStamped:
-    """Where the frame `wrist` is in `world`, for tf."""
-    frame = TransformStamped(child_frame_id=WRIST)
-    frame.header.stamp, frame.header.frame_id = stamp, WORLD
-    place, turn = frame.transform.translation, frame.transform.rotation
-    place.x, place.y, place.z = map(float, position)
-    turn.x, turn.y, turn.z, turn.w = map(float, orientation)
-    return frame
 
 
 def _contact_points(stamp: Time, contacts: list[Contact]) -> Marker:
