@@ -30,6 +30,7 @@ NAMES = tuple("abcdefgh")
 VOLUME = 1e-4  # of the bottles [m3]
 PERIOD = 0.002  # [s]
 STEPS = 10_000  # of the control step alone
+PAUSED_STEPS, PAUSE = 2_000, 0.0015  # of the same after a sleep, as the node has it [s]
 TURNS, TURN = 20, 0.75  # [s] of wall time each; short, so that both meet the same neighbours
 PRIORITY = 20
 STEP_TARGET = 150.0  # [us] CPU
@@ -53,11 +54,13 @@ def eight_channels() -> tuple[PneumaticBox, EmbeddedBench]:
     return box, bench
 
 
-def control_steps() -> list[float]:
-    """CPU times of the control step [s]."""
+def control_steps(count: int, pause: float = 0.0) -> list[float]:
+    """CPU times of the control step [s], each after a sleep of `pause` [s]."""
     box, bench = eight_channels()
     times = []
-    for _ in range(STEPS):
+    for _ in range(count):
+        if pause:
+            time.sleep(pause)
         pressures = bench.advance(PERIOD)
         start = time.thread_time_ns()
         valves = box.on_sample(bench.time, pressures)
@@ -99,7 +102,7 @@ def lateness(step: Callable[[], None]) -> list[float]:
 
 def run() -> list[dict[str, Any]]:
     """Control step and lateness."""
-    steps = control_steps()
+    steps, paused = control_steps(STEPS), control_steps(PAUSED_STEPS, PAUSE)
     box, bench = eight_channels()
 
     def step() -> None:
@@ -110,6 +113,7 @@ def run() -> list[dict[str, Any]]:
     return [
         at_most("driver's control step, 8 channels: median", micro(steps, 50), "us", STEP_TARGET),
         stated("driver's control step, 8 channels: p99", micro(steps, 99), "us"),
+        stated("driver's control step after a sleep: median", micro(paused, 50), "us"),
         stated("empty loop at 500 Hz: p99 lateness", empty, "ms"),
         at_most(
             "driver at 500 Hz: p99 lateness above an empty loop",
