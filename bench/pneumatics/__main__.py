@@ -62,7 +62,7 @@ def results(
 def main(arguments: list[str] | None = None) -> int:
     """Measure, print, write."""
     chose = options(arguments)
-    size = Size(tests=60, channels=2, duration=6.0, watched=2.0) if chose.small else Size()
+    size = Size(tests=60, channels=2, duration=6.0, watched=2.0, runs=1) if chose.small else Size()
     jobs = [(group, seed) for seed in range(chose.seeds) for group in chose.rows]
     values, failed = {}, []
     for number, (job, found) in enumerate(results(jobs, size, chose.workers), 1):

@@ -21,13 +21,14 @@ NO_ERROR = 1e-9  # of full scale
 
 @dataclass(frozen=True)
 class Size:
-    """How much is measured: pulses and channels, time of the sines [s] and of a process [s]."""
+    """How much is measured: pulses, channels, runs, time of sines and of a process [s]."""
 
     points: int = 100
     tests: int = 200
     channels: int = 8
     duration: float = 60.0
     watched: float = 20.0
+    runs: int = 3
 
 
 def measure(group: str, seed: int, size: Size) -> list[float]:
@@ -80,8 +81,10 @@ def exact_sensors(box: Pneumatics) -> Pneumatics:
 
 
 def supply(seed: int, size: Size) -> list[float]:
-    """Size of the change of the tracking error under a supply that varies [%]."""
-    settings = supply_rejection.Settings(channels=size.channels, duration=size.duration)
+    """Size of the change of the tracking error under a supply that varies [%], of several runs."""
+    settings = supply_rejection.Settings(
+        channels=size.channels, duration=size.duration, runs=size.runs
+    )
     found: Report = supply_rejection.report(
         supply_rejection.simulate(settings, seed, quiet), settings
     )

@@ -48,7 +48,7 @@ def test_a_group_that_could_not_be_measured_is_left_out_and_fails_the_run(
 
 
 def test_one_group_in_a_small_version_gives_a_value_for_each_figure():
-    size = Size(points=24, tests=12, channels=1, duration=2.0)
+    size = Size(points=24, tests=12, channels=1, duration=2.0, runs=1)
     found = measure("finger", 1, size)
     assert len(found) == len(GROUPS["finger"]) and 0 < found[0] < 20
     rows = rows_of(["finger"], {("finger", 1): found})

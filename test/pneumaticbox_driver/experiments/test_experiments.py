@@ -33,7 +33,7 @@ GAS = GAS_CONSTANT * 293.15  # [J/kg]
 SINE = {"duration": 2.0, "fill": 3.0, "period": 2.0, "mean": 50e-6, "points": 24}
 SMALL = {
     "pulse_error": pulse_error.Settings(points=32, tests=16, channels=1),
-    "supply_rejection": supply_rejection.Settings(**SINE, channels=2, turns=1.0),
+    "supply_rejection": supply_rejection.Settings(**SINE, channels=2, turns=1.0, runs=2),
     "six_channels": six_channels.Settings(**{**SINE, "points": 36}, channels=3),
     "long_run": long_run.Settings(**SINE, supplies=(260e3, 320e3)),
     "finger_posture": finger_posture.Settings(duration=2.0, period=2.0, points=24),
