@@ -53,3 +53,13 @@ def test_the_pretended_bench_runs_by_the_monotonic_clock():
     assert board.bench.time == pytest.approx(0.2)
     assert board.time == clocks.monotonic
     assert pressures[0] > 104e3  # from 101.3 kPa
+
+
+def test_the_pretended_bench_takes_whole_milliseconds_and_loses_none():
+    clocks = Clocks()
+    board = EmbeddedBoard(EmbeddedBench(["a"], [1e-4]), lambda: clocks.monotonic)
+    for passed, run in ((0.0027, 0.002), (0.0002, 0.002), (0.0002, 0.003), (0.0059, 0.009)):
+        clocks.monotonic += passed
+        board.read()
+        assert board.bench.time == pytest.approx(run)
+        assert board.time == pytest.approx(100.0 + run)

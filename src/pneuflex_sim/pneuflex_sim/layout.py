@@ -118,20 +118,8 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
                 f"segments of {' + '.join(chain_names)}: expected at most {MAX_SPHERICAL_JOINTS} "
                 f"joints in one body, got {count - start}"
             )
-        mount = description.chain(chain_names[0]).mount
-        bodies.append(
-            Body(
-                chain_names[0],
-                np.asarray(mount.position),
-                mount.quaternion,
-                slice(start, count),
-                chain_names,
-            )
-        )
-    stacked = {
-        key: np.concatenate([getattr(part.segments, key) for part in parts])
-        for key in ("stiffness", "stretching", "body_size", "body_center", "mass")
-    }
+        bodies.append(_body(description, chain_names, slice(start, count)))
+    stacked = _stacked(parts)
     return HandLayout(
         description,
         segments,
@@ -141,9 +129,8 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
         {name: np.asarray(models[name].segments.tip_offset) for name in models},
         tuple(
             f"{name}_{i}"
-            for names in order
-            for name in names
-            for i in range(len(models[name].segments.mass))
+            for name, joints in chain_joints.items()
+            for i in range(joints.stop - joints.start)
         ),
         np.concatenate(offsets),
         np.concatenate(rests),
@@ -153,6 +140,19 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
         stacked["body_center"],
         stacked["mass"],
     )
+
+
+def _body(description: HandDescription, chain_names: tuple[str, ...], joints: slice) -> Body:
+    """The serial body of some chains, mounted as the first of them."""
+    mount = description.chain(chain_names[0]).mount
+    place = np.asarray(mount.position)
+    return Body(chain_names[0], place, mount.quaternion, joints, chain_names)
+
+
+def _stacked(parts: list[ChainModel]) -> dict[str, Array]:
+    """What the segments of all chains have, one row a joint."""
+    keys = ("stiffness", "stretching", "body_size", "body_center", "mass")
+    return {key: np.concatenate([getattr(part.segments, key) for part in parts]) for key in keys}
 
 
 def _bodies_in_order(description: HandDescription) -> list[tuple[str, ...]]:

@@ -30,7 +30,7 @@ class EmbeddedBoard:
 
     @property
     def time(self) -> float:
-        """Time of the last reading on the monotonic clock [s]."""
+        """Up to when the bench has run, on the monotonic clock, in whole ticks [s]."""
         return self._last
 
     def read(self) -> Floats:
