@@ -27,8 +27,9 @@ lab-story: setup
 equilibrium: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.equilibrium $(if $(SEED),--seed $(SEED))
 
+# In two processes; one of them runs all tests that start nodes (ARGS="test/docs"; ARGS="-n 0": in one).
 test: setup
-	@$(PYTHON_IN_VENV) -m pytest -q $(ARGS)
+	@$(PYTHON_IN_VENV) -m pytest -q -n 2 $(ARGS)
 
 lint: setup
 	@$(PYTHON_IN_VENV) -m ruff check $(wildcard $(SOURCES))
