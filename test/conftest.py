@@ -1,4 +1,4 @@
-"""How the suite is shared between processes (`make test`: two of them)."""
+"""How the suite is shared between processes (`make test`: two processes)."""
 
 from pathlib import PurePath
 

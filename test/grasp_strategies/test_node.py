@@ -144,7 +144,7 @@ def test_a_grasp_takes_the_same_simulated_time_at_any_real_time_factor(start, be
 
 
 def test_a_grasp_can_be_called_again_after_it_has_ended(start, bench, peer):
-    bench("--factor", "4")
+    bench("--factor", "2")
     start()
     assert peer.answer(peer.grasp()).success
     assert peer.answer(peer.grasp()).success
@@ -152,7 +152,7 @@ def test_a_grasp_can_be_called_again_after_it_has_ended(start, bench, peer):
 
 
 def test_without_lowering_the_hand_goes_on_holding(start, bench, peer):
-    bench("--factor", "4")
+    bench("--factor", "2")
     start(lower_and_release=False)
     assert peer.answer(peer.grasp()).success
     peer.await_all_phases([*PHASES[:4], "done"])
@@ -165,12 +165,12 @@ def test_a_simulator_that_is_started_last_is_waited_for(start, bench, peer):
     future = peer.grasp()
     peer.spin(1.0)
     assert not future.done()
-    bench("--factor", "4")
+    bench("--factor", "2")
     assert peer.answer(future).success
 
 
 def test_a_grasp_waits_while_the_simulation_is_paused(start, bench, peer):
-    bench("--factor", "5")
+    bench("--factor", "2")
     start()
     future = peer.grasp()
     peer.await_phase("lift")
@@ -270,7 +270,7 @@ def test_an_abort_that_the_driver_refuses_is_told(start, bench, peer):
 
 
 def test_a_second_call_is_refused_with_the_reason_while_the_first_goes_on(start, bench, peer):
-    bench("--factor", "3")
+    bench("--factor", "2")
     start()
     future = peer.grasp()
     peer.await_phase("close")
@@ -340,7 +340,7 @@ def test_a_driver_that_ends_in_mid_grasp_fails_the_grasp_by_name(start, bench, p
 
 # ---------------------------------------------------------------- diagnostics and parameters
 def test_a_message_that_cannot_be_used_is_refused_and_named_in_diagnostics(start, bench, peer):
-    bench("--factor", "5", "--spoil-every", "7")
+    bench("--factor", "2", "--spoil-every", "7")
     start()
     assert peer.answer(peer.grasp()).success
     status = peer.diagnosis("refused scene/object_pose: pose.position")
