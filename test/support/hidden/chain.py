@@ -40,11 +40,20 @@ def march(springs: Springs, force: Array, torque: Array) -> tuple[Array, Rotatio
     place = place + springs.edge / 2 * turn.apply([0.0, 0.0, 1.0])
     for joint in range(SEGMENTS):
         moment = torque - np.cross(place, force)
-        rest = turn * bend
-        turn = rest * Rotation.from_rotvec(_rotated(springs, rest.inv().apply(moment)))
+        rest = _product(turn, bend)
+        turn = Rotation.from_rotvec(_rotated(springs, rest.inv().apply(moment)))
+        turn = _product(rest, turn)
         length = springs.edge / 2 if joint == SEGMENTS - 1 else springs.edge
         place = place + length * turn.apply([0.0, 0.0, 1.0])
     return place, turn
+
+
+def _product(one: Rotation, other: Rotation) -> Rotation:
+    """one * other; a loop over samples in scipy, which is most of the time of a set."""
+    p, q = one.as_quat(), other.as_quat()
+    vector = p[:, 3:] * q[:, :3] + q[:, 3:] * p[:, :3] + np.cross(p[:, :3], q[:, :3])
+    scalar = p[:, 3:] * q[:, 3:] - (p[:, :3] * q[:, :3]).sum(axis=1, keepdims=True)
+    return Rotation.from_quat(np.hstack([vector, scalar]))
 
 
 def _rotated(springs: Springs, moment: Array) -> Array:
