@@ -1,4 +1,4 @@
-"""How the suite is shared between processes (`make test`: two processes)."""
+"""Which tests run in the same process where there are several (`make test`: two)."""
 
 from pathlib import PurePath
 
@@ -6,8 +6,8 @@ import pytest
 
 
 def share(path):
-    """Name of what runs in one process, one test after the other: a file, as its fixtures are
-    costly; and everything that starts nodes, as one such test loads the machine by itself.
+    """Name of the tests that share a process with those of a file: its own, as their fixtures are
+    costly; and all tests that start nodes, as each of these loads the machine by itself.
     """
     file = PurePath(path)
     starts_nodes = "system" in file.parts or file.name.startswith("test_node")
