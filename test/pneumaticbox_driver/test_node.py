@@ -132,7 +132,9 @@ def test_a_sensor_without_a_number_is_a_fault(start, peer):
 
 @pytest.mark.parametrize("simulated", [False, True])
 def test_the_embedded_backend_runs_on_the_wall_clock(start, peer, simulated):
-    process = start(backend="embedded", use_sim_time=simulated, real_time_priority=20)
+    process = start(
+        backend="embedded", embedded_rate=200.0, use_sim_time=simulated, real_time_priority=20
+    )
     peer.wait(lambda: peer.states, 20.0, "a state")
     peer.spin(1.0)
     peer.command(20 * MG, 5 * MG)
