@@ -35,7 +35,7 @@ class Rig:
         self.fixed = {}
         if scene is not None:
             self.fixed = build_scene(scene, friction, described.material, self.client)
-        self.body = ObjectBody(described, friction.towards_hand(described.material), self.client)
+        self.body = ObjectBody(described, friction.towards_hand(described.material), self.world)
 
     def lay(self, x=0.0, y=0.0, height=None, rpy=None):
         """Put the object in its place, or elsewhere."""
@@ -257,3 +257,30 @@ def test_a_tissue_that_was_folded_lies_as_at_first_when_it_is_put_again(rig):
     one.lay()
     again = [pybullet.getJointState(one.body.id, k, physicsClientId=one.client) for k in range(4)]
     assert [state[:2] for state in first] == [state[:2] for state in again]
+
+
+# -------------------------------------------------------------------- rolling
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("name, speed", [("marker", 1.5), ("tube", 1.0), ("cylinder", 1.0)])
+def test_a_cylinder_that_rolls_keeps_its_speed_and_its_height(rig, name, speed, step):
+    one = rig(name, load_scene("table"), step).lay()
+    radius = one.body.description.half_extents[0]
+    pybullet.resetBaseVelocity(
+        one.body.id, [speed, 0, 0], [0, speed / radius, 0], physicsClientId=one.client
+    )
+    way, _ = one.run(0.5)
+    assert way[0] == pytest.approx(0.5 * speed, rel=0.02) and abs(way[2]) < 3e-4
+    velocity, spin = one.velocity()
+    np.testing.assert_allclose(velocity, [speed, 0, 0], atol=0.03 * speed)
+    np.testing.assert_allclose(spin, [0, speed / radius, 0], atol=0.03 * speed / radius)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_marker_that_is_flung_and_spins_stays_on_the_table(rig, step):
+    one = rig("marker", load_scene("table"), step).lay()
+    pybullet.resetBaseVelocity(
+        one.body.id, [-1.3, -0.05, 0], [0.6, -31.0, 8.0], physicsClientId=one.client
+    )
+    for _ in range(10):
+        one.run(0.05)
+        assert one.body.pose()[0][2] > one.body.description.rest_height - 1e-3

@@ -153,7 +153,7 @@ class Simulation:
         if self.object is None:
             return None
         friction = self.friction.towards_hand(self.object.material)
-        body = ObjectBody(self.object, friction, self.world.client)
+        body = ObjectBody(self.object, friction, self.world)
         body.set_mass(self.object.mass * self.config.object_mass_scale)
         return body
 
