@@ -14,6 +14,7 @@ import os
 import sys
 import time
 import traceback
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -59,15 +60,19 @@ def main(arguments: list[str] | None = None) -> int:
             traceback.print_exc()
             failed.append(name)
         seconds[name] = time.perf_counter() - begin
-    _write({"small": chose.small, "load": os.getloadavg()[0], "seconds": seconds, "rows": rows})
     print(table(rows))
+    stamp = datetime.now(UTC).isoformat(timespec="seconds")
+    measured = [row | {"measured": stamp} for row in rows]
+    _write({"small": chose.small, "load": os.getloadavg()[0], "seconds": seconds, "rows": measured})
     for name in failed:
         print(f"bench.sim: {name} could not be run", file=sys.stderr)
     return 1 if failed else 0
 
 
 def _write(document: dict[str, Any]) -> None:
-    """Write the file, and keep the rows of earlier runs that this one did not measure again."""
+    """Write the file, and keep the rows of earlier runs that this one did not measure again; each
+    row says when it was measured.
+    """
     path = OUT / "bench-sim.json"
     OUT.mkdir(parents=True, exist_ok=True)
     if path.exists():

@@ -1,6 +1,7 @@
 """The benchmark of the simulator: groups, what counts as missed, where borders lie, its scene."""
 
 import json
+import sys
 import time
 from types import SimpleNamespace
 
@@ -8,10 +9,13 @@ import numpy as np
 import pybullet
 import pytest
 
+from bench.row import stated
+from bench.sim import __main__ as bench_sim
 from bench.sim import border, thesis_table
 from bench.sim.__main__ import groups
 from bench.sim.six_fingers import build
-from bench.sim.timing import timed_steps
+from bench.sim.timing import StepTimes, timed_steps
+from grasp_strategies.judge import GraspResult
 
 
 def test_every_module_with_rows_is_a_group():
@@ -56,8 +60,9 @@ def test_borders_that_move_with_the_step_are_found_and_judged(monkeypatch):
     assert found[name.format("5", "agree beyond 3 mm")]["value"] < 100.0
 
 
-def test_a_pair_first_seen_deep_inside_is_missed_and_one_that_sinks_in_later_is_not(monkeypatch):
-    depths = iter([[(0, -0.0005)], [(0, -0.004), (1, -0.003)], [(1, -0.003)]])
+def test_a_pair_that_first_touches_deep_inside_is_missed_and_one_that_sinks_in_is_not(monkeypatch):
+    near, sinks, deep = (2, 0.0004), (0, -0.004), (1, -0.003)
+    depths = iter([[(0, -0.0005), near], [sinks, deep], [deep, (2, -0.0035)]])
     hand = SimpleNamespace(bodies=SimpleNamespace(ids=[7]), world=SimpleNamespace(client=0))
 
     def points(physicsClientId):
@@ -67,8 +72,29 @@ def test_a_pair_first_seen_deep_inside_is_missed_and_one_that_sinks_in_later_is_
     touches = thesis_table.Touches()
     for _ in range(3):
         touches.look(hand)
-    assert (touches.begun, touches.missed) == (2, 1)
-    assert touches.points == [1, 2, 1]
+    assert (touches.begun, touches.missed) == (3, 2)
+    assert touches.points == [1, 2, 2]
+
+
+def test_a_grasp_that_diverged_has_no_speed_and_no_contacts():
+    ended = GraspResult.not_begun("the simulation diverged: the object is at nan")
+    touches, times = thesis_table.Touches(), StepTimes([0.01], [0.005])
+    cell = thesis_table._cell("fast", 5, 0.05, thesis_table.Run(times, touches, ended), 1.92)
+    assert [row["name"].split(": ")[1] for row in cell] == ["diverged"]
+
+
+def test_rows_of_an_earlier_run_stay_in_the_file_and_are_not_printed(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(bench_sim, "OUT", tmp_path)
+    for group, name in (("many_contacts", "points"), ("trials", "per hour")):
+        module = SimpleNamespace(rows=lambda small, name=name: [stated(name, 3.0, "")])
+        monkeypatch.setitem(sys.modules, f"bench.sim.{group}", module)
+        assert bench_sim.main(["--rows", group]) == 0
+        printed = capsys.readouterr().out
+        assert name in printed
+    assert "points" not in printed
+    rows = json.loads((tmp_path / "bench-sim.json").read_text())["rows"]
+    assert {row["name"] for row in rows} == {"points", "per hour"}
+    assert all("measured" in row for row in rows)
 
 
 def test_time_inside_is_a_part_of_the_whole_and_the_clock_is_put_back():
