@@ -122,9 +122,9 @@ def test_split_fingers_hold_the_rubber_and_air_of_whole_ones():
     assert parts[0] == pytest.approx(parts[1])
 
 
-def broken(change):
-    """The description of RBO Hand 2 with one change made to it."""
-    text = data_file("hands", "rbo_hand_2.yaml").read_text(encoding="utf-8")
+def broken(change, hand="rbo_hand_2"):
+    """The description of a hand with one change made to it."""
+    text = data_file("hands", f"{hand}.yaml").read_text(encoding="utf-8")
     document = yaml.safe_load(text)
     change(document)
     return yaml.safe_dump(document, sort_keys=False)
@@ -187,6 +187,50 @@ def test_broken_hand_is_named(tmp_path, change, message):
         load_hand(path)
     assert str(path) in str(caught.value)
     assert message in str(caught.value)
+
+
+def turned_away(document):
+    document["chains"]["middle"]["mount"]["rpy"][2] = 3.0
+
+
+def put_last(document):
+    document["chains"]["middle"]["mount"]["position"][1] = 0.05
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            set_in("chains", "left", "pitch", value=0.001),
+            "left.pitch: expected a number at least 0.009, got 0.001",
+        ),
+        (
+            set_in("chains", "left", "web", "length", value=0.6),
+            "left.web.length: expected a number above 0 and at most 0.12, got 0.6",
+        ),
+        (
+            set_in("chains", "right", "web", "chains", value=2),
+            "left.web.chains: expected as many neighbours with the same number, of which there "
+            "are 2, got 3",
+        ),
+        (lambda document: document["chains"]["middle"].pop("web"), "there are 1, got 3"),
+        (turned_away, "left.web.chains"),
+        (set_in("chains", "right", "mount", "parent", value="left"), "there are 2, got 3"),
+    ],
+)
+def test_mesh_and_pairs_that_cannot_be_are_named(tmp_path, change, message):
+    path = tmp_path / "hand.yaml"
+    path.write_text(broken(change, "rbo_hand_1"), encoding="utf-8")
+    with pytest.raises(ValueError) as caught:
+        load_hand(path)
+    assert str(path) in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_mesh_joins_neighbours_in_whatever_order_they_are_written(tmp_path):
+    path = tmp_path / "hand.yaml"
+    path.write_text(broken(put_last, "rbo_hand_1"), encoding="utf-8")
+    assert all(chain.web.chains == 3 for chain in load_hand(path).chains)
 
 
 def test_actuator_used_twice_is_named(tmp_path):

@@ -9,6 +9,7 @@ mounted on the wrist or on the tip of an earlier chain.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,13 @@ from numpy.typing import NDArray
 from softhand_model.actuator import Actuator, actuator_names, load_actuator, own_actuators
 from softhand_model.document import DocumentError, Node, find_document, read_document, shipped_names
 from softhand_model.palm_sheet import PalmSheet
-from softhand_model.rotation import from_rpy
+from softhand_model.rotation import from_rpy, rotate
 
 Array = NDArray[np.float64]
 
 FORMAT = "softhand-hand/1"
 WRIST = "wrist"
+SAME_SIDE = 0.5  # cosine of the angle between the bending sides of chains that a web may join
 
 
 @dataclass(frozen=True)
@@ -210,6 +212,7 @@ def load_hand(name: str | Path) -> HandDescription:
     for node in fields["tips"].items():
         node.choice(chains)
     _refuse_idle_channels(fields["channels"], chains)
+    _refuse_stray_webs(fields["chains"], chains)
     plate = _plate(fields["plate"]) if "plate" in fields else None
     return HandDescription(
         fields["name"].text(),
@@ -236,8 +239,9 @@ def _chain(
         kind = entry["type"].choice([*types, *actuator_names()])
         actuators[key] = types[kind] if kind in types else load_actuator(kind)
         fed_by[key] = entry["channel"].choice(channels)
-    _check_shape(node, fields, list(actuators.values()))
-    arc = next(iter(actuators.values())).arc_radius is not None
+    parts = list(actuators.values())
+    _check_shape(node, fields, parts)
+    arc = parts[0].arc_radius is not None
     if arc != ("turn" in fields):
         raise DocumentError(
             f"{node.file}: {node.key}: expected the key turn for arcs and for them alone, "
@@ -250,8 +254,8 @@ def _chain(
         _mount(fields["mount"], parents),
         _strut(fields["strut"]) if "strut" in fields else None,
         fields["turn"].choice([1, -1]) if arc else 0,
-        fields["pitch"].positive() if "pitch" in fields else 0.0,
-        _web(fields["web"]) if "web" in fields else None,
+        fields["pitch"].number(low=_least_pitch(parts)) if "pitch" in fields else 0.0,
+        _web(fields["web"], parts[0].length) if "web" in fields else None,
     )
 
 
@@ -280,9 +284,42 @@ def _check_shape(node: Node, fields: dict[str, Node], actuators: list[Actuator])
         raise fields["web"].error("no web on arcs")
 
 
-def _web(node: Node) -> Web:
+def _least_pitch(parts: list[Actuator]) -> float:
+    """Distance [m] of the middles at which two actuators touch where they are widest."""
+    x = np.append(parts[0].quadrature()[0], [0.0, parts[0].length])
+    return round(float(np.max(np.mean([part.width(x) for part in parts], axis=0))), 9)
+
+
+def _web(node: Node, most: float) -> Web:
     fields = node.fields(["chains", "length"])
-    return Web(fields["chains"].choice(range(2, 11)), fields["length"].positive())
+    return Web(fields["chains"].choice(range(2, 11)), fields["length"].number(above=0, high=most))
+
+
+def _refuse_stray_webs(node: Node, chains: dict[str, ChainDescription]) -> None:
+    """Refuse a web that joins more chains than lie side by side and have one like it."""
+    for name, chain in chains.items():
+        count = _webbed_neighbours(chain, list(chains.values()))
+        if chain.web is not None and count % chain.web.chains:
+            web = node.mapping()[name].mapping()["web"].mapping()
+            raise web["chains"].error(
+                f"as many neighbours with the same number, of which there are {count}"
+            )
+
+
+def _webbed_neighbours(chain: ChainDescription, chains: list[ChainDescription]) -> int:
+    """How many chains in a row, this one counted, have a web of as many chains: on the same mount,
+    bending to the same side, one after another along y of this one.
+    """
+    toward, along = rotate(chain.mount.quaternion, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    row = [
+        other
+        for other in chains
+        if other.mount.parent == chain.mount.parent
+        and toward @ rotate(other.mount.quaternion, [1.0, 0.0, 0.0]) > SAME_SIDE
+    ]
+    row.sort(key=lambda other: float(along @ np.array(other.mount.position)))
+    runs = [list(run) for _, run in groupby(row, lambda other: other.web and other.web.chains)]
+    return next(len(run) for run in runs if any(other is chain for other in run))
 
 
 def _mount(node: Node, parents: list[str]) -> Mount:
