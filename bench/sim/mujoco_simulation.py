@@ -217,7 +217,7 @@ def move_references(
         if address[i] >= 0:
             for k in range(4):
                 turn[k] = qpos[address[i] + (k + 1) % 4]
-            rotation_between(straight, turn, turned[i])
+            turned[i, 0], turned[i, 1], turned[i, 2] = rotation_between(straight, turn)
     volumes = np.empty_like(masses)
     chamber_volumes(rest_volumes, gain, turned, volumes)
     enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, pressures)
@@ -238,6 +238,6 @@ def move_references(
     )
     for i in range(len(address)):
         if address[i] >= 0:
-            quaternion_of_rotation(bend[i], turn)
+            rest = quaternion_of_rotation(bend[i])
             for k in range(4):
-                reference[address[i] + (k + 1) % 4] = turn[k]
+                reference[address[i] + (k + 1) % 4] = rest[k]

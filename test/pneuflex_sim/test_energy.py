@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim import layout, spring_kernel
+from pneuflex_sim import chain_kernel, layout
 from softhand_model.model_file import Model
 from softhand_model.spring_model import SpringModel
 
@@ -15,8 +15,8 @@ def energy(simulation):
     n, momentum = len(hand.mass), np.empty_like(bodies.v)
     placed = (np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)))
     inertia = hand.inertia(simulation.step_size)
-    spring_kernel.place_joints(0, n, bodies.q, hand.offset, hand.center, inertia, *placed)
-    spring_kernel.inertial_torque(0, n, bodies.v, hand.mass, *placed, momentum)
+    chain_kernel.place_joints(0, n, bodies.q, hand.offset, hand.center, inertia, *placed)
+    chain_kernel.inertial_torque(0, n, bodies.v, hand.mass, *placed, momentum)
     elastic = 0.5 * np.sum(hand.stiffness * bodies.rotations() ** 2)
     if hand.stretching.any():
         elastic += np.sum(hand.stiffness[:, 1] * beyond_linear(bodies.rotations(), hand.stretching))

@@ -6,71 +6,73 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneuflex_sim.spatial import cross, quaternion_product
+from pneuflex_sim.spatial import conjugate, cross, minus, plus, quaternion_product, write
 from pneuflex_sim.wrist import advance_wrist
 from softhand_model.compiled import compiled
 
 
 @compiled
-def rotate(q, vector, out):
-    """Write `vector` (3,) turned by the unit quaternion `q` into `out`."""
-    first, second = np.empty(3), np.empty(3)
-    cross(q, vector, first)
-    for k in range(3):
-        first[k] = 2 * first[k]
-    cross(q, first, second)
-    for k in range(3):
-        out[k] = vector[k] + q[3] * first[k] + second[k]
+def rotate(q, vector):
+    """The vector (3,) turned by the unit quaternion `q`."""
+    half = cross(q, vector)
+    first = (2 * half[0], 2 * half[1], 2 * half[2])
+    second = cross(q, first)
+    return (
+        vector[0] + q[3] * first[0] + second[0],
+        vector[1] + q[3] * first[1] + second[1],
+        vector[2] + q[3] * first[2] + second[2],
+    )
 
 
 @compiled
-def place_bases(position, orientation, mounts, places, turns):
+def place_bases(position, orientation, mount_places, mount_turns, places, turns):
     """Poses (b, 3) [m] and (b, 4) of the mounts on a wrist at this pose."""
     for b in range(len(places)):
-        rotate(orientation, mounts[0][b], places[b])
-        for k in range(3):
-            places[b, k] += position[k]
-        quaternion_product(orientation, mounts[1][b], turns[b])
+        turn = quaternion_product(orientation, mount_turns[b])
+        write(plus(rotate(orientation, mount_places[b]), position), places[b])
+        turns[b, 0], turns[b, 1], turns[b, 2], turns[b, 3] = turn
 
 
 @compiled
 def feel_load(step, velocity, pushed, resistance, places, weight, wrist_position, force, torque):
     """Wrench of the hand on the wrist from what the bases' velocities (b, 2, 3) gained on the push.
 
-    `resistance` is (mass, inertia) of a base; `weight` (2, 3) is the wrench of the resting hand's
-    weight on the wrist, which the arm carries.
+    `resistance` is (mass, inertia) of a base; `weight` is the force and the torque of the resting
+    hand's weight on the wrist, which the arm carries.
     """
-    lever, arm, gained = np.empty(3), np.empty(3), np.empty(3)
     for k in range(3):
-        force[k], torque[k] = -weight[0, k], -weight[1, k]
+        force[k], torque[k] = -weight[0][k], -weight[1][k]
     for b in range(len(places)):
+        pull = _gained(step, velocity[b, 0], pushed[b, 0], resistance[0])
+        turning = _gained(step, velocity[b, 1], pushed[b, 1], resistance[1])
+        lever = cross(minus(places[b], wrist_position), pull)
         for k in range(3):
-            arm[k] = places[b, k] - wrist_position[k]
-            gained[k] = (velocity[b, 0, k] - pushed[b, 0, k]) * resistance[0] / step
-        cross(arm, gained, lever)
-        for k in range(3):
-            force[k] += gained[k]
-            turning = (velocity[b, 1, k] - pushed[b, 1, k]) * resistance[1] / step
-            torque[k] += lever[k] + turning
+            force[k] += pull[k]
+            torque[k] += lever[k] + turning[k]
 
 
 @compiled
-def push_bases(step, resistance, lift, poses, next_poses, velocity, pushed, push):
+def _gained(step, velocity, pushed, resistance):
+    """Force or torque that has changed a base's velocity against what it was pushed to."""
+    gain = minus(velocity, pushed)
+    return gain[0] * resistance / step, gain[1] * resistance / step, gain[2] * resistance / step
+
+
+@compiled
+def push_bases(
+    step, resistance, lift, places, turns, next_places, next_turns, velocity, pushed, push
+):
     """Forces and torques (b, 2, 3) that bring the bases from one pose to the next within a step.
 
     `velocity` (b, 2, 3) is what the bases have, `pushed` what they should have had: the difference
     has moved them, and that is made up for. `pushed` becomes the velocity to reach; `lift` [m/s2]
     holds a base against gravity.
     """
-    inverse, change = np.empty(4), np.empty(4)
     for b in range(len(pushed)):
-        for k in range(3):
-            inverse[k] = -poses[1][b, k]
-        inverse[3] = poses[1][b, 3]
-        quaternion_product(next_poses[1][b], inverse, change)
+        change = quaternion_product(next_turns[b], conjugate(turns[b]))
         sign = 2.0 if change[3] >= 0 else -2.0
         for k in range(3):
-            way = next_poses[0][b, k] - poses[0][b, k]
+            way = next_places[b, k] - places[b, k]
             for part in range(2):
                 moved = velocity[b, part, k] - pushed[b, part, k]
                 pushed[b, part, k] = (way if part == 0 else sign * change[k]) / step - moved
@@ -110,18 +112,17 @@ def carry_bases(
     `hand_weight` [N] acts at `center_of_mass` (3,) of the resting hand in the wrist frame. push
     (b, 3, 3) becomes force, torque and the place where they act.
     """
-    weight, arm = np.zeros((2, 3)), np.empty(3)
-    weight[0, 2] = -hand_weight
-    rotate(orientation, center_of_mass, arm)
-    cross(arm, weight[0], weight[1])
+    down = (0.0, 0.0, -hand_weight)
+    weight = (down, cross(rotate(orientation, center_of_mass), down))
     feel_load(step, velocity, pushed, resistance, places, weight, position, force, torque)
     state = (position, orientation, speed, spin)
     target = (target_position, target_orientation)
     advance_wrist(step, translation, rotation, target, (force, torque), state)
     next_places, next_turns = np.empty_like(places), np.empty_like(turns)
-    place_bases(position, orientation, (mount_places, mount_turns), next_places, next_turns)
-    poses, next_poses = (places, turns), (next_places, next_turns)
-    push_bases(step, resistance, lift, poses, next_poses, velocity, pushed, push)
+    place_bases(position, orientation, mount_places, mount_turns, next_places, next_turns)
+    push_bases(
+        step, resistance, lift, places, turns, next_places, next_turns, velocity, pushed, push
+    )
     for b in range(len(places)):
         for k in range(3):
             push[b, 2, k] = places[b, k]

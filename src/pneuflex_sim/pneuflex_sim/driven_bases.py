@@ -68,10 +68,8 @@ class DrivenBases:
         if self.pad is not None:
             self.pad.state[:] = 0.0
             self._mount_places[-1] = self.pad.place
-        mounts = (self._mount_places, self._mount_turns)
-        base_kernel.place_bases(
-            wrist.position, wrist.orientation, mounts, self._places, self._turns
-        )
+        mounts, poses = (self._mount_places, self._mount_turns), (self._places, self._turns)
+        base_kernel.place_bases(wrist.position, wrist.orientation, *mounts, *poses)
         self._pushed[:] = self._velocity[:] = 0.0
         poses = zip(self.ids, self._places.tolist(), self._turns.tolist(), strict=True)
         for base, position, orientation in poses:

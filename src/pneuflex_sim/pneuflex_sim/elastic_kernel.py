@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pneuflex_sim.spatial import cross
 from softhand_model.compiled import compiled
 from softhand_model.spring_model import LEAST_STRETCH
@@ -29,30 +27,31 @@ def rubber_stress(stretch):
 
 
 @compiled
-def elastic_torque(error, rest_bend, stiffness, stretching, out):
+def elastic_torque(error, rest_bend, stiffness, stretching):
     """Torque (3,) [N m] of a joint's spring on its child, in the child's axes, at a rotation
-    `error` (3,) [rad] from a rest bent by rest_bend [rad]; factors on the stiffness in bending: of
-    its tangent here and in the rest shape.
+    `error` (3,) [rad] from a rest bent by rest_bend [rad]; and factors on the stiffness in bending:
+    of its tangent here and in the rest shape.
 
     It is minus the gradient of the energy: the transposed inverse of the rotation's right Jacobian
     times K*e, K*e - e x K*e/2 + c*e x (e x K*e).
     """
-    along, across, again = np.empty(3), np.empty(3), np.empty(3)
-    for k in range(3):
-        along[k] = stiffness[k] * error[k]
-    here, at_rest = 1.0, 1.0
+    bending, here, at_rest = stiffness[1] * error[1], 1.0, 1.0
     if stretching > 0.0:
         stress, here = rubber_stress(1.0 + stretching * (rest_bend + error[1]))
         rest_stress, at_rest = rubber_stress(1.0 + stretching * rest_bend)
-        along[1] = stiffness[1] * (stress - rest_stress) / (2.0 * stretching)
+        bending = stiffness[1] * (stress - rest_stress) / (2.0 * stretching)
         here, at_rest = 0.5 * here, 0.5 * at_rest
     square = error[0] * error[0] + error[1] * error[1] + error[2] * error[2]
     share = 1.0 / 12.0 + square / 720.0
     if square > SMALL_ANGLE * SMALL_ANGLE:
         half = 0.5 * math.sqrt(square)
         share = (1.0 - half / math.tan(half)) / square
-    cross(error, along, across)
-    cross(error, across, again)
-    for k in range(3):
-        out[k] = -along[k] + 0.5 * across[k] - share * again[k]
-    return here, at_rest
+    along = (stiffness[0] * error[0], bending, stiffness[2] * error[2])
+    across = cross(error, along)
+    again = cross(error, across)
+    torque = (
+        -along[0] + 0.5 * across[0] - share * again[0],
+        -along[1] + 0.5 * across[1] - share * again[1],
+        -along[2] + 0.5 * across[2] - share * again[2],
+    )
+    return torque, here, at_rest

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.chain_kernel import place_joints
 from pneuflex_sim.layout import HandLayout
-from pneuflex_sim.spring_kernel import place_joints
 
 Array = NDArray[np.float64]
 

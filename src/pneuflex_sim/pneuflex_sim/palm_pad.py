@@ -14,7 +14,7 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from pneuflex_sim.base_kernel import rotate as rotate_into
+from pneuflex_sim.base_kernel import rotate as rotate_by
 from pneuflex_sim.pieces import MARGIN
 from softhand_model.compiled import compiled
 from softhand_model.palm_sheet import PalmSheet
@@ -62,8 +62,7 @@ class PalmPad:
 @compiled
 def advance_pad(step, stiffness, force, orientation, axis, place, state, mount):
     """`PalmPad.advance`; `state` is changed in place."""
-    normal = np.empty(3)
-    rotate_into(orientation, axis, normal)
+    normal = rotate_by(orientation, axis)
     push = -(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2])
     damping = 2.0 * math.sqrt(stiffness * MASS)
     inertia = MASS + step * damping + step**2 * stiffness

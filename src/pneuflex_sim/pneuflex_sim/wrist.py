@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.spatial import quaternion_of_rotation, quaternion_product
+from pneuflex_sim.spatial import conjugate, minus, quaternion_of_rotation, quaternion_product
 from softhand_model.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -115,36 +115,26 @@ def advance_wrist(step, translation, rotation, target, load, state):
     `load` (force, torque).
     """
     position, orientation, velocity, spin = state
-    error, turn, after = np.empty(3), np.empty(4), np.empty(4)
-    for k in range(3):
-        error[k] = target[0][k] - position[k]
-    _drive(error, velocity, load[0], *translation, step)
-    _rotation_error(target[1], orientation, error)
-    _drive(error, spin, load[1], *rotation, step)
+    _drive(minus(target[0], position), velocity, load[0], *translation, step)
+    _drive(_rotation_error(target[1], orientation), spin, load[1], *rotation, step)
     for k in range(3):
         position[k] += step * velocity[k]
-        error[k] = step * spin[k]
-    quaternion_of_rotation(error, turn)
-    quaternion_product(turn, orientation, after)
+    turn = quaternion_of_rotation((step * spin[0], step * spin[1], step * spin[2]))
+    after = quaternion_product(turn, orientation)
     norm = math.sqrt(after[0] ** 2 + after[1] ** 2 + after[2] ** 2 + after[3] ** 2)
     for k in range(4):
         orientation[k] = after[k] / norm
 
 
 @compiled
-def _rotation_error(target, orientation, out):
+def _rotation_error(target, orientation):
     """Rotation vector [rad], in world axes, that turns `orientation` into `target`."""
-    inverse, change = np.empty(4), np.empty(4)
-    for k in range(3):
-        inverse[k] = -orientation[k]
-    inverse[3] = orientation[3]
-    quaternion_product(target, inverse, change)
+    change = quaternion_product(target, conjugate(orientation))
     norm = math.sqrt(change[0] ** 2 + change[1] ** 2 + change[2] ** 2)
     factor = 2.0 if norm < 1e-9 else 2 * math.atan2(norm, abs(change[3])) / norm
     if change[3] < 0:
         factor = -factor
-    for k in range(3):
-        out[k] = factor * change[k]
+    return factor * change[0], factor * change[1], factor * change[2]
 
 
 @compiled
