@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 BASE_MASS = 1000.0  # [kg]: so heavy that the chain does not move it within a step
 BASE_INERTIA = 10.0  # [kg m2]
 BASE_RESISTANCE = (BASE_MASS, BASE_INERTIA)
+NO_PAD = (0.0, np.zeros(3), np.zeros(3), np.zeros(2))
 
 
 class DrivenBases:
@@ -61,6 +62,7 @@ class DrivenBases:
             self._center,
             self._push,
         )
+        self.pad_arrays = NO_PAD if pad is None else pad.arrays
         self._numbers = struct.Struct(f"{6 * count}d")
 
     def reset(self, wrist: Wrist) -> None:
@@ -101,9 +103,3 @@ class DrivenBases:
         for base, (along, about, place) in zip(self.ids, self._push.tolist(), strict=True):
             force(base, -1, along, place, frame, client)
             torque(base, -1, about, frame, client)
-
-    def sink(self, step: float, wrist: Wrist) -> None:
-        """Let the palm sheet, where there is one, yield to what its velocity gained on the push."""
-        if self.pad is not None:
-            force = (BASE_MASS / step) * (self._velocity[-1, 0] - self._pushed[-1, 0])
-            self.pad.advance(step, force, wrist.orientation, self._mount_places[-1])

@@ -289,9 +289,13 @@ class HandBodies:
             hand_kernel.joint_torques(*common)
         else:
             bases = self.bases
-            bases.sink(step, wrist)
             hand_kernel.drive_hand(
-                *common, bases.constants, bases.kernel_arrays, springs, wrist.arrays
+                *common,
+                bases.constants,
+                bases.pad_arrays,
+                bases.kernel_arrays,
+                springs,
+                wrist.arrays,
             )
             bases.push()
         self._first = False

@@ -7,6 +7,7 @@ actuated bend, gas
 joints   start, q, v, rest, stiffness, stretching, damping, offset, com, inertia, mass (see
          `spring_kernel`)
 carried  v_before, frame, arm, center, world_inertia, torque
+pad      stiffness, axis, place, state (see `palm_pad`); stiffness 0 where there is none
 bases    mount_places, mount_turns, places, turns, velocity, pushed, center, push (`base_kernel`)
 wrist    target_position, target_orientation, force, torque, position, orientation, velocity, spin
 """
@@ -15,6 +16,7 @@ from __future__ import annotations
 
 from pneuflex_sim.air_coupling import act_on_joints
 from pneuflex_sim.base_kernel import carry_bases
+from pneuflex_sim.palm_pad import sink_pad
 from pneuflex_sim.spring_kernel import spring_torques
 from softhand_model.compiled import compiled
 
@@ -83,11 +85,13 @@ def drive_hand(
     joints,
     carried,
     constants,
+    pad,
     bases,
     arm,
     wrist,
 ):
-    """`joint_torques`, and the push on the bases of a hand that rides on the wrist.
+    """`joint_torques`, and the push on the bases of a hand that rides on the wrist; its palm sheet
+    yields to what its base gained on the last push.
 
     constants: (mass, inertia) of a base, gravity [m/s2], weight of the hand [N]; arm: springs of
     the wrist's translation and rotation.
@@ -96,6 +100,7 @@ def drive_hand(
     resistance, gravity, weight = constants
     mount_places, mount_turns, places, turns, velocity, pushed, center, push = bases
     target_position, target_orientation, force, torque, position, orientation, speed, spin = wrist
+    sink_pad(dt, resistance[0], *pad, velocity, pushed, orientation, mount_places)
     carry_bases(
         dt,
         resistance,

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from pneuflex_sim.base_kernel import rotate as rotate_by
 from pneuflex_sim.pieces import MARGIN
+from pneuflex_sim.spatial import minus
 from softhand_model.compiled import compiled
 from softhand_model.palm_sheet import PalmSheet
 from softhand_model.rotation import from_rpy, rotate
@@ -49,19 +50,18 @@ class PalmPad:
         pybullet.changeDynamics(body, -1, collisionMargin=MARGIN, physicsClientId=client)
         return int(body)
 
-    def advance(self, step: float, force: Array, orientation: Array, mount: Array) -> None:
-        """One implicit step [s] of the critically damped spring under a force (3,) [N] on the sheet
-        in world axes; `mount` (3,) [m] becomes its place in the frame of the wrist, whose
-        orientation (4,) is given.
-        """
-        advance_pad(
-            step, self.stiffness, force, orientation, self.axis, self.place, self.state, mount
-        )
+    @property
+    def arrays(self) -> tuple[float, Array, Array, Array]:
+        """What `hand_kernel` calls pad."""
+        return self.stiffness, self.axis, self.place, self.state
 
 
 @compiled
 def advance_pad(step, stiffness, force, orientation, axis, place, state, mount):
-    """`PalmPad.advance`; `state` is changed in place."""
+    """One implicit step [s] of the critically damped spring under a force (3,) [N] on the sheet in
+    world axes; `mount` (3,) [m] becomes its place in the frame of the wrist, whose orientation (4,)
+    is given. `state` is changed in place.
+    """
     normal = rotate_by(orientation, axis)
     push = -(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2])
     damping = 2.0 * math.sqrt(stiffness * MASS)
@@ -71,6 +71,17 @@ def advance_pad(step, stiffness, force, orientation, axis, place, state, mount):
     state[0] += step * state[1]
     for k in range(3):
         mount[k] = place[k] - state[0] * axis[k]
+
+
+@compiled
+def sink_pad(step, base_mass, stiffness, axis, place, state, velocity, pushed, orientation, mounts):
+    """Let the sheet, the last of the bases, yield to what its velocity gained on the push; nothing
+    where there is none. `mounts` (b, 3) [m] are the places of all bases in the frame of the wrist.
+    """
+    if stiffness > 0.0:
+        weight, gain = base_mass / step, minus(velocity[-1, 0], pushed[-1, 0])
+        force = (weight * gain[0], weight * gain[1], weight * gain[2])
+        advance_pad(step, stiffness, force, orientation, axis, place, state, mounts[-1])
 
 
 def pad_vertices(sheet: PalmSheet, margin: float) -> Array:
