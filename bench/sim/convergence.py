@@ -1,10 +1,11 @@
-"""What step, segments and iterations do to motion and grasp; writes a table into docs/simulator.md.
+"""What step, segments and iterations do to motion and grasp: a table for docs/simulator.md.
 
-python -m bench.sim.convergence
+python -m bench.sim.convergence --help
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from collections.abc import Sequence
@@ -76,13 +77,31 @@ def text(steps: Sequence[str], settings: Sequence[str]) -> str:
     )
 
 
-def main() -> None:
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    found = argparse.ArgumentParser(
+        prog="bench.sim.convergence",
+        description="Measure what step, segments and iterations do to motion and grasp (some "
+        f"minutes), and write the tables into {DOCS}, in place of what stands between the marks "
+        f"{BEGIN} and {END}; nothing else of the page changes. Run it in the project's folder.",
+    )
+    found.add_argument(
+        "--print", action="store_true", help="print the tables and leave the page as it is"
+    )
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, and replace what stands between the marks."""
+    options = parser().parse_args(arguments)
     page = DOCS.read_text()
     if BEGIN not in page or END not in page:
         raise ValueError(f"{DOCS}: expected the marks {BEGIN} and {END}")
     run_trial(0, TrialSettings(step=0.01))  # compile
     tables = text(by_step(), by_settings())
+    if options.print:
+        print(tables)
+        return
     head, tail = page.split(BEGIN)[0], page.split(END)[1]
     DOCS.write_text(f"{head}{BEGIN}\n{tables}\n{END}{tail}")
 

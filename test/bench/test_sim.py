@@ -11,7 +11,7 @@ import pytest
 
 from bench.row import stated
 from bench.sim import __main__ as bench_sim
-from bench.sim import border, thesis_table
+from bench.sim import border, convergence, thesis_table
 from bench.sim.__main__ import groups
 from bench.sim.six_fingers import build
 from bench.sim.timing import StepTimes, timed_steps
@@ -21,6 +21,14 @@ from grasp_strategies.judge import GraspResult
 def test_every_module_with_rows_is_a_group():
     assert {"prototype", "thesis_table", "trials", "random_trials", "border"} <= set(groups())
     assert not {"timing", "six_fingers", "convergence", "engine_process"} & set(groups())
+
+
+def test_help_of_the_convergence_table_says_what_it_rewrites_and_rewrites_nothing(capsys):
+    before = convergence.DOCS.read_text()
+    with pytest.raises(SystemExit):
+        convergence.main(["--help"])
+    assert "docs/simulator.md" in capsys.readouterr().out
+    assert convergence.DOCS.read_text() == before
 
 
 def test_the_outcome_changes_between_neighbours():

@@ -62,6 +62,29 @@ def test_rbo_hand_1_feeds_three_pairs_of_p5_from_one_channel():
     assert all(chain.web.length == 0.5 * 0.120 for chain in hand.chains)
 
 
+def test_palm_sheets_are_of_the_rubber_that_the_thesis_states():
+    """Section 7.2: 100 x 80 x 5 mm, E = 600 kPa, bent by 180 deg; 7.3: much like it."""
+    sheet = load_hand("rbo_hand_1").sheet
+    assert (sheet.length, sheet.width, sheet.thickness) == (0.100, 0.080, 0.005)
+    assert sheet.angle == pytest.approx(np.pi)
+    assert [load_hand(f"rbo_hand_{k}").sheet.modulus for k in (1, 2)] == [600e3, 600e3]
+
+
+def test_struts_of_rbo_hand_2_are_as_thick_and_as_stiff_as_the_thesis_states():
+    """Section 7.3: 2 mm of sintered polyamide; its maker states 1.7 GPa. They bend about y."""
+    for name in ("little", "ring", "middle", "index"):
+        strut = load_hand("rbo_hand_2").chain(name).strut
+        assert (strut.thickness, strut.modulus) == (0.002, 1.7e9)
+        bend = 1.7e9 * strut.width * 0.002**3 / 12.0 / strut.length
+        assert strut.stiffness()[1] == pytest.approx(bend)
+
+
+def test_fingers_of_rbo_hand_2_are_90_mm_long_and_the_thumb_70():
+    hand = load_hand("rbo_hand_2")
+    lengths = {name: hand.chain(name).actuators[name].length for name in ("index", "thumb")}
+    assert lengths == {"index": 0.090, "thumb": 0.070}
+
+
 def test_rest_volume_of_a_channel_is_the_sum_of_its_actuators():
     hand = load_hand("rbo_hand_2")
     finger = hand.chain("index").actuators["index"]

@@ -37,6 +37,13 @@ STIFFER = SpringModel(twist=2.0)
 SECTION = SpringModel(lateral="section", twist="section")
 RUBBER = SpringModel(bending="curvature")
 LEAST = 0.5  # [mN m]: changes of smaller torques are not told
+CURVES = (  # of the figure: key of the results, style, label
+    ("simulated", {"color": "C0", "lw": 4, "alpha": 0.5}, "simulator"),
+    ("chain", {"color": "k", "ls": "", "marker": "o", "ms": 3.5, "mfc": "none"}, "static chain"),
+    ("stiffer_in_twist", {"color": "C1", "lw": 1}, "twice as stiff in twist"),
+    ("section", {"color": "C2", "lw": 1}, "by section"),
+    ("rubber", {"color": "C3", "lw": 1, "ls": "--"}, "by 3.24"),
+)
 
 
 def actuator() -> Actuator:
@@ -223,17 +230,8 @@ def draw(figure: Figure, results: Results) -> None:
     steps = np.arange(len(results["disturbance"]))
     words = {"z": "up", "x": "left to right", "y": "along the base"}
     for axes, axis in zip(panels, ("z", "x", "y"), strict=True):
-        axes.plot(steps, 1e3 * np.array(results["simulated"][axis]), "C0", lw=2, label="simulator")
-        axes.plot(steps, 1e3 * np.array(results["chain"][axis]), "k:", lw=1, label="static chain")
-        axes.plot(
-            steps,
-            1e3 * np.array(results["stiffer_in_twist"][axis]),
-            "C1",
-            lw=1,
-            label="twice as stiff in twist",
-        )
-        axes.plot(steps, 1e3 * np.array(results["section"][axis]), "C2", lw=1, label="by section")
-        axes.plot(steps, 1e3 * np.array(results["rubber"][axis]), "C3--", lw=1, label="by 3.24")
+        for key, style, label in CURVES:
+            axes.plot(steps, 1e3 * np.array(results[key][axis]), label=label, **style)
         axes.set_ylabel(f"{axis} ({words[axis]})\n[mN m]")
         axes.axhline(0.0, color="0.7", lw=0.5)
     named = np.array(results["disturbance"])
@@ -242,8 +240,13 @@ def draw(figure: Figure, results: Results) -> None:
         panels[0].text(place.mean(), 1.02, name, ha="center", transform=_over(panels[0]))
         for axes in panels:
             axes.axvline(place[0] - 0.5, color="0.8", lw=0.8)
-    panels[1].legend(fontsize=7, loc="upper right")
-    panels[-1].set_xlabel("pose")
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside upper center"
+    )
+    panels[-1].set_xlabel(
+        f"number of the pose [-]: pushes by {1e3 * results['shift']:g} mm and back, twice; "
+        f"rolls by {np.degrees(results['roll']):g} deg to either side, three times"
+    )
 
 
 def _over(axes):

@@ -1,0 +1,121 @@
+"""The experiments of the thesis: what they take from it, and one independent number of each."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from pneuflex_sim.validation import (
+    approximation,
+    base_torque,
+    blocked_force,
+    discretisation,
+    payload,
+    straight_finger,
+    wall_strain,
+    wall_thickness,
+)
+from pneuflex_sim.validation.grip import gripped_part, pushed
+from pneuflex_sim.validation.static_finger import blocked_finger, chain_of
+from softhand_model.actuator import load_actuator
+
+
+# ---------------------------------------------------------------- what the thesis states
+def test_experiments_use_the_numbers_of_the_thesis():
+    assert sorted([*discretisation.SEGMENTS, discretisation.FINEST]) == [3, 5, 10, 20, 50]
+    assert wall_thickness.WALLS == (0.0025, 0.0035, 0.0045, 0.0055)
+    assert base_torque.PRESSURE == 31e3
+    assert np.degrees(base_torque.ANGLE) == pytest.approx(90.0)
+    assert payload.MASS == 0.5
+
+
+def test_walls_of_the_rubber_that_the_thesis_fitted():
+    """Section 5.2.2: 1.1 times 67 kPa, on top and at the sides."""
+    finger = wall_thickness.actuator_of(0.0045)
+    assert finger.shear_modulus == pytest.approx(73.7e3)
+    assert (finger.wall, finger.side_wall) == (0.0045, 0.0045)
+
+
+# ---------------------------------------------------------------- independent numbers
+def stretch_under(load):
+    """Root u of u - u**-3 = load, eq. 3.21."""
+    return brentq(lambda u: u - u**-3.0 - load, 1.0, 1.0 + load)
+
+
+def test_tip_angle_of_a_wall_is_the_integral_of_the_root_of_the_moment_balance():
+    finger, pressure = wall_thickness.actuator_of(0.0025), 46.3e3
+
+    def curvature(x):
+        load = finger.side_wall_ratio(x) * pressure * finger.height(x) / (4 * 73.7e3 * 0.0025)
+        return (stretch_under(float(load)) - 1.0) / float(finger.height(x))
+
+    expected = quad(curvature, 0.0, 0.090)[0]
+    found = wall_thickness._bent(finger)["simulated"][-1]
+    assert found == pytest.approx(expected, rel=1e-4)
+
+
+def test_left_is_left_of_a_finger_that_points_away_and_bends_upwards():
+    """Forward times up is right; the force of a push r x F on the base follows."""
+    chain = gripped_part(chain_of(base_torque.actuator(), 6).segments)
+    rest = np.full(5, np.pi / 2 / 6)
+    start = pushed(chain, rest, base_torque.UP, 0.0).place
+    up, forward = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    assert start @ up > 0.0
+    right = np.cross(forward, up)
+    directions = {"left": -right, "right": right, "down": -up, "up": up}
+    for name, direction in base_torque.PUSHES:
+        way = pushed(chain, rest, direction, 0.01).place - start
+        assert way @ directions[name] == pytest.approx(0.01, abs=1e-6)
+    axes = np.eye(3)[[base_torque.AXES[name] for name in "xyz"]]
+    assert axes == pytest.approx(np.array([right, forward, up]))
+
+
+def test_blocked_force_of_a_stiff_finger_is_that_of_a_propped_beam():
+    """Little pressure, its tip kept where it is: F = sum of moments over levers, by hand."""
+    finger = load_actuator("P10.finger")
+    model = chain_of(finger, blocked_force.SEGMENTS)
+    compliance = 1.0 / model.segments.stiffness[:, 1]
+    lever = 0.09 * (1.0 - (np.arange(blocked_force.SEGMENTS) + 0.5) / blocked_force.SEGMENTS)
+    rest = model.rest_rotation([1e3])[:, 1]
+    expected = rest @ lever / (compliance @ lever**2)
+    assert blocked_finger(finger, 10, 1e3, 0.0).tip_force == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_finger_that_stays_straight_is_half_as_stiff_half_way():
+    finger = straight_finger.tapered()
+    share = finger.stiffness(0.045) / finger.stiffness(0.0)
+    edge = 0.5 ** (1 / 3)
+    ratio = finger.side_wall_ratio(0.0) / finger.side_wall_ratio(0.045)
+    assert share == pytest.approx(edge**3 * ratio, rel=1e-3)
+
+
+def test_error_of_the_approximation_at_the_least_pressure():
+    """5.3 by its printed closed form, the exact one by its root."""
+    findings = approximation.report(approximation.simulate())
+    u = 0.3
+    exact = stretch_under(2.0 * u) - 1.0
+    printed = float(np.interp(u, *(approximation.simulate()[key] for key in ("u", "printed"))))
+    assert f"{100.0 * (printed / exact - 1.0):+.1f} %" in findings[0].ours
+
+
+@pytest.mark.parametrize("bend", ["0.25", "2"])
+def test_mean_energy_of_a_wall_is_the_integral_over_the_rubber(bend):
+    def invariant(v):
+        kept = v**2 / 2 + float(bend) / 3
+        u = brentq(lambda u: u**2 / 2 + float(bend) * u**3 / 3 - kept, 0.0, 1.0)
+        along, around = 1.0 + float(bend) * u, u / v
+        return along**2 + around**2 + (along * around) ** -2 - 3.0
+
+    mean = quad(lambda v: v * invariant(v), 0.5, 1.0)[0] / quad(lambda v: v, 0.5, 1.0)[0]
+    expected = mean / invariant(1.0) - 1.0
+    found = wall_strain.energy_error(wall_strain.simulate(), bend)
+    assert found == pytest.approx(expected, abs=1e-4)
+
+
+def test_the_verdict_on_wall_strain_follows_its_figures():
+    results = wall_strain.simulate()
+    assert "is sound up to" in wall_strain.conclude(results)
+    assert "+68 % (kappa*h = 0.25)" in wall_strain.conclude(results)
+    results["curves"]["1"]["invariant"] = [9.0] * 61
+    assert "is not sound up to" in wall_strain.conclude(results)
+    assert any(finding.met is False for finding in wall_strain.report(results))
