@@ -187,7 +187,10 @@ def test_unknown_actuator_is_answered_with_the_names():
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        (BLOCK + "max_pressure: -1}", "box.max_pressure: expected a number above 0, got -1"),
+        (
+            BLOCK + "max_pressure: -1}",
+            "box.max_pressure: expected a number from 1000 to 1e+07 Pa, got -1",
+        ),
         (BLOCK + "max_pressure: 1, colour: 2}", "got colour"),
         (BLOCK + "max_pressure: 1, arc_radius: 2}", "expected length, or arc_radius and arc_angle"),
         (BLOCK.replace("length: 0.1, ", "") + "max_pressure: 1}", "got none of them"),
@@ -207,7 +210,7 @@ def test_bad_actuator_is_named(tmp_path, body, message):
 
 def test_profiles_from_a_table_and_the_default_circumference(tmp_path):
     path = tmp_path / "actuators.yaml"
-    body = BLOCK.replace("height: 0.02", "height: [[0, 0.03], [0.1, 0.01]]") + "max_pressure: 1}"
+    body = BLOCK.replace("height: 0.02", "height: [[0, 0.03], [0.1, 0.01]]") + "max_pressure: 1e5}"
     path.write_text(HEADER + body, encoding="utf-8")
     box = load_actuator("box", path)
     assert box.height([0.0, 0.05, 0.2]) == pytest.approx([0.03, 0.02, 0.01])

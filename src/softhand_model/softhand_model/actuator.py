@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softhand_model import section
-from softhand_model.document import DocumentError, Node, data_file, read_document
+from softhand_model import plausible, section
+from softhand_model.document import Bounds, DocumentError, Node, data_file, read_document
 from softhand_model.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
 
 Array = NDArray[np.float64]
@@ -20,6 +20,7 @@ FORMAT = "softhand-actuators/1"
 GAUSS_POINTS = 8  # on each of PANELS pieces: the tip angle of a P10 finger is exact to 1e-9
 PANELS = 8
 PANELS_PER_SEGMENT = 2
+STATION_TOLERANCE = 0.01  # of the length, for the last x of a profile: arcs have no round length
 REQUIRED = ("height", "width", "wall", "side_wall", "max_pressure")
 OPTIONAL = (
     "length",
@@ -31,6 +32,15 @@ OPTIONAL = (
     "shear_modulus",
     "density",
 )
+
+BOUNDS = {
+    "wall": plausible.WALL,
+    "side_wall": plausible.SIDE_WALL,
+    "max_pressure": plausible.PRESSURE,
+    "supply_volume": plausible.SUPPLY_VOLUME,
+    "shear_modulus": plausible.SHEAR_MODULUS,
+    "density": plausible.DENSITY,
+}
 
 
 @dataclass(frozen=True)
@@ -214,7 +224,8 @@ def _load_all(path: Path) -> tuple[float, float, dict[str, Actuator]]:
     document = read_document(path, FORMAT).fields(
         ["format", "shear_modulus", "density", "actuators"]
     )
-    modulus, density = document["shear_modulus"].positive(), document["density"].positive()
+    modulus = document["shear_modulus"].within(plausible.SHEAR_MODULUS)
+    density = document["density"].within(plausible.DENSITY)
     actuators = document["actuators"].mapping().items()
     return (
         modulus,
@@ -225,27 +236,30 @@ def _load_all(path: Path) -> tuple[float, float, dict[str, Actuator]]:
 
 def _actuator(name: str, node: Node, modulus: float, density: float) -> Actuator:
     fields = node.fields(REQUIRED, OPTIONAL)
-    density = fields["density"].positive() if "density" in fields else density
     length, radius, angle = _length(node, fields)
     height, width = (read_profile(fields[key], length) for key in ("height", "width"))
     around = fields.get("circumference")
+    given = {key: fields[key].within(bounds) for key, bounds in BOUNDS.items() if key in fields}
     actuator = Actuator(
         name,
         length,
         height,
         width,
-        read_profile(around, length) if around else _rectangle_around(height, width, length),
-        fields["wall"].positive(),
-        fields["side_wall"].number(low=0.0),
-        fields["shear_modulus"].positive() if "shear_modulus" in fields else modulus,
+        read_profile(around, length, plausible.CIRCUMFERENCE)
+        if around
+        else _rectangle_around(height, width, length),
+        given["wall"],
+        given["side_wall"],
+        given.get("shear_modulus", modulus),
         0.0,
-        fields["max_pressure"].positive(),
-        fields["supply_volume"].number(low=0.0) if "supply_volume" in fields else 0.0,
+        given["max_pressure"],
+        given.get("supply_volume", 0.0),
         radius,
         angle,
     )
     _refuse_full(actuator, fields)
-    return replace(actuator, mass=_mass(node, fields, density * actuator.rubber_volume()))
+    usual = given.get("density", density)
+    return replace(actuator, mass=_mass(node, fields, usual, actuator.rubber_volume()))
 
 
 def _refuse_full(actuator: Actuator, fields: dict[str, Node]) -> None:
@@ -260,13 +274,16 @@ def _refuse_full(actuator: Actuator, fields: dict[str, Node]) -> None:
         )
 
 
-def _mass(node: Node, fields: dict[str, Node], usual: float) -> float:
-    """Mass [kg] as it is given, or from a density, or else the usual one."""
-    if "mass" in fields and "density" in fields:
+def _mass(node: Node, fields: dict[str, Node], density: float, volume: float) -> float:
+    """Mass [kg] as it is given, or by the density [kg/m3] of a volume [m3] of rubber."""
+    if "mass" not in fields:
+        return density * volume
+    if "density" in fields:
         raise DocumentError(
             f"{node.file}: {node.key}: expected either mass or density, got both of them"
         )
-    return fields["mass"].positive() if "mass" in fields else usual
+    low, high = plausible.DENSITY.low * volume, plausible.DENSITY.high * volume
+    return fields["mass"].within(Bounds(low, high, "kg for this volume of rubber"))
 
 
 def _length(node: Node, fields: dict[str, Node]) -> tuple[float, float | None, float | None]:
@@ -278,35 +295,39 @@ def _length(node: Node, fields: dict[str, Node]) -> tuple[float, float | None, f
             f"got {', '.join(key for key in ['length', *arc] if key in fields) or 'none of them'}"
         )
     if not arc:
-        return fields["length"].positive(), None, None
+        return fields["length"].within(plausible.LENGTH), None, None
     radius, angle = (
-        fields["arc_radius"].positive(),
+        fields["arc_radius"].within(plausible.LENGTH),
         fields["arc_angle"].number(above=0.0, high=2.0 * np.pi),
     )
     return radius * angle, radius, angle
 
 
-def read_profile(node: Node, length: float) -> Profile:
-    """A profile from YAML: a number, a list of [x, value], or {maximum, taper, root}."""
+def read_profile(node: Node, length: float, bounds: Bounds = plausible.SECTION) -> Profile:
+    """A profile over a length [m] from YAML: a number, a list of [x, value], or {maximum, taper,
+    root}; values and maximum within bounds.
+    """
     if isinstance(node.value, dict):
         taper = node.fields(["maximum", "taper", "root"])
         return TaperedProfile(
-            taper["maximum"].positive(),
+            taper["maximum"].within(bounds),
             length,
             taper["taper"].number(0.0, 1.0),
             taper["root"].positive(),
         )
     if isinstance(node.value, list):
-        return _table(node)
-    return ConstantProfile(node.positive())
+        return _table(node, length, bounds)
+    return ConstantProfile(node.within(bounds))
 
 
-def _table(node: Node) -> TableProfile:
-    rows = [row.vector(2) for row in node.items()]
-    growing = all(before[0] < after[0] for before, after in pairwise(rows))
-    if len(rows) < 2 or not growing or min(row[1] for row in rows) <= 0.0:
-        raise node.error("at least two [x, value] with growing x and positive values")
-    return TableProfile(tuple(row[0] for row in rows), tuple(row[1] for row in rows))
+def _table(node: Node, length: float, bounds: Bounds) -> TableProfile:
+    """Straight lines between stations from the base to the tip."""
+    x = [row.vector(2)[0] for row in node.items()]
+    if len(x) < 2 or not all(before < after for before, after in pairwise(x)):
+        raise node.error("at least two [x, value] with growing x")
+    if x[0] != 0.0 or abs(x[-1] - length) > STATION_TOLERANCE * length:
+        raise node.error(f"[x, value] from x = 0 to the length, {length:.4g} m")
+    return TableProfile(tuple(x), tuple(row.items()[1].within(bounds) for row in node.items()))
 
 
 def _rectangle_around(height: Profile, width: Profile, length: float) -> Profile:

@@ -5,15 +5,27 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+NAME_RULE = "a name of letters, digits, _ and -"
+
 
 class DocumentError(ValueError):
     """A file that does not hold what its format asks for."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What a quantity can be: low <= number <= high, both in `unit`."""
+
+    low: float
+    high: float
+    unit: str
 
 
 class Node:
@@ -78,6 +90,26 @@ class Node:
         """A finite number above 0."""
         return self.number(above=0.0)
 
+    def within(self, bounds: Bounds) -> float:
+        """A number within bounds, which the error names with their unit.
+
+        >>> Node("a.yaml", "wall", 3).within(Bounds(0.0, 1.0, "m"))
+        Traceback (most recent call last):
+        softhand_model.document.DocumentError: a.yaml: wall: expected a number from 0 to 1 m, got 3
+        """
+        try:
+            return self.number(bounds.low, bounds.high)
+        except DocumentError:
+            raise self.error(
+                f"a number from {bounds.low:.4g} to {bounds.high:.4g} {bounds.unit}"
+            ) from None
+
+    def name(self) -> str:
+        """Text that can name a file: letters, digits, _ and -."""
+        if not is_name(self.value):
+            raise self.error(NAME_RULE)
+        return str(self.value)
+
     def text(self) -> str:
         """A string that is not empty."""
         if not isinstance(self.value, str) or not self.value:
@@ -92,12 +124,12 @@ class Node:
         return self.value
 
     # ---------------------------------------------------------------- lists of scalars
-    def vector(self, length: int = 3) -> tuple[float, ...]:
-        """`length` finite numbers."""
+    def vector(self, length: int = 3, bounds: Bounds | None = None) -> tuple[float, ...]:
+        """`length` finite numbers, each within bounds if there are any."""
         children = self.items()
         if len(children) != length:
             raise self.error(f"{length} numbers")
-        return tuple(child.number() for child in children)
+        return tuple(child.within(bounds) if bounds else child.number() for child in children)
 
     def names(self) -> tuple[str, ...]:
         """At least one name, none twice."""
@@ -179,6 +211,15 @@ def find_document(name: str | Path, folder: str, kind: str) -> Path:
         f"{kind}: expected one of {', '.join(shipped_names(folder))} or the path of a YAML file, "
         f"got {name}"
     )
+
+
+def is_name(value: Any) -> bool:
+    """Whether a value can name a file: letters, digits, _ and - alone.
+
+    >>> is_name("hand_2"), is_name("../hand")
+    (True, False)
+    """
+    return isinstance(value, str) and re.fullmatch(r"[A-Za-z0-9_-]+", value) is not None
 
 
 def _shown(value: Any) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from softhand_model import plausible
 from softhand_model.actuator import Actuator, actuator_names, load_actuator, own_actuators
 from softhand_model.document import DocumentError, Node, find_document, read_document, shipped_names
 from softhand_model.palm_sheet import PalmSheet
@@ -25,6 +26,13 @@ Array = NDArray[np.float64]
 FORMAT = "softhand-hand/1"
 WRIST = "wrist"
 SAME_SIDE = 0.5  # cosine of the angle between the bending sides of chains that a web may join
+BOUNDS = {  # of struts and sheets
+    "length": plausible.LENGTH,
+    "width": plausible.BREADTH,
+    "thickness": plausible.THICKNESS,
+    "modulus": plausible.YOUNGS_MODULUS,
+    "density": plausible.DENSITY,
+}
 
 
 @dataclass(frozen=True)
@@ -203,6 +211,8 @@ def load_hand(name: str | Path) -> HandDescription:
     )
     channels = fields["channels"].names()
     types = own_actuators(fields["types"]) if "types" in fields else {}
+    if fields["chains"].mapping() == {}:
+        raise fields["chains"].error("at least one chain")
     chains: dict[str, ChainDescription] = {}
     actuators: set[str] = set()
     for key, node in fields["chains"].mapping().items():
@@ -215,14 +225,23 @@ def load_hand(name: str | Path) -> HandDescription:
     _refuse_stray_webs(fields["chains"], chains)
     plate = _plate(fields["plate"]) if "plate" in fields else None
     return HandDescription(
-        fields["name"].text(),
+        fields["name"].name(),
         channels,
-        fields["mass"].positive(),
+        _mass(fields["mass"], chains),
         tuple(chains.values()),
         tips,
         plate,
         _sheet(fields["sheet"]) if "sheet" in fields else None,
     )
+
+
+def _mass(node: Node, chains: dict[str, ChainDescription]) -> float:
+    """Mass [kg] of the hand: at least that of its actuators and struts."""
+    rubber = sum(part.mass for chain in chains.values() for part in chain.actuators.values())
+    struts = sum(chain.strut.mass for chain in chains.values() if chain.strut)
+    if node.within(plausible.HAND_MASS) < rubber + struts:
+        raise node.error(f"at least {rubber + struts:.4g} kg, which its actuators and struts weigh")
+    return node.within(plausible.HAND_MASS)
 
 
 def _chain(
@@ -254,7 +273,9 @@ def _chain(
         _mount(fields["mount"], parents),
         _strut(fields["strut"]) if "strut" in fields else None,
         fields["turn"].choice([1, -1]) if arc else 0,
-        fields["pitch"].number(low=_least_pitch(parts)) if "pitch" in fields else 0.0,
+        fields["pitch"].number(_least_pitch(parts), plausible.SECTION.high)
+        if "pitch" in fields
+        else 0.0,
         _web(fields["web"], parts[0].length) if "web" in fields else None,
     )
 
@@ -324,31 +345,39 @@ def _webbed_neighbours(chain: ChainDescription, chains: list[ChainDescription]) 
 
 def _mount(node: Node, parents: list[str]) -> Mount:
     fields = node.fields(["parent", "position", "rpy"])
-    return Mount(
-        fields["parent"].choice(parents), fields["position"].vector(), fields["rpy"].vector()
+    return Mount(fields["parent"].choice(parents), *_pose(fields))
+
+
+def _pose(fields: dict[str, Node]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Position (3,) [m] and roll, pitch, yaw (3,) [rad]."""
+    return (
+        fields["position"].vector(bounds=plausible.OFFSET),
+        fields["rpy"].vector(bounds=plausible.ANGLE),
     )
 
 
 def _strut(node: Node) -> Strut:
     fields = node.fields(["length", "width", "thickness", "modulus"], ["density"])
-    return Strut(**{key: value.positive() for key, value in fields.items()})
+    return Strut(**{key: value.within(BOUNDS[key]) for key, value in fields.items()})
 
 
 def _plate(node: Node) -> Plate:
     fields = node.fields(["size", "position"])
-    if min(fields["size"].vector()) <= 0.0:
-        raise fields["size"].error("3 numbers above 0")
-    return Plate(fields["size"].vector(), fields["position"].vector())
+    return Plate(
+        fields["size"].vector(bounds=plausible.PLATE),
+        fields["position"].vector(bounds=plausible.OFFSET),
+    )
 
 
 def _sheet(node: Node) -> PalmSheet:
     sizes = ["length", "width", "thickness", "modulus"]
     fields = node.fields([*sizes, "angle", "position", "rpy"])
+    position, rpy = _pose(fields)
     return PalmSheet(
-        **{key: fields[key].positive() for key in sizes},
+        **{key: fields[key].within(BOUNDS[key]) for key in sizes},
         angle=fields["angle"].number(above=0.0, high=np.pi),
-        position=fields["position"].vector(),
-        rpy=fields["rpy"].vector(),
+        position=position,
+        rpy=rpy,
     )
 
 
