@@ -35,7 +35,7 @@ def test_what_is_there_is_not_refused(tmp_path):
 
 
 def test_a_designed_actuator_is_a_specimen_as_it_stands(tmp_path):
-    rubber = Rubber("Dragon Skin 10", "", "", 11.0, 67e3)
+    rubber = Rubber("Dragon Skin 10", "", "", 11.0, 67e3, 1070.0)
     finger = design_actuator(Wish(0.9e-3, 4e-3, 0.09, rubber)).actuator
     content = document(specimens={"f": actuator_entry(finger)})
     specimen = load_measurements(write_set(tmp_path, content)).specimens["f"]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.mesh import box, write_obj, write_stl
+from pneuflex_sim.friction import load_friction
+from pneuflex_sim.mesh import box, mesh_of, write_obj, write_stl
 from pneuflex_sim.object_shapes import geometry
 from pneuflex_sim.objects import load_object, load_objects
 from pneuflex_sim.pieces import MARGIN
@@ -119,6 +120,45 @@ def test_an_open_mesh_needs_to_be_taken_by_its_hull(block):
         load_object(yaml_of(block, file="open.obj", scale=None))
     hull = load_object(yaml_of(block, file="open.obj", scale=None, pieces="hull"))
     assert hull.geometry.solid.volume == pytest.approx(0.04 * 0.06 * 0.08)
+
+
+def corner_of_two_boxes(folder):
+    """An L of two bars of 20 x 20 x 60 mm as YAML files, cut into pieces and as its hull."""
+    outline = np.array([(0, 0), (60, 0), (60, 20), (20, 20), (20, 60), (0, 60)])
+    points = np.array([(*point, z) for z in (0, 20) for point in outline]) / 1e3
+    fan = [(3, 4, 5), (3, 5, 0), (3, 0, 1), (3, 1, 2)]
+    faces = [face[::-1] for face in fan] + [tuple(k + 6 for k in face) for face in fan]
+    for a, b in zip(range(6), (1, 2, 3, 4, 5, 0), strict=True):
+        faces += [(a, b, a + 6), (b, b + 6, a + 6)]
+    write_stl(folder / "l.stl", {"l": mesh_of(points, np.array(faces, np.int32).ravel())})
+    return [
+        load_object(yaml_of(folder, file="l.stl", scale=None, pieces=pieces))
+        for pieces in (None, "hull")
+    ]
+
+
+def test_what_is_drawn_is_what_touches(tmp_path):
+    whole, hull = corner_of_two_boxes(tmp_path)
+    assert whole.geometry.surface.volume == pytest.approx(40e-6)
+    assert hull.geometry.surface.volume == pytest.approx(40e-6 + 16e-6)
+    assert hull.geometry.solid.volume == pytest.approx(40e-6 + 16e-6)
+
+
+def test_flat_faces_are_drawn_flat(tmp_path):
+    for described in corner_of_two_boxes(tmp_path):
+        surface = described.geometry.surface
+        corners = surface.corners
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        shown = surface.normals[surface.indices].reshape(-1, 3, 3)
+        np.testing.assert_allclose(shown, np.repeat(normal[:, None], 3, axis=1), atol=1e-9)
+
+
+def test_a_material_of_no_table_of_friction_is_refused_with_file_and_key(block):
+    path = yaml_of(block, material="cheese")
+    with pytest.raises(ValueError, match=r"brick.yaml: material: expected one of .*got 'cheese'"):
+        load_object(path, load_friction())
+    assert load_object(path).material == "cheese"  # for drawing
 
 
 @pytest.mark.parametrize(

@@ -32,5 +32,30 @@ def test_an_object_covers_a_part_of_its_picture(name, least):
 def test_the_figure_is_written(tmp_path):
     pytest.importorskip("matplotlib")
     assert main(["ball", "tube", "--figure", str(tmp_path / "two.png")]) == 0
+    assert main(["ball", "--figure", str(tmp_path / "two.png")]) == 2  # it exists
+    assert main(["ball", "--figure", str(tmp_path / "two.png"), "--force"]) == 0
     assert (tmp_path / "two.png").read_bytes()[1:4] == b"PNG"
     assert np.unique(picture(load_object("ball"))).size > 10
+
+
+def test_a_figure_of_no_known_kind_is_refused_before_anything_is_read(tmp_path, capsys):
+    assert main(["no such object", "--figure", str(tmp_path / "o.foo")]) == 2
+    assert "o.foo: expected a file that ends in .png or .pdf or .svg" in capsys.readouterr().err
+
+
+MUG = (
+    "format: pneuflex-object/1\nshape: box\nsize: [0.05, 0.05, 0.05]\nmass: 0.1\nmaterial: cheese\n"
+)
+OWN = "format: pneuflex-friction/1\npairs:\n  cheese: {rubber: 0.5, wood: 0.3}\n"
+
+
+def test_a_material_without_friction_is_refused_unless_a_table_of_ones_own_has_it(tmp_path, capsys):
+    mug, own = tmp_path / "mug.yaml", tmp_path / "own.yaml"
+    mug.write_text(MUG)
+    own.write_text(OWN)
+    assert main([str(mug)]) == 2
+    error = capsys.readouterr().err
+    assert "mug.yaml: material: expected one of cardboard, " in error
+    assert "friction.yaml), got 'cheese'" in error
+    assert main([str(mug), "--friction", str(own)]) == 0
+    assert "| cheese |" in capsys.readouterr().out

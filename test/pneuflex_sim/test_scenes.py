@@ -73,6 +73,30 @@ def test_a_snapshot_with_the_object_repeats_bit_for_bit(simulate, name):
     assert ends[0] == ends[1]
 
 
+@pytest.mark.parametrize("part", ["table", "wall"])
+def test_a_material_without_friction_is_refused_with_file_and_key(tmp_path, part):
+    old = {"table": "paper", "wall": "wood"}[part]
+    path = tmp_path / "own.yaml"
+    path.write_text(OWN.replace(f"material: {old}", "material: butter"))
+    named = rf"own.yaml: {part}.material: expected one of .*friction.yaml\), got 'butter'"
+    with pytest.raises(ValueError, match=named):
+        Simulation(SimulationConfig(hand="single_finger", scene=str(path)))
+
+
+def test_materials_of_ones_own_come_with_their_friction(tmp_path, simulate):
+    scene, pairs = tmp_path / "own.yaml", tmp_path / "pairs.yaml"
+    scene.write_text(OWN.replace("paper", "butter").replace("wood", "butter"))
+    pairs.write_text(
+        "format: pneuflex-friction/1\npairs:\n  butter: {rubber: 0.1, polyolefin: 0.05}\n"
+    )
+    simulation = simulate(
+        hand="single_finger", scene=str(scene), object="marker", friction=str(pairs), step=0.005
+    )
+    assert simulation.friction.pair("butter", simulation.object.material) == 0.05
+    with pytest.raises(ValueError, match=r"(butter|cardboard) and (butter|cardboard).*pairs.yaml"):
+        simulate(hand="single_finger", scene=str(scene), object="cylinder", friction=str(pairs))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "named"),
     [

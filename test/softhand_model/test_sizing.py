@@ -12,7 +12,7 @@ from softhand_model.hands import load_hand
 from softhand_model.rubber import Rubber, load_rubbers
 from softhand_model.sizing import Wish, actuation_ratio, design_actuator
 
-DRAGON_SKIN = Rubber("Dragon Skin 10", "Smooth-On", "", 11.0, 67e3)
+DRAGON_SKIN = Rubber("Dragon Skin 10", "Smooth-On", "", 11.0, 67e3, 1070.0)
 FINGER = Wish(0.93e-3, 3.9e-3, 0.09, DRAGON_SKIN)
 # lambda + lambda**-3 = 2 is lambda**3 = lambda**2 + lambda + 1 beside lambda = 1
 RULE_STRETCH = max(np.roots([1, -1, -1, -1]).real)
@@ -122,15 +122,15 @@ def test_each_rule_that_is_broken_is_said_alone(change, rule, words):
         ({"actuation_ratio": 0.1e-3}, "actuation_ratio: expected above 0.0002857 1/(m Pa), at whi"),
         ({"stiffness": 1e-7}, "actuation_ratio: expected above"),
         ({"wall": 0.05}, "wall: expected below 0.00835"),
-        ({"height": 0.045}, "height: expected below 0.03872 m for this stiffness, got 0.045"),
+        ({"height": 0.045}, "height: expected below 0.03872 m for this stiffness, got 0.045 m"),
         ({"width": 0.06, "wall": 0.002}, "width: expected below"),
         ({"length": 0.01}, "length: expected above 0.01936 m, the height that"),
         ({"tip_stiffness": 5e-3}, "tip_stiffness: expected 0 to the stiffness at the base, 0.0039"),
-        ({"stiffness": -1.0}, "stiffness: expected a number above 0, got -1.0"),
-        ({"length": float("nan")}, "length: expected a number above 0, got nan"),
+        ({"stiffness": -1.0}, "stiffness: expected a number above 0 N m2, got -1 N m2"),
+        ({"length": float("nan")}, "length: expected a number above 0 m, got nan m"),
         (
-            {"rubber": Rubber("putty", "", "", 1.8, 67e3)},
-            "max_stretch of putty: expected above 2, got 1.8",
+            {"rubber": Rubber("putty", "", "", 1.8, 67e3, 1070.0)},
+            "max_stretch: expected above 2 of putty, got 1.8",
         ),
     ],
 )
@@ -145,3 +145,8 @@ def test_just_above_the_least_actuation_ratio_there_is_an_actuator_nearly_all_wa
         design_actuator(replace(FINGER, actuation_ratio=0.2856e-3))
     base = design_actuator(replace(FINGER, actuation_ratio=0.2859e-3)).actuator
     assert 0.99 < base.wall / float(base.height(0.0)) < 1.0
+
+
+def test_the_rubber_weighs_what_its_density_says():
+    heavy = design_actuator(replace(FINGER, rubber=replace(DRAGON_SKIN, density=1300.0))).actuator
+    assert heavy.mass == pytest.approx(1300.0 * heavy.rubber_volume(), rel=1e-6)

@@ -1,6 +1,6 @@
 """`hand design`: wall and profile of an actuator from what it should do.
 
-The options and the table are in mm, kPa and mN m2; files, JSON, warnings and errors in SI units.
+Options, table, warnings and errors are in mm, kPa and mN m2; files and JSON in SI units.
 """
 
 from __future__ import annotations
@@ -14,13 +14,25 @@ from typing import Any
 
 import numpy as np
 
+from pneuflex_sim.new_file import check_new
 from softhand_model.actuator import Actuator, actuator_names, nominal_rubber
+from softhand_model.design import BrokenRule
+from softhand_model.document import NAME_RULE, Bounds, is_name
 from softhand_model.hand_writing import actuator_entry, finger_text
+from softhand_model.plausible import DENSITY, LENGTH, SECTION, SHEAR_MODULUS, WALL
 from softhand_model.rubber import Rubber, load_rubbers
-from softhand_model.sizing import Design, Wish, actuation_ratio, design_actuator
+from softhand_model.sizing import Design, Wish, WishError, actuation_ratio, design_actuator
 
 MILLI, KILO = 1e-3, 1e3
 USUAL_RUBBER = "Dragon Skin 10"
+SHOWN = {  # SI unit: how large the unit of options and messages is in it, and its name
+    "1/(m Pa)": (1.0 / KILO, "1/(m kPa)"),
+    "N m2": (MILLI, "mN m2"),
+    "m": (MILLI, "mm"),
+}
+SIZES = {"length": LENGTH, "wall": WALL, "height": SECTION, "width": SECTION}
+MODULUS = Bounds(SHEAR_MODULUS.low / KILO, SHEAR_MODULUS.high / KILO, "kPa")
+STRETCH = Bounds(1.01, 100.0, "")
 SHARES = (0.25, 0.5, 0.75, 1.0)  # of the pressure limit, at which the bend is shown
 
 
@@ -39,8 +51,9 @@ def add_to(commands: Any) -> None:
     add("--length", **number, required=True, help="[mm]")
     add("--tip-stiffness", **number, default=0.0, help="that at the tip [mN m2] (%(default)s)")
     add("--rubber", default=USUAL_RUBBER, help="one of Table 3.2 (%(default)s)")
-    add("--modulus", **number, help="shear modulus of the rubber [kPa] (that of the table)")
-    add("--max-stretch", **number, help="largest stretch of the rubber [-] (that of the table)")
+    add("--modulus", **number, help="shear modulus of a rubber of your own [kPa]")
+    add("--max-stretch", **number, help="its largest stretch [-], given together with --modulus")
+    add("--density", **number, help="of the rubber [kg/m3] (that of --rubber)")
     add("--wall", **number, help="thickness [mm], where it is fixed")
     add("--height", **number, help="height at the base [mm], where it is fixed")
     add("--width", **number, help="width at the base [mm], where it is fixed")
@@ -55,34 +68,61 @@ def run(options: argparse.Namespace) -> None:
     """Design, print and write; raises ValueError for wishes that cannot be fulfilled."""
     if options.name in actuator_names():
         raise ValueError(f"name: expected none of a shipped actuator, got {options.name}")
-    design = design_actuator(wish_of(options), options.name)
+    if not is_name(options.name):
+        raise ValueError(f"name: expected {NAME_RULE}, got {options.name!r}")
     if options.out is not None:
-        _write(design, options)
+        check_new(options.out, options.force, (".yaml", ".yml"))
+    try:
+        design = design_actuator(wish_of(options), options.name)
+    except WishError as error:
+        raise ValueError(_in_options(error)) from error
+    if options.out is not None:
+        _write(design, options.out)
     print(json.dumps(record(design), indent=2) if options.json else table(design))
     for broken in design.broken:
-        print(f"warning: {broken}", file=sys.stderr)
+        print(f"warning: {_shown(broken)}", file=sys.stderr)
+
+
+def _in_options(error: WishError) -> str:
+    """The error with name and unit of the option."""
+    name = "ratio" if error.key == "actuation_ratio" else error.key.replace("_", "-")
+    return error.told(name, *SHOWN.get(error.unit, (1.0, error.unit)))
+
+
+def _shown(broken: BrokenRule) -> BrokenRule:
+    """The broken rule in the unit of the options."""
+    scale, unit = SHOWN.get(broken.unit, (1.0, broken.unit))
+    numbers = {key: getattr(broken, key) for key in ("value", "low", "high")}
+    scaled = {key: None if number is None else number / scale for key, number in numbers.items()}
+    return replace(broken, **scaled, unit=unit)
 
 
 def wish_of(options: argparse.Namespace) -> Wish:
     """The wish in SI units."""
-    fixed = {key: getattr(options, key) for key in ("wall", "height", "width")}
+    given = {key: getattr(options, key) for key in SIZES}
+    sizes = {
+        key: None if size is None else MILLI * _within(key, size, _in_mm(SIZES[key]))
+        for key, size in given.items()
+    }
     return Wish(
         options.ratio / KILO,
         options.stiffness * MILLI,
-        options.length * MILLI,
-        chosen_rubber(options.rubber, options.modulus, options.max_stretch),
+        sizes.pop("length"),
+        chosen_rubber(options.rubber, options.modulus, options.max_stretch, options.density),
         options.tip_stiffness * MILLI,
-        **{key: None if size is None else size * MILLI for key, size in fixed.items()},
+        **sizes,
     )
 
 
-def chosen_rubber(name: str, modulus: float | None, max_stretch: float | None) -> Rubber:
-    """A rubber of Table 3.2, with another modulus [kPa] or largest stretch [-] where given; raises
-    ValueError with the names there are.
+def chosen_rubber(
+    name: str, modulus: float | None, max_stretch: float | None, density: float | None
+) -> Rubber:
+    """A rubber of Table 3.2, or `custom` of a modulus [kPa] and largest stretch [-]; with another
+    density [kg/m3] where given. Raises ValueError with the names there are.
 
     Dragon Skin 10 has the nominal modulus of the shipped actuators, not that of the table.
 
-    >>> chosen_rubber("Dragon Skin 10", None, None).shear_modulus
+    >>> chosen_rubber("Dragon Skin 10", None, None, None).shear_modulus
     67000.0
     """
     rubbers = load_rubbers()
@@ -91,14 +131,30 @@ def chosen_rubber(name: str, modulus: float | None, max_stretch: float | None) -
     found = rubbers[name]
     if name == USUAL_RUBBER:
         found = replace(found, shear_modulus=nominal_rubber()[0])
-    for key, value, least in (("modulus", modulus, 0.0), ("max_stretch", max_stretch, 1.0)):
-        if value is not None and not least < value < np.inf:
-            raise ValueError(f"{key}: expected a number above {least:g}, got {value}")
-    return replace(
-        found,
-        shear_modulus=found.shear_modulus if modulus is None else modulus * KILO,
-        max_stretch=found.max_stretch if max_stretch is None else max_stretch,
-    )
+    if density is not None:
+        found = replace(found, density=_within("density", density, DENSITY))
+    if modulus is None and max_stretch is None:
+        return found
+    if modulus is None or max_stretch is None:
+        missing, given = ("modulus", "max-stretch")[:: 1 if modulus is None else -1]
+        raise ValueError(
+            f"{missing}: expected a number beside {given}, since rule 5 and the pressure limit "
+            "take both of one rubber, got none"
+        )
+    modulus = _within("modulus", modulus, MODULUS)
+    max_stretch = _within("max-stretch", max_stretch, STRETCH)
+    return Rubber("custom", "", "", max_stretch, modulus * KILO, found.density)
+
+
+def _in_mm(bounds: Bounds) -> Bounds:
+    return Bounds(bounds.low / MILLI, bounds.high / MILLI, "mm")
+
+
+def _within(option: str, value: float, bounds: Bounds) -> float:
+    if not bounds.low <= value <= bounds.high:
+        limits = f"{bounds.low:g} to {bounds.high:g} {bounds.unit}".rstrip()
+        raise ValueError(f"{option}: expected {limits}, got {value:g}")
+    return value
 
 
 def table(design: Design) -> str:
@@ -126,6 +182,9 @@ def table(design: Design) -> str:
         _size("length", [actuator.length]),
         ("rubber", wish.rubber.name, "", ""),
         ("shear modulus", f"{actuator.shear_modulus / KILO:.4g}", "", "kPa"),
+        ("largest stretch", f"{wish.rubber.max_stretch:.4g}", "", ""),
+        ("density", f"{wish.rubber.density:.4g}", "", "kg/m3"),
+        ("mass", f"{actuator.mass / MILLI:.4g}", "", "g"),
         ("largest pressure", f"{actuator.max_pressure / KILO:.4g}", "", "kPa"),
         *_bends(actuator),
     ]
@@ -165,12 +224,7 @@ def record(design: Design) -> dict[str, Any]:
     }
 
 
-def _write(design: Design, options: argparse.Namespace) -> None:
-    path: Path = options.out
-    if path.suffix not in (".yaml", ".yml"):
-        raise ValueError(f"out: expected a file that ends in .yaml, got {path}")
-    if path.exists() and not options.force:
-        raise ValueError(f"{path}: expected a new file (or --force), got one that exists")
+def _write(design: Design, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(finger_text(design.actuator, _comment(design)), encoding="utf-8")
 
@@ -181,7 +235,7 @@ def _comment(design: Design) -> str:
         "A designed actuator, as a finger on a stand; take what stands under `types` into a hand.",
         f"Wanted: actuation ratio {wish.actuation_ratio:.4g} 1/(m Pa), stiffness "
         f"{wish.stiffness:.4g} N m2 at the base and {wish.tip_stiffness:.4g} at the tip; "
-        f"{wish.rubber.name}.",
+        f"rubber: {wish.rubber.name}, {wish.rubber.density:.4g} kg/m3.",
         *(f"Warning: {broken}" for broken in design.broken),
     ]
     return "\n".join(lines)

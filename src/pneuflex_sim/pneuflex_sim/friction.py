@@ -23,9 +23,12 @@ LARGEST = 10.0  # PyBullet cuts off above
 
 @dataclass(frozen=True)
 class FrictionTable:
-    """Coefficients of friction [-] by pair of materials (a set of one or two names)."""
+    """Coefficients of friction [-] by pair of materials (a set of one or two names), from files
+    that `source` names.
+    """
 
     pairs: Mapping[frozenset[str], float]
+    source: str = "the table of friction"
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -40,9 +43,15 @@ class FrictionTable:
         if found is None:
             raise ValueError(
                 f"friction: expected a table with the pair {first} and {second}, got one of "
-                f"{', '.join(self.materials)} without it"
+                f"{', '.join(self.materials)} without it ({self.source})"
             )
         return found
+
+    def material(self, node: Node) -> str:
+        """The name of a material of the table; raises DocumentError for another one."""
+        if node.text() not in self.materials:
+            raise node.error(f"one of {', '.join(self.materials)} (of {self.source})")
+        return node.text()
 
     @property
     def hand(self) -> float:
@@ -69,8 +78,11 @@ def load_friction(path: str | Path | None = None) -> FrictionTable:
     >>> load_friction().pair("cardboard", "wood") == load_friction().pair("wood", "cardboard")
     True
     """
-    shipped = _pairs(Path(str(resources.files("pneuflex_sim").joinpath("data/friction.yaml"))))
-    return FrictionTable(shipped if path is None else shipped | _pairs(Path(path)))
+    file = Path(str(resources.files("pneuflex_sim").joinpath("data/friction.yaml")))
+    shipped = _pairs(file)
+    if path is None:
+        return FrictionTable(shipped, str(file))
+    return FrictionTable(shipped | _pairs(Path(path)), f"{file} and {path}")
 
 
 def _pairs(path: Path) -> dict[frozenset[str], float]:

@@ -26,6 +26,7 @@ SMOOTHING = 2  # pixels that become one
 BORDER = 0.012  # [m] around the hand
 DPI = 110
 INCHES_A_METRE = 22.0
+CAPTION = "free air, no weight, no contact: what meets is drawn passing through"
 UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
 
 
@@ -173,7 +174,9 @@ def _explain(figure: Figure, hand: HandDescription) -> None:
     figure.suptitle(
         "\n".join([hand.name, *(_sizes(actuator) for actuator in kinds.values())]), fontsize=8
     )
-    figure.legend(handles=patches, loc="outside lower center", ncols=2, fontsize=8)
+    figure.legend(
+        handles=patches, loc="outside lower center", ncols=2, fontsize=8, title=CAPTION
+    ).get_title().set_fontsize(8)
 
 
 def _sizes(actuator: Actuator) -> str:

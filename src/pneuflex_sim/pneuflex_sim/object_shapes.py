@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from pneuflex_sim.convex_pieces import convex_pieces, eroded
-from pneuflex_sim.mesh import Mesh, box, mesh_of, tube
+from pneuflex_sim.mesh import Mesh, box, creased, mesh_of, tube
 from pneuflex_sim.mesh_files import open_edges, read_mesh
 from pneuflex_sim.pieces import MARGIN
 from pneuflex_sim.solids import (
@@ -144,7 +144,9 @@ def _ring(radius: float, z: float) -> Array:
 
 
 def _mesh(dimensions: Dimensions) -> Geometry:
-    """An open mesh can be used by its hull alone: it has no volume of its own."""
+    """An open mesh can be used by its hull alone: it has no volume of its own. Drawn is what it
+    touches with: the hull, where that is asked for.
+    """
     path, whole = Path(dimensions["file"]), dimensions.get("pieces") != "hull"
     surface = read_mesh(path, dimensions.get("scale", 1.0))
     gaps = open_edges(surface)
@@ -154,8 +156,9 @@ def _mesh(dimensions: Dimensions) -> Geometry:
             "`pieces: hull`"
         )
     if not whole:
-        return _of_pieces([surface.vertices], hull_solid(surface.vertices), surface)
-    return _of_pieces(convex_pieces(surface), polyhedron_solid(surface.corners), surface)
+        hull = creased(hull_mesh(surface.vertices))
+        return _of_pieces([surface.vertices], hull_solid(surface.vertices), hull)
+    return _of_pieces(convex_pieces(surface), polyhedron_solid(surface.corners), creased(surface))
 
 
 def hull_mesh(points: Array) -> Mesh:

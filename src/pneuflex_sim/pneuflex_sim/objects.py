@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.friction import FrictionTable
 from pneuflex_sim.mesh_files import SUFFIXES
 from pneuflex_sim.object_shapes import Geometry, geometry
 from pneuflex_sim.pieces import MARGIN
@@ -96,8 +97,9 @@ def load_objects() -> dict[str, ObjectDescription]:
     return {name: _parse(name, entry, entry.mapping()) for name, entry in entries.items()}
 
 
-def load_object(name: str | Path) -> ObjectDescription:
-    """The shipped object of that name, or the one in a YAML or mesh file at that path.
+def load_object(name: str | Path, friction: FrictionTable | None = None) -> ObjectDescription:
+    """The shipped object of that name, or the one in a YAML or mesh file at that path, of a
+    material of `friction`; without a table, as for drawing, of any.
 
     Raises ValueError naming file, key, expected and got, or listing the names there are.
 
@@ -115,6 +117,8 @@ def load_object(name: str | Path) -> ObjectDescription:
         fields = document.mapping()
         fields.pop("format")
         own = fields.pop("name").text() if "name" in fields else path.stem
+        if friction is not None and "material" in fields:
+            friction.material(fields["material"])
         return _checked(_parse(own, document, fields), document)
     raise ValueError(
         f"object: expected one of {', '.join(objects)}, or the path of a file .yaml, "

@@ -11,7 +11,9 @@ import pybullet
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.friction import load_friction
 from pneuflex_sim.mesh import box
+from pneuflex_sim.new_file import PICTURES, check_new
 from pneuflex_sim.object_shapes import merged
 from pneuflex_sim.objects import ObjectDescription, load_object, load_objects
 from pneuflex_sim.render import OBJECT, TABLE, Camera, draw_box, draw_mesh, draw_object, photograph
@@ -89,10 +91,15 @@ def main(arguments: list[str] | None = None) -> int:
         prog="pneuflex-objects", description="Table or picture of objects to grasp."
     )
     parser.add_argument("objects", nargs="*", help="names or files (default: all that are shipped)")
-    parser.add_argument("--figure", type=Path, help="PNG to write in place of the table")
+    parser.add_argument("--figure", type=Path, help="picture to write in place of the table")
+    parser.add_argument("--force", action="store_true", help="overwrite that picture")
+    parser.add_argument("--friction", help="YAML file with pairs of materials of your own")
     options = parser.parse_args(arguments)
     try:
-        objects = [load_object(name) for name in options.objects or load_objects()]
+        if options.figure is not None:
+            check_new(options.figure, options.force, PICTURES)
+        friction = load_friction(options.friction)
+        objects = [load_object(name, friction) for name in options.objects or load_objects()]
     except ValueError as error:
         print(f"pneuflex-objects: {error}", file=sys.stderr)
         return 2

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 
+from pneuflex_sim.friction import FrictionTable
 from softhand_model.document import Node, read_document
 
 FORMAT, ALL_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
@@ -80,8 +81,9 @@ def load_scenes() -> dict[str, SceneDescription]:
     return {name: _parse(name, entry) for name, entry in entries.items()}
 
 
-def load_scene(name: str | Path) -> SceneDescription:
-    """The shipped scene of that name, or the one in a YAML file at that path.
+def load_scene(name: str | Path, friction: FrictionTable | None = None) -> SceneDescription:
+    """The shipped scene of that name, or the one in a YAML file at that path, of materials of
+    `friction`; without a table, as for drawing, of any.
 
     Raises ValueError naming file, key, expected and got, or listing the names there are.
 
@@ -95,7 +97,13 @@ def load_scene(name: str | Path) -> SceneDescription:
     if path.suffix in (".yaml", ".yml") and path.is_file():
         document = read_document(path, FORMAT)
         own = {key: value for key, value in document.value.items() if key != "format"}
-        return _parse(path.stem, Node(document.file, "", own))
+        node = Node(document.file, "", own)
+        found = _parse(path.stem, node)
+        if friction is not None:
+            for part in (node.mapping().get(key) for key in ("table", "wall")):
+                if part is not None:
+                    friction.material(part.mapping()["material"])
+        return found
     raise ValueError(
         f"scene: expected one of {', '.join(scenes)}, or the path of a YAML file; got {str(name)!r}"
     )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneuflex_sim.new_file import PICTURES, check_new
 from softhand_model.hands import HandDescription, load_hand
 
 Array = NDArray[np.float64]
@@ -22,9 +23,9 @@ def add_to(commands: Any) -> None:
     found = commands.add_parser(
         "show",
         help="draw any hand",
-        description="Draw a hand in free air, without weight: at rest and under pressure, from the "
-        "side of the palm and from that of the thumb, with its dimensions. Prints the air that the "
-        "pressures take.",
+        description="Draw a hand in free air, without weight and without contact (what meets is "
+        "drawn passing through): at rest and under pressure, from the side of the palm and from "
+        "that of the thumb, with its dimensions. Prints the air that the pressures take.",
     )
     add = found.add_argument
     add("hand", help="name of a shipped hand or path of its YAML")
@@ -36,7 +37,8 @@ def add_to(commands: Any) -> None:
         "as in 20,28,50,70 (40%% of their limits)",
     )
     add("--segments", type=int, default=10, help="an actuator (%(default)s)")
-    add("-o", "--out", type=Path, help=f"PNG file ({FOLDER}/NAME.png)")
+    add("-o", "--out", type=Path, help=f"picture ({FOLDER}/NAME.png, always drawn anew)")
+    add("--force", action="store_true", help="overwrite the file named by --out")
     found.set_defaults(run=run)
 
 
@@ -46,6 +48,8 @@ def run(options: argparse.Namespace) -> None:
     from pneuflex_sim.closing import air_masses_at, settled_hand
     from pneuflex_sim.hand_picture import draw_hand
 
+    if options.out is not None:
+        check_new(options.out, options.force, PICTURES)
     hand = load_hand(options.hand)
     gauges = [np.zeros(len(hand.channels)), *_gauges(hand, options.pressure)]
     joints = list(settled_hand(hand, np.array(gauges), options.segments))
@@ -71,7 +75,7 @@ def _gauges(hand: HandDescription, given: list[str] | None) -> list[Array]:
 
     if given is None:
         return [pressures(hand, None)]
-    return [pressures(hand, [KILO * number for number in _numbers(text)]) for text in given]
+    return [pressures(hand, _numbers(text), KILO, "kPa") for text in given]
 
 
 def _numbers(text: str) -> list[float]:
@@ -79,5 +83,5 @@ def _numbers(text: str) -> list[float]:
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise ValueError(
-            f"pressure: expected a number, or one for each channel with commas, got {text}"
+            f"pressure: expected a number [kPa], or one for each channel with commas, got {text}"
         ) from None

@@ -98,9 +98,9 @@ class Simulation:
         self.config = config = config or SimulationConfig()
         hand, friction = config.hand, config.friction
         self.hand = hand if isinstance(hand, HandDescription) else load_hand(hand)
+        self.friction = friction if isinstance(friction, FrictionTable) else load_friction(friction)
         self.scene = self._described_scene()
         self.object = self._described_object()
-        self.friction = friction if isinstance(friction, FrictionTable) else load_friction(friction)
         model = config.model if isinstance(config.model, Model) else load_model(config.model)
         if model.base != "pneuflex":
             raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
@@ -142,11 +142,11 @@ class Simulation:
         found = self.config.object
         if not self.scene.has_object:
             return None
-        return found if isinstance(found, ObjectDescription) else load_object(found)
+        return found if isinstance(found, ObjectDescription) else load_object(found, self.friction)
 
     def _described_scene(self) -> SceneDescription:
         found, inclination = self.config.scene, self.config.wall_inclination
-        scene = found if isinstance(found, SceneDescription) else load_scene(found)
+        scene = found if isinstance(found, SceneDescription) else load_scene(found, self.friction)
         return scene if inclination is None else scene.inclined(inclination)
 
     def _object_body(self) -> ObjectBody | None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneuflex_sim.closing import closing_hand
 from pneuflex_sim.mesh import write_obj, write_stl
+from pneuflex_sim.new_file import check_new
 from pneuflex_sim.render import Camera, HandState, Renderer
 from softhand_model.hands import HandDescription, load_hand
 
@@ -46,8 +47,8 @@ def parser() -> argparse.ArgumentParser:
     add("--format", choices=("stl", "obj", "png"), default="obj", help="(%(default)s)")
     add("--segments", type=int, default=10, help="an actuator (%(default)s)")
     add("--out", type=Path, default=OUT, help="folder (%(default)s)")
-    add("--figure", type=Path, help="write one picture of the first and the last frame instead")
-    add("--force", action="store_true", help="overwrite frames of an earlier run")
+    add("--figure", type=Path, help="write one picture (PNG) of first and last frame instead")
+    add("--force", action="store_true", help="overwrite frames or figure of an earlier run")
     return found
 
 
@@ -65,18 +66,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
 
 
-def pressures(hand: HandDescription, given: list[float] | None) -> Array:
-    """Gauge pressures (channels,) [Pa]; raises ValueError for a wrong number of them, or one that
-    is negative or above its channel's limit.
+def pressures(
+    hand: HandDescription, given: list[float] | None, scale: float = 1.0, unit: str = "Pa"
+) -> Array:
+    """Gauge pressures (channels,) [Pa] from numbers in a unit of `scale` Pa; raises ValueError for
+    a wrong number of them, or one that is negative or above its channel's limit.
     """
     limits = hand.max_pressures()
     if given is None:
         return SHARE * limits
     if len(given) not in (1, len(limits)):
         raise ValueError(f"pressure: expected 1 or {len(limits)} numbers, got {len(given)}")
-    gauge = np.full(len(limits), given[0]) if len(given) == 1 else np.array(given)
+    gauge = scale * (np.full(len(limits), given[0]) if len(given) == 1 else np.array(given))
     if not np.all((gauge >= 0.0) & (gauge <= limits)):
-        raise ValueError(f"pressure: expected 0 to {limits.round().tolist()} Pa, got {given}")
+        allowed, got = (", ".join(f"{x:.6g}" for x in row) for row in (limits / scale, given))
+        raise ValueError(f"pressure: expected 0 to [{allowed}] {unit}, got [{got}]")
     return gauge
 
 
@@ -108,6 +112,7 @@ def _writer(kind: str, renderer: Renderer) -> Callable[[Path, Array], None]:
 
 def _figure(hand: HandDescription, gauge: Array, options: argparse.Namespace) -> int:
     """Open and closed side by side."""
+    check_new(options.figure, options.force, (".png",))
     renderer = Renderer(hand, None, "stand", options.segments)
     first, *_, last = closing_hand(hand, gauge, 3, options.segments)
     options.figure.parent.mkdir(parents=True, exist_ok=True)

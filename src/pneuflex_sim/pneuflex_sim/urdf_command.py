@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from pneuflex_sim.layout import build_layout
+from pneuflex_sim.new_file import check_new
 from pneuflex_sim.urdf import write_urdf
 from softhand_model.hands import load_hand
 from softhand_model.model_file import load_model
@@ -21,6 +22,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "--segments", type=int, default=5, help="an actuator, as in the simulator (%(default)s)"
     )
     parser.add_argument("-o", "--out", type=Path, help="file (standard output)")
+    parser.add_argument("--force", action="store_true", help="overwrite that file")
     parser.set_defaults(run=run)
 
 
@@ -28,6 +30,8 @@ def run(options: argparse.Namespace) -> None:
     """Write it; raises ValueError for a hand that does not exist or has too many segments."""
     if options.segments < 1:
         raise ValueError(f"segments: expected 1 or more, got {options.segments}")
+    if options.out is not None:
+        check_new(options.out, options.force)
     text = write_urdf(build_layout(load_hand(options.hand), options.segments, load_model(None)))
     if options.out is None:
         print(text)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softhand_model import plausible
 from softhand_model.document import Node, data_file, read_document
 
 Array = NDArray[np.float64]
@@ -19,13 +20,14 @@ PASCAL_PER_KILOPASCAL = 1e3
 
 @dataclass(frozen=True)
 class Rubber:
-    """A rubber of Table 3.2: largest stretch [-] and shear modulus [Pa]."""
+    """A rubber: largest stretch [-] and shear modulus [Pa] as in Table 3.2, density [kg/m3]."""
 
     name: str
     maker: str
     chemistry: str
     max_stretch: float
     shear_modulus: float
+    density: float
 
     @property
     def suitability(self) -> float:
@@ -47,13 +49,14 @@ def load_rubbers(path: Path | None = None) -> dict[str, Rubber]:
 
 
 def _rubber(name: str, node: Node) -> Rubber:
-    fields = node.fields(["maker", "chemistry", "max_stretch", "shear_modulus"])
+    fields = node.fields(["maker", "chemistry", "max_stretch", "shear_modulus", "density"])
     return Rubber(
         name,
         fields["maker"].text(),
         fields["chemistry"].text(),
         fields["max_stretch"].number(above=1.0),
-        fields["shear_modulus"].positive(),
+        fields["shear_modulus"].within(plausible.SHEAR_MODULUS),
+        fields["density"].within(plausible.DENSITY),
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from softhand_model import design, section
-from softhand_model.actuator import Actuator, nominal_rubber
+from softhand_model.actuator import Actuator
 from softhand_model.design import BrokenRule
 from softhand_model.profile import ConstantProfile, Profile, TaperedProfile
 from softhand_model.rubber import Rubber
@@ -25,6 +25,32 @@ SIDE_WALL_SHARE = 1.0 / 3.0  # of the width at most, as of P5
 LEAST_TIP_HEIGHT = 2.0  # walls
 TUBE_VOLUME = 9.4e-7  # [m3], 0.3 m of the tube of P10
 DIGITS = 7  # of the sizes of an actuator
+UNITS = {  # of what an actuator should do; of all else [m]
+    "actuation_ratio": "1/(m Pa)",
+    "stiffness": "N m2",
+    "tip_stiffness": "N m2",
+    "max_stretch": "",
+}
+
+
+class WishError(ValueError):
+    """A wish that cannot be fulfilled: its `key`, what is `expected` with `{}` for the bound, and
+    bound and value that came in `unit`, the SI unit of the key.
+    """
+
+    def __init__(self, key: str, expected: str, bound: float, got: float) -> None:
+        self.key, self.expected, self.bound, self.got = key, expected, bound, got
+        self.unit = UNITS.get(key, "m")
+        super().__init__(self.told(key, 1.0, self.unit))
+
+    def told(self, name: str, scale: float, unit: str) -> str:
+        """The same with another name of the key, in a unit of `scale` SI units.
+
+        >>> WishError("wall", "below {}", 0.009, 0.03).told("wall", 1e-3, "mm")
+        'wall: expected below 9 mm, got 30 mm'
+        """
+        bound, got = (f"{value / scale:.4g} {unit}".rstrip() for value in (self.bound, self.got))
+        return f"{name}: expected {self.expected.format(bound)}, got {got}"
 
 
 @dataclass(frozen=True)
@@ -32,7 +58,7 @@ class Wish:
     """What an actuator should do: actuation_ratio [1/(m Pa)] and stiffness [N m2] at the base,
     length [m], rubber, tip_stiffness [N m2]; wall, height and width [m] where a mould fixes them.
 
-    Raises ValueError for numbers that are not above 0, and a tip stiffer than the base.
+    Raises WishError for numbers that are not above 0, and a tip stiffer than the base.
     """
 
     actuation_ratio: float
@@ -48,12 +74,10 @@ class Wish:
         for key in ("actuation_ratio", "stiffness", "length", "wall", "height", "width"):
             value = getattr(self, key)
             if value is not None and not 0.0 < value < np.inf:
-                raise ValueError(f"{key}: expected a number above 0, got {value}")
+                raise WishError(key, "a number above {}", 0.0, value)
         if not 0.0 <= self.tip_stiffness <= self.stiffness:
-            raise ValueError(
-                f"tip_stiffness: expected 0 to the stiffness at the base, {self.stiffness:.4g} "
-                f"N m2, got {self.tip_stiffness:.4g}"
-            )
+            expected = "0 to the stiffness at the base, {}"
+            raise WishError("tip_stiffness", expected, self.stiffness, self.tip_stiffness)
 
 
 @dataclass(frozen=True)
@@ -116,10 +140,10 @@ def design_actuator(wish: Wish, name: str = "finger") -> Design:
     """Size an actuator: wall by rule 1 and circumference by rule 2, with side walls, height equal
     to width by rule 3; what the wish fixes stays. Rules that are broken are listed.
 
-    Raises ValueError when no such actuator exists: the walls would fill it, or it would be as high
+    Raises WishError when no such actuator exists: the walls would fill it, or it would be as high
     as it is long.
 
-    >>> dragon_skin = Rubber("Dragon Skin 10", "", "", 11.0, 67e3)
+    >>> dragon_skin = Rubber("Dragon Skin 10", "", "", 11.0, 67e3, 1070.0)
     >>> found = design_actuator(Wish(0.93e-3, 3.9e-3, 0.09, dragon_skin)).actuator
     >>> [round(1e3 * float(size), 2) for size in (found.wall, found.height(0), found.width(0))]
     [2.25, 19.36, 19.36]
@@ -131,16 +155,13 @@ def design_actuator(wish: Wish, name: str = "finger") -> Design:
 
 
 def _section(wish: Wish) -> Section:
-    """Section at the base; raises ValueError where the wall would fill it."""
+    """Section at the base; raises WishError where the wall would fill it."""
     height, width = _sides(wish, _edge(wish))
     modulus = wish.rubber.shear_modulus
     if wish.wall is None:
         return Section(height, width, _wall(wish, height, width), modulus)
     if wish.wall >= height:
-        raise ValueError(
-            f"wall: expected below {height:.4g} m, the height that gives the stiffness, "
-            f"got {wish.wall:.4g}"
-        )
+        raise WishError("wall", "below {}, the height that gives the stiffness", height, wish.wall)
     return Section(height, width, wish.wall, modulus)
 
 
@@ -160,10 +181,8 @@ def _edge(wish: Wish) -> float:
     else:
         edge = _edge_at_wall(wish, wish.wall, half)
     if edge <= half:
-        raise ValueError(
-            f"{'height' if wish.height else 'width'}: expected below {2.0 * edge:.4g} m for this "
-            f"stiffness, got {2.0 * half:.4g}"
-        )
+        fixed = "height" if wish.height else "width"
+        raise WishError(fixed, "below {} for this stiffness", 2.0 * edge, 2.0 * half)
     return edge
 
 
@@ -185,11 +204,11 @@ def _wall(wish: Wish, height: float, width: float) -> float:
     modulus = wish.rubber.shear_modulus
     least = _least_actuation_ratio(wish, height)
     if wish.actuation_ratio <= least:
-        raise ValueError(
-            f"actuation_ratio: expected above {least:.4g} 1/(m Pa), at which the wall fills the "
-            f"section, got {wish.actuation_ratio:.4g}; a stiffer actuator is higher, a stiffer "
-            "rubber takes less wall"
+        expected = (
+            "above {}, at which the wall fills the section (a stiffer actuator is higher, a "
+            "stiffer rubber takes less wall)"
         )
+        raise WishError("actuation_ratio", expected, least, wish.actuation_ratio)
 
     def excess(wall: float) -> float:
         return wish.actuation_ratio / Section(height, width, wall, modulus).actuation_ratio - 1.0
@@ -209,10 +228,8 @@ def _least_actuation_ratio(wish: Wish, height: float) -> float:
 
 def _refuse_unfit(wish: Wish, base: Section) -> None:
     if base.height >= wish.length:
-        raise ValueError(
-            f"length: expected above {base.height:.4g} m, the height that gives the stiffness, "
-            f"got {wish.length:.4g}"
-        )
+        expected = "above {}, the height that gives the stiffness"
+        raise WishError("length", expected, base.height, wish.length)
 
 
 def _actuator(wish: Wish, base: Section, name: str) -> Actuator:
@@ -234,7 +251,7 @@ def _actuator(wish: Wish, base: Section, name: str) -> Actuator:
         max_pressure=0.0,
         supply_volume=TUBE_VOLUME,
     )
-    mass = _rounded(nominal_rubber()[1] * found.rubber_volume())
+    mass = _rounded(wish.rubber.density * found.rubber_volume())
     return replace(found, mass=mass, max_pressure=pressure_limit(found, wish.rubber))
 
 
@@ -248,14 +265,12 @@ def pressure_limit(actuator: Actuator, rubber: Rubber) -> float:
     """Pressure [Pa] at which the top is stretched as far as the rubber should be in use: to 0.3 of
     its largest stretch, or to 0.5 of it where 0.3 is no stretch at all (section 3.3.3).
 
-    Raises ValueError for a rubber that may not be stretched at all.
+    Raises WishError for a rubber that may not be stretched at all.
     """
     stretch = next((s for s in design.useful_stretch(rubber.max_stretch) if s > 1.0), None)
     if stretch is None:
-        raise ValueError(
-            f"max_stretch of {rubber.name}: expected above {1.0 / design.USEFUL_STRETCH[1]:g}, "
-            f"got {rubber.max_stretch:g}"
-        )
+        least = 1.0 / design.USEFUL_STRETCH[1]
+        raise WishError("max_stretch", f"above {{}} of {rubber.name}", least, rubber.max_stretch)
     x = actuator.quadrature()[0]
     load = section.bending_load(
         1.0, actuator.height(x), actuator.wall, actuator.side_wall_ratio(x), actuator.shear_modulus
