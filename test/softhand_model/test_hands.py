@@ -249,7 +249,7 @@ def put_last(document):
     [
         (
             set_in("chains", "left", "pitch", value=0.001),
-            "left.pitch: expected a number at least 0.009, got 0.001",
+            "left.pitch: expected a number from 0.009 to 0.3 m, got 0.001",
         ),
         (
             set_in("chains", "left", "web", "length", value=0.6),

@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 
 from softhand_model import plausible
 from softhand_model.actuator import Actuator, actuator_names, load_actuator, own_actuators
-from softhand_model.document import DocumentError, Node, find_document, read_document, shipped_names
+from softhand_model.document import (
+    Bounds,
+    DocumentError,
+    Node,
+    find_document,
+    read_document,
+    shipped_names,
+)
 from softhand_model.palm_sheet import PalmSheet
 from softhand_model.rotation import from_rpy, rotate
 
@@ -26,13 +33,6 @@ Array = NDArray[np.float64]
 FORMAT = "softhand-hand/1"
 WRIST = "wrist"
 SAME_SIDE = 0.5  # cosine of the angle between the bending sides of chains that a web may join
-BOUNDS = {  # of struts and sheets
-    "length": plausible.LENGTH,
-    "width": plausible.BREADTH,
-    "thickness": plausible.THICKNESS,
-    "modulus": plausible.YOUNGS_MODULUS,
-    "density": plausible.DENSITY,
-}
 
 
 @dataclass(frozen=True)
@@ -273,9 +273,7 @@ def _chain(
         _mount(fields["mount"], parents),
         _strut(fields["strut"]) if "strut" in fields else None,
         fields["turn"].choice([1, -1]) if arc else 0,
-        fields["pitch"].number(_least_pitch(parts), plausible.SECTION.high)
-        if "pitch" in fields
-        else 0.0,
+        fields["pitch"].within(_pitch_bounds(parts)) if "pitch" in fields else 0.0,
         _web(fields["web"], parts[0].length) if "web" in fields else None,
     )
 
@@ -305,10 +303,11 @@ def _check_shape(node: Node, fields: dict[str, Node], actuators: list[Actuator])
         raise fields["web"].error("no web on arcs")
 
 
-def _least_pitch(parts: list[Actuator]) -> float:
-    """Distance [m] of the middles at which two actuators touch where they are widest."""
+def _pitch_bounds(parts: list[Actuator]) -> Bounds:
+    """Distances [m] of the middles, from where two actuators touch at their widest."""
     x = np.append(parts[0].quadrature()[0], [0.0, parts[0].length])
-    return round(float(np.max(np.mean([part.width(x) for part in parts], axis=0))), 9)
+    least = round(float(np.max(np.mean([part.width(x) for part in parts], axis=0))), 9)
+    return Bounds(least, plausible.SECTION.high, "m")
 
 
 def _web(node: Node, most: float) -> Web:
@@ -358,7 +357,7 @@ def _pose(fields: dict[str, Node]) -> tuple[tuple[float, ...], tuple[float, ...]
 
 def _strut(node: Node) -> Strut:
     fields = node.fields(["length", "width", "thickness", "modulus"], ["density"])
-    return Strut(**{key: value.within(BOUNDS[key]) for key, value in fields.items()})
+    return Strut(**{key: value.within(plausible.FLAT_PART[key]) for key, value in fields.items()})
 
 
 def _plate(node: Node) -> Plate:
@@ -374,7 +373,7 @@ def _sheet(node: Node) -> PalmSheet:
     fields = node.fields([*sizes, "angle", "position", "rpy"])
     position, rpy = _pose(fields)
     return PalmSheet(
-        **{key: fields[key].within(BOUNDS[key]) for key in sizes},
+        **{key: fields[key].within(plausible.FLAT_PART[key]) for key in sizes},
         angle=fields["angle"].number(above=0.0, high=np.pi),
         position=position,
         rpy=rpy,

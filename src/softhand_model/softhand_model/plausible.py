@@ -27,3 +27,11 @@ PRESSURE = Bounds(1e3, 1e7, "Pa")  # actuators of 1 kPa are pouches, of 5 MPa hy
 SUPPLY_VOLUME = Bounds(0.0, 1e-3, "m3")  # 0: nothing is connected; 1 l is 80 m of a 4 mm tube
 DENSITY = Bounds(100.0, 2e4, "kg/m3")  # foam to metal
 HAND_MASS = Bounds(1e-3, 20.0, "kg")
+
+FLAT_PART = {  # a strut or a sheet
+    "length": LENGTH,
+    "width": BREADTH,
+    "thickness": THICKNESS,
+    "modulus": YOUNGS_MODULUS,
+    "density": DENSITY,
+}
