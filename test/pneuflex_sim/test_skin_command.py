@@ -30,6 +30,7 @@ def test_a_closing_finger_is_written_frame_by_frame(tmp_path):
 def test_a_figure_shows_open_and_closed(tmp_path):
     path = tmp_path / "finger.png"
     assert run("single_finger", "--pressure", 20e3, "--segments", 3, "--figure", path) == 0
+    assert run("single_finger", "--segments", 3, "--figure", path) == 2  # it exists
     picture = matplotlib.image.imread(path)[..., :3]
     halves = np.split(picture, 2, axis=1)
     assert picture.std() > 0.02

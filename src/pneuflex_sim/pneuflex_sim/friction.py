@@ -47,11 +47,10 @@ class FrictionTable:
             )
         return found
 
-    def material(self, node: Node) -> str:
-        """The name of a material of the table; raises DocumentError for another one."""
+    def check_material(self, node: Node) -> None:
+        """Raise DocumentError for what is no material of the table."""
         if node.text() not in self.materials:
             raise node.error(f"one of {', '.join(self.materials)} (of {self.source})")
-        return node.text()
 
     @property
     def hand(self) -> float:

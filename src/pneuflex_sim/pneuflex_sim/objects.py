@@ -118,7 +118,7 @@ def load_object(name: str | Path, friction: FrictionTable | None = None) -> Obje
         fields.pop("format")
         own = fields.pop("name").text() if "name" in fields else path.stem
         if friction is not None and "material" in fields:
-            friction.material(fields["material"])
+            friction.check_material(fields["material"])
         return _checked(_parse(own, document, fields), document)
     raise ValueError(
         f"object: expected one of {', '.join(objects)}, or the path of a file .yaml, "

@@ -102,7 +102,7 @@ def load_scene(name: str | Path, friction: FrictionTable | None = None) -> Scene
         if friction is not None:
             for part in (node.mapping().get(key) for key in ("table", "wall")):
                 if part is not None:
-                    friction.material(part.mapping()["material"])
+                    friction.check_material(part.mapping()["material"])
         return found
     raise ValueError(
         f"scene: expected one of {', '.join(scenes)}, or the path of a YAML file; got {str(name)!r}"
