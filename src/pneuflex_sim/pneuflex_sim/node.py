@@ -241,6 +241,8 @@ class HandSim(Node):
             text = "a second simulator publishes pneumaticbox/sensors on this domain"
             self.get_logger().warning(text + ": stop one, or give each its ROS_DOMAIN_ID")
             warnings.append(text)
+        if self.simulation.stops.told:
+            warnings.append(self.simulation.stops.told)
         return warnings
 
     def publish_diagnostics(self) -> None:

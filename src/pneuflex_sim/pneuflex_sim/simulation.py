@@ -18,6 +18,7 @@ from pneuflex_sim.fixed_bodies import build_scene
 from pneuflex_sim.friction import FrictionTable, load_friction
 from pneuflex_sim.hand_bodies import HandBodies
 from pneuflex_sim.hand_shape import HandShape
+from pneuflex_sim.joint_stops import JointStops
 from pneuflex_sim.layout import build_layout
 from pneuflex_sim.link_shapes import PIECES, check_kind
 from pneuflex_sim.object_body import ObjectBody
@@ -124,6 +125,7 @@ class Simulation:
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
         self.air = AirCoupling(layout)
+        self.stops = JointStops(layout)
         self.plant = PLANT(self.channels, self.air.rest_volumes, seed=config.seed)
         self.ambient = self.plant.parameters.ambient_pressure
         material = self.object.material if self.object else None
@@ -222,9 +224,11 @@ class Simulation:
     # ---------------------------------------------------------------- stepping
     def step(self, valves: Array | None = None) -> None:
         """One physics step; `valves` (channels,) is +1 inflate, -1 deflate, 0 closed; None keeps
-        imposed masses or closed.
+        imposed masses or closed. Warns once (RuntimeWarning) when the pressure asks a joint to bend
+        beyond its stop.
         """
         self._update_air(valves)
+        self.stops.look(self.pressures_abs - self.ambient)
         if not self.air.by_tables:
             self.air.bend_by_models(
                 self.step_size, self.pressures(), self.bodies.turned, self.temperature
