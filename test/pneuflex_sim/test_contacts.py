@@ -1,9 +1,44 @@
 """Contacts: names, order and direction, against the weight they carry."""
 
+from math import radians, tan
+
 import numpy as np
 import pytest
 
-from pneuflex_sim.contacts import by_pair, normal_forces
+from grasp_strategies.trials import TrialSettings, run_trial, started_scene
+from pneuflex_sim.contacts import OBJECT, by_pair, normal_forces
+from pneuflex_sim.scenes import SceneDescription, Wall
+
+GRAVITY = np.array([0.0, 0.0, -9.80665])
+
+
+def on_object(contacts):
+    """Sum of the whole forces (3,) [N] on the object."""
+    forces = [contact.force * np.array(contact.normal) + contact.friction for contact in contacts]
+    sides = [1.0 if contact.first == OBJECT else -1.0 for contact in contacts]
+    return np.array(sides) @ np.array(forces)
+
+
+def on_slope(simulate, inclination):
+    """A box on a wooden plane, put there from 2 mm above it, after two seconds."""
+    wall = Wall("wood", -0.3, inclination)
+    scene = SceneDescription("slope", None, wall, True, True, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    height = 0.3 * tan(radians(inclination)) + 0.002
+    simulation = simulate(scene=scene, object="tape_dispenser", object_offset=(0, 0, height))
+    for _ in range(2000):
+        simulation.step()
+    return simulation
+
+
+@pytest.mark.parametrize("inclination", [5.0, 12.0])
+def test_the_forces_on_a_box_at_rest_on_a_slope_are_its_weight_and_no_more(simulate, inclination):
+    simulation = on_slope(simulate, inclination)
+    contacts = simulation.object_contacts()
+    weight = simulation.object_mass * GRAVITY
+    np.testing.assert_allclose(on_object(contacts), -weight, atol=2e-3)
+    # of which friction is what points down- or uphill
+    rubbing = np.linalg.norm(np.sum([contact.friction for contact in contacts], axis=0))
+    assert rubbing == pytest.approx(np.linalg.norm(weight) * np.sin(radians(inclination)), rel=0.02)
 
 
 def test_the_table_carries_the_weight_of_the_object(simulate):
@@ -43,3 +78,14 @@ def test_the_objects_contacts_are_those_of_all_that_touch_it(simulate):
     everything = by_pair(simulation.contacts())
     assert own == {pair: found for pair, found in everything.items() if "object" in pair}
     assert any(pair.endswith("/object") for pair in own)
+
+
+def test_the_forces_on_an_object_in_the_hand_are_its_weight_and_no_more():
+    settings = TrialSettings(step=0.005)
+    assert run_trial(1, settings).result.gripped
+    simulation = started_scene(settings).scene.simulation
+    contacts = simulation.object_contacts()
+    assert OBJECT not in {contact.first for contact in contacts}  # the hand is
+    np.testing.assert_allclose(on_object(contacts), -simulation.object_mass * GRAVITY, atol=0.01)
+    by_normals = sum(contact.force * np.array(contact.normal) for contact in contacts)
+    assert np.linalg.norm(by_normals + on_object(contacts)) > 0.5  # the fingers rub, too

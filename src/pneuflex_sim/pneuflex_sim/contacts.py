@@ -13,7 +13,7 @@ OBJECT = "object"
 @dataclass(frozen=True)
 class Contact:
     """One contact point: names of both sides, the joint name of the first, position [m], normal
-    towards it, force [N].
+    towards it, and what acts on it there: force along the normal [N], friction (3,) [N].
     """
 
     first: str
@@ -22,6 +22,7 @@ class Contact:
     position: tuple[float, float, float]
     normal: tuple[float, float, float]
     force: float
+    friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class ContactNames:
@@ -39,21 +40,31 @@ class ContactNames:
         return self._links.get((body, link)) or (self._bodies[body], "")
 
     def contacts(self, body: int | None = None) -> list[Contact]:
-        """Contact points that carry a force, of one body or of all.
+        """Contact points that carry a force, of one body or of all; of each pair at least one
+        presses.
 
         The first side is a chain of the hand if there is one, else what the object touches.
         """
-        of_body = {} if body is None else {"bodyA": body}
-        points = pybullet.getContactPoints(**of_body, physicsClientId=self._client)
-        return [self._contact(point) for point in points if point[9] > 0]
+        # asked for one body, PyBullet may swap the sides, and then leaves friction as it was
+        points = pybullet.getContactPoints(physicsClientId=self._client)
+        found = [
+            self._contact(point)
+            for point in points
+            if (point[9] > 0 or point[10] or point[12]) and (body is None or body in point[1:3])
+        ]
+        # the solver's last steps may take all of a point's normal force and leave its friction
+        pressing = {(contact.first, contact.second) for contact in found if contact.force > 0}
+        return [contact for contact in found if (contact.first, contact.second) in pressing]
 
     def _contact(self, point: tuple) -> Contact:
         (first, segment), (second, other) = self.name(*point[1:4:2]), self.name(*point[2:5:2])
         position, (x, y, z) = point[5], point[7]  # on the first body, and towards it
+        along, (ax, ay, az), across, (bx, by, bz) = point[10:14]
+        fx, fy, fz = along * ax + across * bx, along * ay + across * by, along * az + across * bz
         if first == OBJECT or (other and not segment):
             first, segment, second = second, other, first
-            position, x, y, z = point[6], -x, -y, -z
-        return Contact(first, segment, second, position, (x, y, z), point[9])
+            position, x, y, z, fx, fy, fz = point[6], -x, -y, -z, -fx, -fy, -fz
+        return Contact(first, segment, second, position, (x, y, z), point[9], (fx, fy, fz))
 
 
 def normal_forces(contacts: list[Contact]) -> dict[str, float]:

@@ -1,5 +1,7 @@
 """Lines and arrows add up to the forces they stand for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,13 @@ def test_the_arrow_of_a_pair_is_the_vector_sum_at_the_weighted_place():
     start, end = total_arrow(CONTACTS)
     np.testing.assert_allclose(start, [0.0, 0.1, 0.1])
     np.testing.assert_allclose((end - start) / METRES_PER_NEWTON, [3.0, -1.0, 0.0])
+
+
+def test_friction_turns_the_lines_and_the_arrow():
+    rubbing = [replace(CONTACTS[0], friction=(0.0, 0.0, -4.0))]
+    for start, end in (contact_lines(rubbing)[0], total_arrow(rubbing)):
+        np.testing.assert_allclose((end - start) / METRES_PER_NEWTON, [3.0, 0.0, -4.0])
+    assert total_force(rubbing) == 3.0  # stays what presses
 
 
 def test_the_arrow_of_a_lying_object_is_its_weight_on_the_table(simulate):

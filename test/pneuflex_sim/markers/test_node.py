@@ -71,10 +71,14 @@ def test_contacts_come_as_lines_after_all_earlier_ones_are_deleted(gripping):
         contacts = pairs[marker.ns]
         points = array(marker.points)
         np.testing.assert_allclose(points[::2], [contact.position for contact in contacts])
-        length = np.linalg.norm(points[1::2] - points[::2], axis=1).sum()
-        force = sum(contact.force for contact in contacts)
-        assert length / METRES_PER_NEWTON == pytest.approx(force)
-        assert float(marker.text) == pytest.approx(force, abs=1e-4)
+        drawn = (points[1::2] - points[::2]) / METRES_PER_NEWTON
+        for force, contact in zip(drawn, contacts, strict=True):
+            assert force @ contact.normal == pytest.approx(contact.force, abs=1e-6)
+            rubbing = force - contact.force * np.array(contact.normal)
+            np.testing.assert_allclose(rubbing, contact.friction, atol=1e-6)
+        pressing = sum(contact.force for contact in contacts)
+        assert float(marker.text) == pytest.approx(pressing, abs=1e-4)
+    assert any(contact.friction != (0.0, 0.0, 0.0) for contact in gripping.contacts())
 
 
 def test_the_sequencer_reads_from_the_markers_what_touches_the_object(gripping):

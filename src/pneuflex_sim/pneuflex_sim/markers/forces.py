@@ -1,4 +1,4 @@
-"""Lines and arrows of contact forces, in the world: normal forces, without friction."""
+"""Lines and arrows of contact forces, in the world: along the normal, and friction."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def contact_lines(contacts: list[Contact]) -> Array:
 
 def total_arrow(contacts: list[Contact]) -> Array:
     """Start and end (2, 3) [m] of the arrow of the summed force on the first side; it starts at the
-    mean of the contact points, weighted by their forces.
+    mean of the contact points, weighted by their normal forces.
     """
     weight = np.array([contact.force for contact in contacts])
     start = weight @ np.array([contact.position for contact in contacts]) / weight.sum()
@@ -39,5 +39,7 @@ def total_force(contacts: list[Contact]) -> float:
 
 
 def _forces(contacts: list[Contact]) -> Array:
-    """Normal forces (k, 3) [N] on the first side."""
-    return np.array([contact.force * np.array(contact.normal) for contact in contacts])
+    """Whole forces (k, 3) [N] on the first side."""
+    return np.array(
+        [contact.force * np.array(contact.normal) + contact.friction for contact in contacts]
+    )

@@ -44,7 +44,7 @@ class SeenScene:
             self._markers.publish(self._force_markers(stamp))
 
     def _contact_markers(self, stamp: Time) -> MarkerArray:
-        """Lines for each pair of bodies; their text is the pair's force [N].
+        """Lines for each pair of bodies; their text is the sum of its normal forces [N].
 
         The sequencer reads them 50 times a second, so there is nothing more.
         """
