@@ -9,10 +9,12 @@ setup:
 	@scripts/setup.sh
 
 # GUI=1 opens PyBullet's window; SEED=3 moves the object and changes its mass; another hand comes with
-# a strategy of its own: STRATEGY=examples/three_finger_gripper/grasp.yaml OBJECT=ball.
+# a strategy of its own: STRATEGY=examples/three_finger_gripper/grasp.yaml OBJECT=ball; FRICTION=pairs.yaml
+# has pairs of materials of your own.
 demo: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.demo $(if $(filter-out 0,$(GUI)),--gui) $(if $(SEED),--seed $(SEED)) \
-		$(if $(STRATEGY),--strategy $(STRATEGY)) $(if $(OBJECT),--object $(OBJECT)) $(if $(HAND),--hand $(HAND))
+		$(if $(STRATEGY),--strategy $(STRATEGY)) $(if $(OBJECT),--object $(OBJECT)) $(if $(HAND),--hand $(HAND)) \
+		$(if $(FRICTION),--friction $(FRICTION))
 
 # SEED=3 hides another effect in another set.
 lab-demo: setup

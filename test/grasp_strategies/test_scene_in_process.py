@@ -12,7 +12,10 @@ class FakeSimulation:
 
     step_size = 0.002
     channels = ("a", "b")
-    hand = Fields(chains=[Fields(name="index"), Fields(name="thumb")])
+    hand = Fields(
+        chains=[Fields(name="index"), Fields(name="thumb")],
+        max_pressures=lambda: np.array([15e3, 25e3]),
+    )
 
     def __init__(self, breaks=False):
         self.steps, self.masses, self.breaks = 0, [], breaks
@@ -35,7 +38,7 @@ class FakeSimulation:
         self.target = (position, orientation)
 
     def pressures(self):
-        return np.array([1e4, 2e4])
+        return np.array([1e4, 2e4])  # below the limits
 
     def wrist_pose(self):
         return np.array([0.0, 0.0, 0.4]), np.array([0.0, 0.0, 0.0, 1.0])
@@ -126,6 +129,20 @@ def test_the_real_pressures_rise_with_the_air_that_is_commanded(scene):
     pressure = scene.observe().pressure
     assert pressure[0] > 5e3
     assert np.abs(pressure[1:]).max() < 0.2 * pressure[0]
+
+
+def test_a_real_finger_is_kept_to_its_pressure_limit():
+    scene = build_scene(hand="single_finger", step=0.005, segments=3)
+    (limit,) = scene.simulation.hand.max_pressures()
+    scene.command_air(np.array([0.5]))
+    pressures = []
+    for _ in range(500):
+        scene.step(0.01)
+        pressures.extend(scene.observe().pressure)
+    scene.close()
+    assert limit < max(pressures) < 1.02 * limit
+    assert pressures[-1] < 0.99 * limit
+    assert scene.limited == ("a",)
 
 
 def test_an_unknown_hand_lists_those_there_are():

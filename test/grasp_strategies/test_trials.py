@@ -107,12 +107,30 @@ def test_the_command_does_not_overwrite_unless_forced(monkeypatch, tmp_path, cap
         (["--object", "elephant"], "cylinder"),
         (["--scene", "moon"], "table"),
         (["--step", "1"], "step"),
+        (["--wall-inclination", "60"], "wall_inclination: expected a scene with a wall, got table"),
+        (["--friction", "missing.yaml"], "missing.yaml"),
     ],
 )
 def test_the_command_says_in_one_line_what_it_cannot_use(capsys, options, message):
     assert main(["--seeds", "1", *options]) == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert error.startswith("trials: ") and message in error
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [
+        ("--offset", "-1", "expected 0 to 1 m, got -1"),
+        ("--offset", "nan", "expected 0 to 1 m, got nan"),
+        ("--mass-spread", "2", "expected 0 or more and less than 1, got 2"),
+        ("--mass-spread", "-0.1", "expected 0 or more and less than 1, got -0.1"),
+    ],
+)
+def test_a_spread_that_cannot_be_is_refused_with_its_option(capsys, option, value, expected):
+    with pytest.raises(SystemExit) as ended:
+        main(["--seeds", "1", option, value])
+    assert ended.value.code == 2
+    assert f"argument {option}: {expected}" in capsys.readouterr().err
 
 
 APPROACH = """
@@ -135,6 +153,48 @@ def test_a_real_trial_runs_and_repeats_bit_for_bit(write_strategy):
     assert first.result.completed and first.result.outcome == "none"
     assert first.result.duration == pytest.approx(0.2)
     assert first.record() | {"real_time_factor": 0} == second.record() | {"real_time_factor": 0}
+
+
+def test_a_trial_that_asks_for_more_than_the_limits_allow_says_so(write_strategy):
+    greedy = APPROACH.replace("rbo_hand_2", "single_finger")
+    greedy = greedy.replace("name: hold", "name: hold\n    air_mass: {a: 0.5}\n    air_ramp: 5.0")
+    settings = TrialSettings(strategy=str(write_strategy(text=greedy)), step=0.005)
+    assert run_trial(1, settings).result.reason.endswith(
+        "; relieved at the pressure limit: channel a"
+    )
+    modest = TrialSettings(strategy=str(write_strategy(text=APPROACH)), step=0.004)
+    assert "limit" not in run_trial(1, modest).result.reason
+
+
+STEEL = """
+format: pneuflex-object/1
+shape: box
+size: [0.05, 0.05, 0.05]
+mass: 0.1
+material: steel
+rpy: [0, 0, 0]
+"""
+PAIRS = """
+format: pneuflex-friction/1
+pairs:
+  steel: {rubber: 0.45, wood: 0.2}
+"""
+
+
+def test_materials_and_a_wall_of_ones_own_reach_the_trials(write_strategy, tmp_path, capsys):
+    block, pairs = tmp_path / "block.yaml", tmp_path / "pairs.yaml"
+    block.write_text(STEEL)
+    pairs.write_text(PAIRS)
+    choice = ["--strategy", str(write_strategy(text=APPROACH)), "--object", str(block)]
+    choice += ["--seeds", "1", "--step", "0.005", "--scene", "wall", "--wall-inclination", "70"]
+    assert main(choice) == 2
+    assert "steel" in capsys.readouterr().err
+    choice += ["--friction", str(pairs)]
+    assert main(choice) == 0
+    settings = json.loads(capsys.readouterr().out)["settings"] | {"options": ()}
+    simulation = trials.started_scene(TrialSettings(**settings)).scene.simulation
+    assert simulation.friction.pair("steel", "rubber") == 0.45
+    assert simulation.scene.wall.inclination == 70.0
 
 
 def test_a_gripper_of_ones_own_grasps_by_the_command(tmp_path):

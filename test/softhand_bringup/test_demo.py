@@ -87,3 +87,27 @@ def test_a_strategy_brings_its_hand_and_reaches_the_sequencer(tmp_path, monkeypa
     for node in suite.three_nodes(options):
         assert node.parameters["hand"] == str(gripper / "gripper.yaml")
     assert suite.sequencer(options).parameters["strategy.surface_constrained"] == strategy
+
+
+def test_wall_and_friction_of_the_demo_reach_the_simulator_and_the_pictures(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(command, "Demo", lambda options, *_: made.append(options))
+    monkeypatch.setattr(command, "_run", lambda demo: 0)
+    choice = ["--scene", "wall", "--wall-inclination", "60", "--friction", "pairs.yaml"]
+    assert main([*choice, "--out", str(tmp_path)]) == 0
+    (options,) = made
+    parameters = suite.simulator(options).parameters
+    assert (parameters["wall_inclination"], parameters["friction_file"]) == (60.0, "pairs.yaml")
+    drawing = suite.figures(options, tmp_path, tmp_path).arguments
+    assert drawing[-2:] == ("--wall-inclination", "60.0")
+    usual = suite.simulator(suite.SuiteOptions()).parameters
+    assert not {"wall_inclination", "friction_file"} & set(usual)
+
+
+def test_a_wall_that_cannot_be_is_named_before_anything_starts(tmp_path, capsys):
+    out = str(tmp_path / "out")
+    assert main(["--wall-inclination", "60", "--out", out]) == 2
+    assert "wall_inclination: expected a scene with a wall, got table" in capsys.readouterr().out
+    assert main(["--scene", "wall", "--wall-inclination", "0", "--out", out]) == 2
+    assert "expected 5 to 120 deg, got 0" in capsys.readouterr().out
+    assert not (tmp_path / "out").exists()

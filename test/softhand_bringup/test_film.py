@@ -1,5 +1,6 @@
 """Films of grasps: pace, sizes, formats, and that filming changes nothing."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -130,6 +131,24 @@ def test_wrist_and_object_are_in_the_picture_from_first_to_last(settings):
     assert np.all(np.abs(recording.way[:, 2] - camera.target[2]) < reach)
 
 
+def test_the_camera_stays_with_the_hand_when_the_object_flies_off(settings):
+    recording = film_trial(settings, 0.1)
+    options = command.parser().parse_args(["-o", "x", "--size", "64x48"])
+    before = command.camera_of(options, recording)
+    flung = [
+        replace(state, object_position=state.object_position + [0.0, 0.0, 9.0 * (k > 3)])
+        for k, state in enumerate(recording.states)
+    ]
+    after = command.camera_of(options, replace(recording, states=flung))
+    assert after.distance <= before.distance < 2.0
+    np.testing.assert_allclose(after.target, before.target, atol=0.1)
+
+
+def test_a_wall_is_drawn_at_the_inclination_of_the_trial(settings):
+    leaning = replace(settings, scene="wall", wall_inclination=60.0)
+    assert film_trial(leaning, 0.8).renderer.scene.wall.inclination == 60.0
+
+
 def test_a_bag_is_shown_from_before_its_first_phase_to_the_end_of_its_last(grasp_bag):
     recording = film_bag(grasp_bag, 0.25, "single_finger", "cylinder", "table")
     assert len(recording.states) == 15  # from 0.5 to 4.0 s
@@ -179,6 +198,36 @@ def test_a_folder_in_place_of_a_film_is_refused_even_when_forced(film, tmp_path,
     assert film("film.gif", "--force")[0] == film("frames", "--force")[0] == 2
     told = capsys.readouterr().err
     assert "expected a file" in told and "expected a folder" in told
+
+
+@pytest.mark.parametrize(
+    "place", ["/proc/nowhere/film.gif", "/proc/frames", "/proc/film.mp4", "taken/film.gif"]
+)
+def test_a_place_that_cannot_be_written_is_named_before_anything_is_simulated(
+    film, tmp_path, capsys, monkeypatch, place
+):
+    (tmp_path / "taken").write_text("a file")
+    monkeypatch.setattr(command, "film_trial", None)
+    status, path = film(place)
+    assert status == 2
+    assert (
+        f"film: -o {path}: expected a place that can be written, got: " in capsys.readouterr().err
+    )
+
+
+def test_a_film_that_is_refused_leaves_no_folder(film, tmp_path):
+    assert film("new/folder/film.gif", "--object", "teapot")[0] == 2
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "film.gif").write_text("an earlier film")
+    assert film("film.gif", "--object", "teapot", "--force")[0] == 2
+    assert (tmp_path / "film.gif").read_text() == "an earlier film"
+
+
+def test_the_last_line_counts_files_or_seconds(film, capsys):
+    path = film("frames", "--every", "0.4")[1]
+    assert capsys.readouterr().out == f"{path}: 3 PNG files, one each 0.4 s of simulation\n"
+    path = film("film.gif", "--every", "0.4")[1]
+    assert capsys.readouterr().out == f"{path}: 0.12 s at 25 pictures a second\n"
 
 
 @pytest.mark.parametrize(("name", "library"), [("a.mp4", "imageio_ffmpeg"), ("a.gif", "PIL")])

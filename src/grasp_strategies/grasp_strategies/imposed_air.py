@@ -1,7 +1,7 @@
 """Air that follows its command at the pace of the Pneumaticbox, without valves, sensors or driver.
 
-It stands in for the driver in batch trials: the chokes limit the rate, and the smallest pulse is
-the grain of what can be commanded.
+It stands in for the driver in batch trials: the chokes limit the rate, the smallest pulse is the
+grain of what can be commanded, and a channel above its pressure limit is relieved.
 """
 
 from __future__ import annotations
@@ -13,15 +13,22 @@ from softhand_model.gas import line_conductance, orifice_conductance, series_flo
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 
 SMALLEST_PULSE = 2.5e-6  # air that one shortest opening of a valve moves (thesis 4.3) [kg]
+RELIEF_END = 0.97  # of the limit, as the driver has it; the outlet closes again below it
 
 
 class ImposedAir:
     """Air masses (channels,) [kg above the fill at rest] on their way to the commanded ones.
 
     A command is met to the nearest whole pulse. Until then a channel fills from the supply or
-    empties to ambient through its choke and tube (mean of their tolerances).
+    empties to ambient through its choke and tube (mean of their tolerances). As the driver does, it
+    empties a channel above its limit until the pressure is 3 % below, and does not fill it again
+    before the next command.
 
-    >>> air = ImposedAir(1)
+    Args:
+        limits: largest gauge pressures (channels,) [Pa].
+        parameters: of the box.
+
+    >>> air = ImposedAir(np.array([80e3]))
     >>> air.command(np.array([1.1e-5]))
     >>> for _ in range(1000):
     ...     masses = air.advance(0.001, np.array([120e3]))
@@ -29,7 +36,7 @@ class ImposedAir:
     10.0
     """
 
-    def __init__(self, channels: int, parameters: Pneumatics | None = None) -> None:
+    def __init__(self, limits: Array, parameters: Pneumatics | None = None) -> None:
         box = parameters or load_pneumatics()
         foil = float(np.mean(box.choke.discharge_coefficient)) * np.pi / 4
         self._inlet = orifice_conductance(foil * box.choke.inlet_diameter**2, box.temperature)
@@ -39,8 +46,11 @@ class ImposedAir:
         )
         self._ambient = box.ambient_pressure
         self._supply = box.supply.pressure + box.ambient_pressure
-        self.masses: Array = np.zeros(channels)
-        self._goal: Array = np.zeros(channels)
+        self._limits = limits + box.ambient_pressure
+        self._relief_ends = RELIEF_END * limits + box.ambient_pressure
+        self.masses: Array = np.zeros(len(limits))
+        self._goal: Array = np.zeros(len(limits))
+        self.limited, self._relieving, self._blocked = np.zeros((3, len(limits)), bool)
 
     def command(self, masses: Array) -> None:
         """Set the masses to reach [kg]; raises ValueError unless there is one number a channel."""
@@ -50,10 +60,11 @@ class ImposedAir:
                 f"air masses: expected {len(self.masses)} finite numbers, got {masses}"
             )
         self._goal = np.round(wanted / SMALLEST_PULSE) * SMALLEST_PULSE
+        self._blocked = self._relieving.copy()
 
     def advance(self, duration: float, pressures_abs: Array) -> Array:
         """Masses [kg] after `duration` [s] with the channels at absolute pressures [Pa]."""
-        missing = self._goal - self.masses
+        missing = self._allowed(pressures_abs)
         if missing.any():
             self.masses = self.masses + np.clip(
                 missing,
@@ -61,3 +72,19 @@ class ImposedAir:
                 duration * series_flow(self._supply, pressures_abs, self._inlet, self._line),
             )
         return self.masses
+
+    def _allowed(self, pressures_abs: Array) -> Array:
+        """Air (channels,) [kg] that is wanted and that the limits do not forbid; a channel that is
+        relieved loses what it can.
+        """
+        over = pressures_abs > self._limits
+        if over.any():
+            self.limited |= over
+            self._relieving |= over
+            self._blocked |= over
+        missing = self._goal - self.masses
+        if not self._blocked.any():
+            return missing
+        self._relieving &= pressures_abs > self._relief_ends
+        held = np.where(self._blocked, np.minimum(missing, 0.0), missing)
+        return np.where(self._relieving, -np.inf, held)

@@ -25,7 +25,10 @@ class InProcessScene:
         self._simulation = simulation
         self.channels: tuple[str, ...] = tuple(simulation.channels)
         self.hand_bodies = hand_body_names(chain.name for chain in simulation.hand.chains)
-        self._air = ImposedAir(len(self.channels))
+        self._air = self._new_air()
+
+    def _new_air(self) -> ImposedAir:
+        return ImposedAir(self._simulation.hand.max_pressures())
 
     @property
     def simulation(self) -> Simulation:
@@ -48,6 +51,12 @@ class InProcessScene:
     def vent(self) -> None:
         """Let all air out."""
         self._air.command(np.zeros(len(self.channels)))
+
+    @property
+    def limited(self) -> tuple[str, ...]:
+        """Names of the channels that have been above their pressure limits, and were relieved."""
+        pairs = zip(self.channels, self._air.limited, strict=True)
+        return tuple(name for name, limited in pairs if limited)
 
     def step(self, duration: float) -> None:
         """Simulate `duration` [s], in whole physics steps, at least one.
@@ -95,7 +104,7 @@ class InProcessScene:
         """
         self._simulation.restore(saved)
         self._simulation.place_object(offset, mass_scale)
-        self._air = ImposedAir(len(self.channels))
+        self._air = self._new_air()
 
     def close(self) -> None:
         """Free the simulation."""

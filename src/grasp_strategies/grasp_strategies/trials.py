@@ -12,7 +12,7 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -22,13 +22,16 @@ from grasp_strategies.judge import GraspResult
 from grasp_strategies.placement import MASS_SPREAD, OFFSET, draw_placement
 from grasp_strategies.scene_in_process import InProcessScene, build_scene
 from grasp_strategies.sequencer import Sequencer
-from grasp_strategies.strategy import load_strategy
+from grasp_strategies.strategy import Strategy, load_strategy
+
+MOST_OFFSET = 1.0  # what a user may ask for [m]
 
 
 @dataclass(frozen=True)
 class TrialSettings:
     """What all trials of a batch share; `step` [s], `offset` [m], `mass_spread` as a share,
-    `options` of the strategy that are switched on, `solver` by the name of its settings.
+    `options` of the strategy that are switched on, `solver` by the name of its settings, `friction`
+    a file of pairs on top of the shipped ones, `wall_inclination` [deg], None for the scene's.
     """
 
     strategy: str = "surface_constrained"
@@ -41,6 +44,8 @@ class TrialSettings:
     mass_spread: float = MASS_SPREAD
     options: tuple[str, ...] = ()
     solver: str = "default"
+    friction: str | None = None
+    wall_inclination: float | None = None
 
 
 @dataclass(frozen=True)
@@ -57,11 +62,11 @@ class Trial:
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON, SI units; a slip that was not seen is null."""
-        fields = asdict(self)
-        result = fields.pop("result")
+        record = asdict(self)
+        result = record.pop("result")
         if math.isnan(result["slip"]):
             result["slip"] = None
-        return fields | result
+        return record | result
 
 
 class StartedScene:
@@ -77,6 +82,8 @@ class StartedScene:
             step=settings.step,
             segments=settings.segments,
             solver=settings.solver,
+            friction=settings.friction,
+            wall_inclination=settings.wall_inclination,
         )
         self._start = self.scene.save()
 
@@ -110,9 +117,20 @@ def run_placed(
     started = started_scene(settings)
     scene = started.place(offset, mass_scale)
     begin = time.perf_counter()
-    result = Sequencer(scene, started.strategy, options=settings.options).run()
+    result = run_in_process(scene, started.strategy, settings.options)
     wall = time.perf_counter() - begin
     return Trial(seed, offset, mass_scale, result, scene.time / wall)
+
+
+def run_in_process(
+    scene: InProcessScene, strategy: Strategy, options: tuple[str, ...]
+) -> GraspResult:
+    """Run a strategy with these of its options; the reason names channels at their limits."""
+    result = Sequencer(scene, strategy, options=options).run()
+    if not scene.limited:
+        return result
+    limited = f"relieved at the pressure limit: channel {', '.join(scene.limited)}"
+    return replace(result, reason=f"{result.reason}; {limited}")
 
 
 def run_batch(
@@ -155,14 +173,16 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     add("--segments", type=int, default=usual.segments, help="per actuator (%(default)s)")
     add("--options", nargs="*", default=(), help="of the strategy, such as lower_and_release")
     add("--solver", default=usual.solver, help="fast, default or stable (%(default)s)")
+    add("--friction", help="file with pairs of materials on top of the shipped table")
+    add("--wall-inclination", type=float, help="of the scene's wall [deg] (as the scene has it)")
 
 
 def read_settings(options: argparse.Namespace) -> TrialSettings:
     """The settings that `add_settings` has read; how placements are drawn is as usual."""
-    names = ("strategy", "object", "scene", "model", "step", "segments", "solver")
-    return TrialSettings(
-        options=tuple(options.options), **{name: getattr(options, name) for name in names}
-    )
+    drawn = ("offset", "mass_spread")
+    names = [field.name for field in fields(TrialSettings) if field.name not in drawn]
+    chosen = {name: getattr(options, name) for name in names}
+    return TrialSettings(**chosen | {"options": tuple(options.options)})
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -171,14 +191,28 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_settings(parser)
     add = parser.add_argument
-    add("--offset", type=float, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")
-    add("--mass-spread", type=float, default=MASS_SPREAD, help="share of mass (%(default)s)")
+    add("--offset", type=_offset, default=OFFSET, help="largest shift in x, y [m] (%(default)s)")
+    add("--mass-spread", type=_share, default=MASS_SPREAD, help="share of mass (%(default)s)")
     add("--seeds", type=int, default=10, help="number of trials (%(default)s)")
     add("--first-seed", type=int, default=0, help="seed of the first trial (%(default)s)")
     add("--jobs", type=int, default=1, help="processes at a time (%(default)s)")
     add("--out", type=Path, help="JSON file to write; without it JSON goes to standard output")
     add("--force", action="store_true", help="overwrite the JSON file")
     return parser
+
+
+def _offset(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value <= MOST_OFFSET:
+        raise argparse.ArgumentTypeError(f"expected 0 to {MOST_OFFSET:g} m, got {text}")
+    return value
+
+
+def _share(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < 1.0:
+        raise argparse.ArgumentTypeError(f"expected 0 or more and less than 1, got {text}")
+    return value
 
 
 def _write(summary: dict[str, Any], out: Path | None) -> None:

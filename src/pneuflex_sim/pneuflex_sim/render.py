@@ -68,7 +68,7 @@ class Renderer:
         self,
         hand: str | HandDescription,
         object_name: str | None = None,
-        scene: str = "table",
+        scene: str | SceneDescription = "table",
         segments: int = 5,
         colors: Mapping[str, Color] | None = None,
     ) -> None:
@@ -76,7 +76,7 @@ class Renderer:
         self.layout = build_layout(description, segments, load_model(None))
         self.skin = HandSkin(HandShape(self.layout))
         self.object = load_object(object_name) if object_name else None
-        self.scene = load_scene(scene)
+        self.scene = scene if isinstance(scene, SceneDescription) else load_scene(scene)
         self.colors = dict(colors or {})
 
     def frame(

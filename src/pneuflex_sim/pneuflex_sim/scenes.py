@@ -60,10 +60,12 @@ class SceneDescription:
     wrist_position: tuple[float, ...]
     wrist_rpy: tuple[float, ...]
 
-    def inclined(self, inclination: float) -> SceneDescription:
-        """The scene with its wall at another inclination [deg]; raises ValueError without a wall,
-        or for one that cannot be.
+    def inclined(self, inclination: float | None) -> SceneDescription:
+        """The scene with its wall at another inclination [deg], or as it is for None; raises
+        ValueError without a wall, or for an inclination that cannot be.
         """
+        if inclination is None:
+            return self
         if self.wall is None:
             raise ValueError(f"wall_inclination: expected a scene with a wall, got {self.name}")
         if not LEAST_INCLINATION <= inclination <= MOST_INCLINATION:

@@ -149,7 +149,7 @@ class Simulation:
     def _described_scene(self) -> SceneDescription:
         found, inclination = self.config.scene, self.config.wall_inclination
         scene = found if isinstance(found, SceneDescription) else load_scene(found, self.friction)
-        return scene if inclination is None else scene.inclined(inclination)
+        return scene.inclined(inclination)
 
     def _object_body(self) -> ObjectBody | None:
         if self.object is None:

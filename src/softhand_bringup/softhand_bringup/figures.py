@@ -125,20 +125,30 @@ def frame_times(marks: Sequence[Phase], last: float, count: int = FRAME_COUNT) -
     return np.array(times)
 
 
-def draw_frames(bag: Bag, path: Path, hand: str, object_name: str, scene: str) -> None:
-    """A contact sheet of rendered states of the grasp, each with its phase and time.
+def draw_frames(
+    bag: Bag,
+    path: Path,
+    hand: str,
+    object_name: str,
+    scene: str,
+    wall_inclination: float | None = None,
+) -> None:
+    """A contact sheet of rendered states of the grasp, each with its phase and time; the wall as
+    the scene has it, or at another inclination [deg].
 
     Raises:
         ValueError: a topic that is drawn has no messages, or a name does not exist.
     """
     from pneuflex_sim.render import Camera, Renderer
+    from pneuflex_sim.scenes import load_scene
 
     joints = bag.joints(JOINTS_TOPIC)
     marks = phases(bag.texts(PHASE_TOPIC), float(joints.time[-1]))
     times = frame_times(marks, float(joints.time[-1]))
     path_seen = bag.poses(OBJECT_TOPIC).position
     camera = Camera(target=_centre(path_seen), distance=0.55, yaw=62.0, pitch=-16.0)
-    renderer = Renderer(hand, object_name, scene, segments=recorded_segments(hand, joints.names))
+    segments = recorded_segments(hand, joints.names)
+    renderer = Renderer(hand, object_name, load_scene(scene).inclined(wall_inclination), segments)
     frames = [renderer.frame(state, FRAME_SIZE, camera) for state in recorded_states(bag, times)]
     _save_sheet(frames, [_caption(marks, time) for time in times], path)
 
@@ -215,12 +225,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--hand", default="rbo_hand_2")
     parser.add_argument("--object", default="cylinder")
     parser.add_argument("--scene", default="table")
+    parser.add_argument("--wall-inclination", type=float, help="of the scene's wall [deg]")
     options = parser.parse_args(arguments)
     try:
         with Bag(options.bag) as bag:
             draw_grasp(bag, options.folder / "grasp.png")
             draw_frames(
-                bag, options.folder / "frames.png", options.hand, options.object, options.scene
+                bag,
+                options.folder / "frames.png",
+                options.hand,
+                options.object,
+                options.scene,
+                options.wall_inclination,
             )
     except ValueError as error:
         print(f"figures: {error}", file=sys.stderr)

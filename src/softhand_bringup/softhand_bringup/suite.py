@@ -17,6 +17,8 @@ class SuiteOptions:
         hand, object, scene: names of shipped descriptions, or paths of files.
         strategy: what `grasp/surface_constrained` runs, by name or by the path of its file.
         model: model file of the physics; empty takes the one that the simulator ships with.
+        friction: file with pairs of materials on top of the shipped table; empty for none.
+        wall_inclination: of the scene's wall [deg]; None: as the scene has it.
         object_offset: shift of the object from its place, x and y [m].
         object_mass_scale: factor on the object's mass [-].
         seed: of the sensors' noise and the valves' delays.
@@ -30,6 +32,8 @@ class SuiteOptions:
     scene: str = "table"
     strategy: str = "surface_constrained"
     model: str = ""
+    friction: str = ""
+    wall_inclination: float | None = None
     object_offset: Sequence[float] = field(default=(0.0, 0.0))
     object_mass_scale: float = 1.0
     seed: int = 0
@@ -53,6 +57,10 @@ def simulator(options: SuiteOptions) -> NodeCommand:
     }
     if options.model:
         parameters["model_file"] = options.model
+    if options.friction:
+        parameters["friction_file"] = options.friction
+    if options.wall_inclination is not None:
+        parameters["wall_inclination"] = float(options.wall_inclination)
     return NodeCommand("hand_sim", "pneuflex_sim.node", parameters)
 
 
@@ -95,7 +103,9 @@ def recorder(folder: Path, topics: Sequence[str] = ()) -> NodeCommand:
 
 def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
     """The pictures of a bag; a process of its own, as PyBullet talks to the terminal."""
-    names = ("--hand", options.hand, "--object", options.object, "--scene", options.scene)
+    names = ["--hand", options.hand, "--object", options.object, "--scene", options.scene]
+    if options.wall_inclination is not None:
+        names += ["--wall-inclination", str(options.wall_inclination)]
     return NodeCommand(
         "figures", "softhand_bringup.figures", arguments=(str(bag), str(folder), *names)
     )

@@ -13,6 +13,7 @@ from threading import Event
 
 from grasp_strategies.placement import draw_placement
 from grasp_strategies.strategy import load_strategy
+from pneuflex_sim.scenes import load_scene
 from softhand_bringup.bench_link.waiting import Interrupted
 from softhand_bringup.demo.folder import make_run_folder
 from softhand_bringup.demo.run import Demo, DemoFailed
@@ -66,12 +67,16 @@ def _run(demo: Demo) -> int:
 def _options(parsed: argparse.Namespace) -> SuiteOptions:
     offset, mass_scale = draw_placement(parsed.seed)
     strategy = load_strategy(parsed.strategy)
+    if parsed.wall_inclination is not None:
+        load_scene(parsed.scene).inclined(parsed.wall_inclination)  # says what is wrong with it
     return SuiteOptions(
         hand=parsed.hand or strategy.hand,
         strategy=parsed.strategy,
         object=parsed.object,
         scene=parsed.scene,
         model=parsed.model,
+        friction=parsed.friction,
+        wall_inclination=parsed.wall_inclination,
         object_offset=offset,
         object_mass_scale=mass_scale,
         seed=parsed.seed,
@@ -94,6 +99,8 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--object", default="cylinder")
     parser.add_argument("--scene", default="table")
     parser.add_argument("--model", default="", help="model file of the physics")
+    parser.add_argument("--friction", default="", help="file with pairs of materials of your own")
+    parser.add_argument("--wall-inclination", type=float, help="of the scene's wall [deg]")
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder of all runs")
     return parser.parse_args(arguments)
 

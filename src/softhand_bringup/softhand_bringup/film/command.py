@@ -13,6 +13,7 @@ import numpy as np
 from grasp_strategies.trials import add_settings, read_settings
 from pneuflex_sim.markers.surfaces import actuator_colors
 from pneuflex_sim.render import Camera
+from pneuflex_sim.scenes import load_scene
 from softhand_bringup.film.recording import Recording, film_bag, film_trial
 from softhand_bringup.film.writing import Film, open_film
 
@@ -43,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
     add("--size", type=_size, default=(640, 480), metavar="WxH", help="in pixels (640x480)")
     add("--view", choices=VIEWS, default="oblique", help="where it is seen from (%(default)s)")
     add("--camera", nargs=2, type=float, metavar=("YAW", "PITCH"), help="[deg], instead of a view")
-    add("--distance", type=_positive, help="of the camera [m]; else all of the way is seen")
+    add("--distance", type=_positive, help="of the camera [m]; else the hand's way is seen")
     add("--pressure", action="store_true", help="colour actuators by pressure: sand to red")
     add("--force", action="store_true", help="overwrite an earlier film")
     return found
@@ -83,7 +84,10 @@ def _run(options: argparse.Namespace) -> int:
         draw(recording, film, options.size, camera, options.pressure, _tell)
     finally:
         film.close()
-    print(f"{options.out}: {count / options.fps:.2f} s at {options.fps:g} pictures a second")
+    if options.out.suffix:
+        print(f"{options.out}: {count / options.fps:.2f} s at {options.fps:g} pictures a second")
+    else:
+        print(f"{options.out}: {count} PNG files, one each {recording.interval:g} s of simulation")
     return 0
 
 
@@ -91,13 +95,16 @@ def _record(options: argparse.Namespace) -> Recording:
     """The trial or the bag that the options ask for."""
     interval = options.every or 1.0 / (options.fps * options.slow)
     if options.bag is not None:
-        return film_bag(options.bag, interval, options.hand, options.object, options.scene)
+        scene = load_scene(options.scene).inclined(options.wall_inclination)
+        return film_bag(options.bag, interval, options.hand, options.object, scene)
     offset = None if options.offset is None else tuple(options.offset)
     return film_trial(read_settings(options), interval, options.seed, offset, options.mass_scale)
 
 
 def camera_of(options: argparse.Namespace, recording: Recording) -> Camera:
-    """The chosen view; unless its distance is given, all of wrist and object is always seen."""
+    """The chosen view; unless its distance is given, the wrist is always seen, and the object
+    while the hand is near.
+    """
     yaw, pitch = options.camera or VIEWS[options.view]
     way = recording.way
     low, high = way.min(axis=0) - MARGIN, way.max(axis=0) + MARGIN

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from grasp_strategies.placement import draw_placement
 from grasp_strategies.scene_in_process import InProcessScene
-from grasp_strategies.sequencer import Sequencer
-from grasp_strategies.trials import TrialSettings, started_scene
+from grasp_strategies.trials import TrialSettings, run_in_process, started_scene
 from pneuflex_sim.render import HandState, Renderer
+from pneuflex_sim.scenes import SceneDescription
 from pneuflex_sim.simulation import Simulation
 from softhand_bringup.bags.reading import Bag, latest_index
 from softhand_bringup.figures import (
@@ -27,6 +27,8 @@ from softhand_bringup.figures import (
 )
 
 Array = NDArray[np.float64]
+
+NEAR = 0.40  # from wrist to object [m]; a hand with an object at its fingertips takes up less
 
 
 @dataclass(frozen=True)
@@ -43,14 +45,14 @@ class Recording:
 
     @property
     def way(self) -> Array:
-        """Positions (2 k, 3) [m] of wrist and object."""
-        return np.array(
-            [
-                place
-                for state in self.states
-                for place in (state.wrist_position, state.object_position)
-            ]
-        )
+        """Positions (k, 3) [m] of the wrist, and of the object at the start and wherever the hand
+        is near: not of one that flies off.
+        """
+        wrist = np.array([state.wrist_position for state in self.states])
+        thing = np.array([state.object_position for state in self.states])
+        near = np.linalg.norm(thing - wrist, axis=1) < NEAR
+        near[0] = True
+        return np.concatenate([wrist, thing[near]])
 
 
 class FilmedScene(InProcessScene):
@@ -110,15 +112,18 @@ def film_trial(
     started = started_scene(settings)
     placed = started.place(offset or drawn_offset, mass_scale or drawn_scale)
     scene = FilmedScene(placed.simulation, interval)
-    result = Sequencer(scene, started.strategy, options=settings.options).run()
+    result = run_in_process(scene, started.strategy, settings.options)
+    simulation = scene.simulation
     renderer = Renderer(
-        scene.simulation.hand, settings.object, settings.scene, segments=settings.segments
+        simulation.hand, settings.object, simulation.scene, segments=settings.segments
     )
     ending = f"{result.outcome}: {result.reason}"
     return Recording(scene.states, np.array(scene.pressures), interval, renderer, ending)
 
 
-def film_bag(folder: Path, interval: float, hand: str, object_name: str, scene: str) -> Recording:
+def film_bag(
+    folder: Path, interval: float, hand: str, object_name: str, scene: str | SceneDescription
+) -> Recording:
     """States every `interval` [s] from the first phase of a grasp to the last, or of the whole bag
     if there is none; hand, object and scene are those it was recorded with.
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 from types import ModuleType
 from typing import Any, Protocol
 
@@ -30,20 +32,45 @@ class Film(Protocol):
 def open_film(path: Path, fps: float, size: tuple[int, int], force: bool = False) -> Film:
     """A film by the suffix of its path: `.gif`, `.mp4`, or none for a folder of PNG files.
 
-    Nothing is written before the first picture.
+    Nothing stays written before the first picture.
 
     Raises:
-        ValueError: another suffix, a path that is taken (unless `force`), a number of pictures a
-            second or a size [pixels] that the format cannot have, or a library that is missing.
+        ValueError: another suffix, a path that is taken (unless `force`) or cannot be written, a
+            number of pictures a second or a size [pixels] that the format cannot have, or a library
+            that is missing.
     """
     suffix = path.suffix.lower()
     if suffix not in KINDS:
-        raise ValueError(f"{path}: expected a folder, .gif or .mp4, got {suffix}")
+        raise ValueError(f"-o {path}: expected a folder, .gif or .mp4, got {suffix}")
     if path.exists() and path.is_dir() != (suffix == ""):
-        raise ValueError(f"{path}: expected a {'file' if suffix else 'folder'}, got the other")
+        raise ValueError(f"-o {path}: expected a {'file' if suffix else 'folder'}, got the other")
     if path.exists() and not force:
-        raise ValueError(f"{path}: expected a new path, got one that exists; --force overwrites it")
+        raise ValueError(
+            f"-o {path}: expected a new path, got one that exists; --force overwrites it"
+        )
+    _try_to_write(path, path.parent if suffix else path)
     return KINDS[suffix](path, fps, size)
+
+
+def _try_to_write(path: Path, folder: Path) -> None:
+    """Raise ValueError unless a file can be made in the folder, and an earlier film overwritten;
+    what is made to find out is removed.
+    """
+    missing = [part for part in (folder, *folder.parents) if not part.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            pass
+        if path.is_file():
+            path.open("ab").close()
+    except OSError as error:
+        raise ValueError(
+            f"-o {path}: expected a place that can be written, got: {error.strerror}"
+        ) from error
+    finally:
+        for part in missing:
+            with suppress(OSError):
+                part.rmdir()
 
 
 class PngFolder:
