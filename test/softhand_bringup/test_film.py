@@ -146,7 +146,10 @@ def test_the_camera_stays_with_the_hand_when_the_object_flies_off(settings):
 
 def test_a_wall_is_drawn_at_the_inclination_of_the_trial(settings):
     leaning = replace(settings, scene="wall", wall_inclination=60.0)
-    assert film_trial(leaning, 0.8).renderer.scene.wall.inclination == 60.0
+    recording = film_trial(leaning, 0.8)
+    assert recording.renderer.scene.wall.inclination == 60.0
+    options = command.parser().parse_args(["-o", "x"])
+    assert command.camera_of(options, recording).yaw == -command.VIEWS["oblique"][0]  # before it
 
 
 def test_a_bag_is_shown_from_before_its_first_phase_to_the_end_of_its_last(grasp_bag):

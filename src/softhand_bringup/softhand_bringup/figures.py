@@ -146,9 +146,11 @@ def draw_frames(
     marks = phases(bag.texts(PHASE_TOPIC), float(joints.time[-1]))
     times = frame_times(marks, float(joints.time[-1]))
     path_seen = bag.poses(OBJECT_TOPIC).position
-    camera = Camera(target=_centre(path_seen), distance=0.55, yaw=62.0, pitch=-16.0)
     segments = recorded_segments(hand, joints.names)
-    renderer = Renderer(hand, object_name, load_scene(scene).inclined(wall_inclination), segments)
+    shown = load_scene(scene).inclined(wall_inclination)
+    yaw = 62.0 if shown.wall is None else -62.0  # on the free side of a wall
+    camera = Camera(target=_centre(path_seen), distance=0.55, yaw=yaw, pitch=-16.0)
+    renderer = Renderer(hand, object_name, shown, segments)
     frames = [renderer.frame(state, FRAME_SIZE, camera) for state in recorded_states(bag, times)]
     _save_sheet(frames, [_caption(marks, time) for time in times], path)
 

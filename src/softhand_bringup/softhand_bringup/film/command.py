@@ -105,7 +105,10 @@ def camera_of(options: argparse.Namespace, recording: Recording) -> Camera:
     """The chosen view; unless its distance is given, the wrist is always seen, and the object
     while the hand is near.
     """
-    yaw, pitch = options.camera or VIEWS[options.view]
+    yaw, pitch = VIEWS[options.view]
+    if recording.renderer.scene.wall is not None:
+        yaw = -yaw  # else the wall stands between
+    yaw, pitch = options.camera or (yaw, pitch)
     way = recording.way
     low, high = way.min(axis=0) - MARGIN, way.max(axis=0) + MARGIN
     width, height = options.size
