@@ -1,18 +1,117 @@
 """Lateral and torsional stiffness of a section against quadrature and a solved stress function."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
 from softhand_model import side_stiffness
-from softhand_model.section import bending_stiffness
+from softhand_model.actuator import load_actuator
+from softhand_model.hands import load_hand
+from softhand_model.section import bending_stiffness, side_wall_share
+from softhand_model.segments import cut_chain
+from softhand_model.spring_model import SpringModel
+from softhand_model.statics import Stop, equilibrium, linear_springs, planar_finger
 
+G = 67e3  # [Pa]
 SIZES = [(0.020, 0.020, 0.002, 0.002), (0.009, 0.009, 0.003, 0.003), (0.018, 0.024, 0.001, 0.002)]
 
 
 def middles(length, count):
     return (np.arange(count) + 0.5) * length / count
+
+
+class Fibres:
+    """Walls cut into fibres along the actuator, of rubber that neither shrinks nor swells and that
+    the thread holds at its width: stretches (u, 1/u, 1), energy G/2*(u**2 + u**-2 + 1 - 3).
+    """
+
+    def __init__(self, size, offsets=(0.0,), cells=240):
+        height, width, wall, side_wall = size
+        up, off = np.meshgrid(middles(height, cells), middles(width, cells) - width / 2)
+        rubber = (up > height - wall) | (np.abs(off) > width / 2 - side_wall)
+        self.up = np.tile(np.where(up > height - wall, height, up)[rubber], len(offsets))
+        self.off = np.concatenate([off[rubber] + offset for offset in offsets])
+        self.area = height * width / cells**2
+
+    def energy(self, bend, sway):
+        stretches = np.stack([u := 1 + bend * self.up + sway * self.off, 1 / u, np.ones_like(u)])
+        return G / 2 * self.area * np.sum((stretches**2).sum(axis=0) - 3)
+
+    def stiffness(self, bend, axis):
+        """Second derivative [N m2] of the energy in bending (0) or sideways (1) at a curvature."""
+        step = 0.05 * np.eye(2)[axis]
+        there, here, back = (
+            self.energy(*(np.array([bend, 0.0]) + k * step)) for k in (1.0, 0.0, -1.0)
+        )
+        return (there - 2 * here + back) / 0.05**2
+
+
+def base_stiffness(springs, actuator):
+    """Stiffness (3,) [N m2] of the first of many segments: next to the base."""
+    return springs.stiffness(actuator, 500)[0] * actuator.length / 500
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_straight_fibres_resist_both_bendings_with_one_modulus(size):
+    """4*G of 3.24: in bending with the side walls integrated, sideways with the second moment."""
+    fibres = Fibres(size)
+    integrated = bending_stiffness(0.0, *size[:3], 0.0, G) * (1 + side_wall_share(*size))
+    assert fibres.stiffness(0.0, 0) == pytest.approx(integrated, rel=0.02)
+    lateral = side_stiffness.lateral_stiffness(*size, 4 * G)
+    assert fibres.stiffness(0.0, 1) == pytest.approx(lateral, rel=0.01)
+
+
+@pytest.mark.parametrize(("bending", "half"), [("curvature", 1.0), ("rule", 0.5)])
+def test_lateral_springs_are_of_the_rubber_of_the_springs_in_bending(bending, half):
+    """Straight, a P10's base has the fibres' energy sideways by 3.24, half of it by the rule."""
+    springs = SpringModel(bending, lateral="section")
+    lateral = base_stiffness(springs, load_actuator("P10.finger"))[0]
+    assert lateral == pytest.approx(half * Fibres(SIZES[0]).stiffness(0.0, 1), rel=0.01)
+
+
+def test_two_moduli_are_the_least_of_the_rubber_up_to_a_stretch_of_176_and_not_beyond():
+    fibres, rule = Fibres(SIZES[0]), side_stiffness.lateral_stiffness(*SIZES[0], 2 * G)
+    stretch = np.array([1.35, 1.75, 1.77])
+    found = [fibres.stiffness((u - 1) / 0.02, 1) / rule for u in stretch]
+    assert found[0] == pytest.approx(1.31, abs=0.01)
+    assert found[1] > 1.0 > found[2]
+
+
+@pytest.mark.parametrize(("bending", "half"), [("curvature", 1.0), ("rule", 0.5)])
+def test_a_pair_resists_sideways_about_its_common_middle(bending, half):
+    """Fibres of both P5 of a finger of RBO Hand 1, 11 mm apart: 4.6 times twice the one."""
+    chain = replace(load_hand("rbo_hand_1").chain("middle"), web=None)
+    springs, edge = SpringModel(bending, lateral="section"), 0.120 / 10
+    found = cut_chain(chain, 10, springs).stiffness[:, 0] * edge
+    pair = Fibres(SIZES[1], (-0.0055, 0.0055)).stiffness(0.0, 1)
+    assert found == pytest.approx(half * pair, rel=0.01)
+    one = springs.stiffness(load_actuator("P5"), 10)[:, 0] * edge
+    assert found / (2 * one) == pytest.approx(4.6, abs=0.05)
+
+
+def test_shares_of_a_pair_are_those_of_its_actuators_unless_the_section_is_asked_for():
+    chain = replace(load_hand("rbo_hand_1").chain("middle"), web=None)
+    one = SpringModel(lateral=0.3).stiffness(load_actuator("P5"), 10)
+    assert cut_chain(chain, 10, SpringModel(lateral=0.3)).stiffness == pytest.approx(2 * one)
+
+
+@pytest.mark.parametrize("pressure", [20e3, 40e3])
+def test_side_walls_make_a_blocked_finger_push_harder_than_the_rule_alone(pressure):
+    """Springs of 3.26 with 2/ratio against 3.26 written out, both at the free curvature."""
+    finger, edge = load_actuator("P10.finger"), 0.09 / 10
+    x = (np.arange(10) + 0.5) * edge
+    alone = 2 * G * finger.wall * 0.02**3 * (1 - x / 0.09) / edge
+    chain = cut_chain(load_hand("single_finger").chain("finger"), 10)
+    rest = finger.free_curvature(pressure, x) * edge
+    stop = Stop((-1.0, 0.0), -0.015)
+    force, plain = (
+        equilibrium(planar_finger(chain), linear_springs(k, rest), stop=stop).tip_force
+        for k in (chain.stiffness[:, 1], alone)
+    )
+    assert force / plain == pytest.approx(1.71, abs=0.02)
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -28,7 +127,7 @@ def test_second_moments_agree_with_a_sum_over_the_area_of_the_walls(size):
 def test_without_side_walls_the_top_alone_resists_as_a_strip_on_edge():
     modulus = 67e3
     lateral = side_stiffness.lateral_stiffness(0.02, 0.02, 0.002, 0.0, modulus)
-    assert lateral == pytest.approx(2 * modulus * 0.002 * 0.02**3 / 12)
+    assert lateral == pytest.approx(modulus * 0.002 * 0.02**3 / 12)
     assert side_stiffness.twist_stiffness(0.02, 0.02, 0.002, 0.0, modulus) == 0.0
 
 
@@ -76,7 +175,7 @@ def test_thin_square_section_is_softer_sideways_and_in_twist_than_in_bending():
     height, wall, modulus = 1.0, 1e-4, 1.0
     unit = 2 * modulus * wall * height**3
     size = (height, height, wall, wall)
-    assert side_stiffness.lateral_stiffness(*size, modulus) == pytest.approx(
+    assert side_stiffness.lateral_stiffness(*size, 2 * modulus) == pytest.approx(
         7 / 12 * unit, rel=1e-3
     )
     assert side_stiffness.twist_stiffness(*size, modulus) == pytest.approx(unit / 2, rel=1e-3)

@@ -88,15 +88,15 @@ class Actuator:
         )
 
     def stiffness(self, x: ArrayLike) -> Array:
-        """Bending stiffness [N m2] of the simulation's linear springs at x (eq. 3.26).
+        """Bending stiffness [N m2] of the simulation's linear springs at x (eq. 3.26 with 3.35).
 
-        B = (2/ratio)*2*G*d*(c/4)**3. This is the one place where the linear stiffness is fixed: the
-        circumference form of the rule (its curvature factor (1 + 3*lambda**-4)/2, 2 when straight
-        and 1/2 when far bent, set to 1), times the share 2/ratio of the side walls that also
-        divides the load. Rest angles and springs then agree on the moment of a blocked section: G,
-        d and ratio cancel, as they must, up to the secant nonlinearity of kappa(p). The text adds
-        the smaller share of eq. 3.29 instead and thereby loses a quarter of that moment (ERRATUM,
-        see `section.bending_stiffness`).
+        B = (2/ratio)*2*G*d*(c/4)**3, 1.81 times 3.26 at the base of a P10. This is the one place
+        where the linear stiffness is fixed: the circumference form of the rule (its curvature
+        factor (1 + 3*lambda**-4)/2, 2 when straight and 1/2 when far bent, set to 1), times the
+        share 2/ratio of the side walls that also divides the load. Rest angles and springs then
+        agree on the moment of a blocked section: G, d and ratio cancel, as they must, up to the
+        secant nonlinearity of kappa(p). The text adds the smaller share of eq. 3.29 instead and
+        thereby loses a quarter of that moment (ERRATUM, see `section.bending_stiffness`).
 
         >>> round(float(load_actuator("P10.finger").stiffness(0.0)) * 1e3, 3)
         3.881

@@ -96,9 +96,9 @@ class Web:
 
     The passive layers of the joined part are one sheet: no chain of it sways (about x) or twists
     (about z) without the others, so a load on one meets the springs of all. That is exact for one
-    loaded chain and too stiff by `chains` when all are loaded alike; bending is left as it is. The
-    model is ours: the thesis (7.2) says no more than that the mesh raises the low torsional
-    stiffness.
+    loaded chain of a sheet that shears freely, and too stiff by `chains` when all are loaded alike;
+    bending is left as it is. The model is ours: the thesis (7.2) says no more than that the mesh
+    raises the low torsional stiffness.
     """
 
     chains: int

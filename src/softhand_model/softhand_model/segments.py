@@ -60,14 +60,29 @@ def cut_chain(
     return chain if description.strut is None else _on_strut(chain, description, description.strut)
 
 
-def _springs(parts: list[Actuator], segments: int, springs: SpringModel) -> tuple[Array, Array]:
+def _springs(
+    description: ChainDescription, segments: int, springs: SpringModel
+) -> tuple[Array, Array]:
     """Stiffness (n, 3) [N m/rad] of actuators that bend as one, and their mean stretching (n,)
     [1/rad], weighed by their stiffness in bending.
     """
+    parts = description.actuators.values()
     stiffness = np.array([springs.stiffness(part, segments) for part in parts])
     stretching = np.array([springs.stretching(part, segments) for part in parts])
     total = stiffness.sum(axis=0)
-    return total, np.sum(stiffness[:, :, 1] * stretching, axis=0) / total[:, 1]
+    stretching = np.sum(stiffness[:, :, 1] * stretching, axis=0) / total[:, 1]
+    along = np.array([springs.side_by_side(part, segments) for part in parts])
+    total[:, 0] += _about_middle(along, lateral_places(description)[:, None])
+    return total, stretching
+
+
+def _about_middle(weight: Array, place: Array) -> Array:
+    """Second moment (n,) of weights (m, n) at places (m, 1) [m] about their middle, 0 without
+    weight.
+    """
+    total = weight.sum(axis=0)
+    middle = np.sum(weight * place, axis=0) / np.where(total > 0.0, total, 1.0)
+    return np.asarray(np.sum(weight * (place - middle) ** 2, axis=0))
 
 
 def _straight(
@@ -82,7 +97,7 @@ def _straight(
     middle = (np.arange(segments) + 0.5) * edge + length / 2.0
     height = np.max([part.height(middle) for part in parts], axis=0)
     width = description.pitch + np.mean([part.width(middle) for part in parts], axis=0)
-    stiffness, stretching = _springs(parts, segments, springs)
+    stiffness, stretching = _springs(description, segments, springs)
     return SegmentChain(
         _names(description, segments),
         offset,
@@ -120,7 +135,7 @@ def _arc(
     towards = np.array([0.0, turn * np.sin(angle / 4.0), np.cos(angle / 4.0)])
     offset = np.tile([0.0, 0.0, chord], (segments, 1))
     offset[0] = half_chord * towards
-    stiffness, stretching = _springs(parts, segments, springs)
+    stiffness, stretching = _springs(description, segments, springs)
     length = np.full(segments, chord)
     length[-1] = half_chord
     height = np.full(segments, max(float(part.height(0.0)) for part in parts))

@@ -4,26 +4,38 @@ and sets both equal to that in bending, "as a very crude approximation" (section
 The section is that of chapter 3: height h, width z, a top wall of thickness d, two side walls, and
 below them the passive layer, a mesh in rubber.
 
-Lateral bending (about the height) strains the walls along the actuator while the thread keeps them
-from straining around it, as in bending. So the modulus is the tangent of eq. 3.21, G*(1 +
-3*lambda**-4), for which the rule 3.25 takes 2*G: B_lateral = 2*G*I, I the second moment of the
-walls about the plane in their middle. The passive layer counts for nothing: a mesh bears no
-compression.
+All three axes take one deformation: a fibre at height y and off the middle by r, with curvatures
+kappa and lateral k, is stretched by lambda = 1 + kappa*y + k*r. The thread runs around every wall,
+so none strains around (3.18), top and sides alike, and the energy is G/2*(lambda**2 + lambda**-2 -
+2). Its second derivative is the tangent modulus G*(1 + 3*lambda**-4) of 3.24 about either axis: 4*G
+at rest, as in plane strain, 2*G at lambda = 1.316, G far out. (3*G would be rubber pulled one way
+that is free to shrink: no wall, unless the thread is slack where pressure does not hold it taut.)
+
+Lateral bending (about the height): B = modulus*I, I the second moment of the walls about the plane
+in their middle. Modulus 2*G is that of the rule 3.25, 4*G that of a straight actuator by 3.24; what
+the springs take is said in `spring_model`. Bent, the walls' tangent falls: a P10's base from 4*G*I
+to 2.6*G*I at 90 deg (top at lambda = 1.35) and to 2*G*I where the top is at 1.76, later than 1.316
+because side walls are stretched less. Up to there 2*G*I is what the rubber alone has at least, not
+beyond. The passive layer counts for nothing: a mesh bears no compression.
+
+Actuators side by side whose sections stay in one plane are stretched and compressed as well:
+modulus*A*offset**2 each (Steiner), A the area of the walls.
 
 Twist shears the walls. Neo-Hookean rubber has the nominal shear stress G*gamma whatever its
 stretch, and one shear flow runs around the closed section: B_twist = G*J with Bredt's J =
 4*A**2/integral(ds/t) along the middle of the walls. The passive layer counts as rubber as thick as
 the top wall; its mesh shears freely.
 
-Limits. Lateral: 2*G*I is a lower bound. A mesh that does not stretch is taut by half of the
-pressure's force on the section, h*z*p/2, up to a moment of h*z**2*p/4, below which it would not
-give way at all; beyond that the actuator turns about the edge that stays taut, where I is 2.3 times
-as large (thin walls, h = z). Twist: a passive layer that does not shear makes J at most 4/3 as
-large (h = z, all walls alike), a layer that shears without resistance leaves an open section with
-next to none. Pressure: a section that turns about the middle of the passive layer keeps its area,
-so it does no work; the mesh's tension adds h*z**3*p/24, the tension of the rubber at most half of
-J. Thread: a single helix couples twist to pressure and to lateral bending (`bend_twist_coupling`),
-thread wound both ways stiffens against twist. None of these is counted.
+Left out. Mesh, sideways: while it is taut it adds E*t*z**3/12, E*t its stiffness per width. The
+pressure pulls it by at most N = h*z*p/2, so it slackens on one side from a moment of N*z/6 on.
+Where it does not stretch at all, nothing gives way before N*z/2, all of N in one edge; then the
+actuator turns about that edge, where I is 2.3 times as large (thin walls, h = z). Mesh, in twist: a
+passive layer that does not shear makes J at most 4/3 as large (h = z, all walls alike), a layer
+that shears without resistance leaves an open section with next to none. Pressure: a section that
+turns about the middle of the passive layer keeps its area, so it does no work; the mesh's tension
+adds h*z**3*p/24, the tension of the rubber at most half of J. Thread: a single helix couples twist
+to pressure and to lateral bending (`bend_twist_coupling`), thread wound both ways stiffens against
+twist.
 """
 
 from __future__ import annotations
@@ -66,20 +78,30 @@ def torsion_constant(
     )
 
 
+def wall_area(height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike) -> Array:
+    """Area [m2] of top and side walls.
+
+    >>> round(float(wall_area(0.009, 0.009, 0.003, 0.003)) * 1e6, 6)
+    63.0
+    """
+    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
+    return np.asarray(wall * width + 2.0 * np.maximum(height - wall, 0.0) * side_wall)
+
+
 def lateral_stiffness(
     height: ArrayLike,
     width: ArrayLike,
     wall: ArrayLike,
     side_wall: ArrayLike,
-    shear_modulus: ArrayLike,
+    modulus: ArrayLike,
 ) -> Array:
-    """Stiffness 2*G*I [N m2] in lateral bending, with the modulus 2*G of the rule 3.25.
+    """Stiffness modulus*I [N m2] in lateral bending; modulus [Pa] of the walls along the actuator,
+    2*G by the rule 3.25.
 
-    >>> round(float(lateral_stiffness(0.02, 0.02, 0.002, 0.002, 67e3)) * 1e3, 3)
+    >>> round(float(lateral_stiffness(0.02, 0.02, 0.002, 0.002, 2 * 67e3)) * 1e3, 3)
     0.963
     """
-    second_moment = lateral_second_moment(height, width, wall, side_wall)
-    return 2.0 * np.asarray(shear_modulus, float) * second_moment
+    return np.asarray(modulus, float) * lateral_second_moment(height, width, wall, side_wall)
 
 
 def twist_stiffness(

@@ -22,10 +22,13 @@ LEAST_STRETCH = 0.7  # below, rubber goes on in a straight line: what buckles th
 class SpringModel:
     """Springs of the joints, by default those of the thesis.
 
-    bending: `rule`, the linear springs of eq. 3.26, or `curvature`, whose tangent stiffness is that
-        of eq. 3.24: with u the stretch of the top, the moment is that of u - u**-3.
-    lateral, twist: stiffness about height and length over that in bending [-], 1 "for want of a
-        model" (5.2.4); or `section`, what `side_stiffness` derives from the section.
+    bending: `rule`, the linear springs of `Actuator.stiffness`, eq. 3.26 times 2/ratio for the side
+        walls (eq. 3.35, ERRATUM there), or `curvature`, whose tangent stiffness is that of eq. 3.24
+        times the same: with u the stretch of the top, the moment is that of u - u**-3.
+    lateral, twist: stiffness about height and length over that in bending by the rule [-], 1 "for
+        want of a model" (5.2.4); or `section`, what `side_stiffness` derives from the section.
+        Lateral springs are linear; their modulus is that of the springs in bending when straight,
+        2*G with `rule` and 4*G with `curvature`.
 
     >>> from softhand_model.actuator import load_actuator
     >>> springs = SpringModel(lateral="section", twist="section")
@@ -43,17 +46,29 @@ class SpringModel:
         not say.
         """
         edge, x = actuator.length / segments, _middles(actuator, segments)
-        bending = actuator.stiffness(x)
-        size = (actuator.height(x), actuator.width(x), actuator.wall, actuator.side_wall)
-        of_section = (*size, actuator.shear_modulus)
+        bending, walls = actuator.stiffness(x), _walls(actuator, x)
         lateral, twist = (
-            derived(*of_section) if kind == SECTION else float(kind) * bending
-            for kind, derived in (
-                (self.lateral, side_stiffness.lateral_stiffness),
-                (self.twist, side_stiffness.twist_stiffness),
+            derived(*walls, modulus) if kind == SECTION else float(kind) * bending
+            for kind, derived, modulus in (
+                (self.lateral, side_stiffness.lateral_stiffness, self._modulus(actuator)),
+                (self.twist, side_stiffness.twist_stiffness, actuator.shear_modulus),
             )
         )
         return np.stack([lateral, bending, twist], axis=1) / edge
+
+    def side_by_side(self, actuator: Actuator, segments: int) -> Array:
+        """Stiffness (n,) [N/m] of each segment's walls along the actuator, with which one of
+        several in a chain resists lateral bending about the chain's middle; 0 unless `lateral` is
+        of the section.
+        """
+        if self.lateral != SECTION:
+            return np.zeros(segments)
+        area = side_stiffness.wall_area(*_walls(actuator, _middles(actuator, segments)))
+        return np.asarray(self._modulus(actuator) * area * segments / actuator.length)
+
+    def _modulus(self, actuator: Actuator) -> float:
+        """Modulus [Pa] of the walls along the actuator: as straight springs in bending have it."""
+        return (2.0 if self.bending == RULE else 4.0) * actuator.shear_modulus
 
     def stretching(self, actuator: Actuator, segments: int) -> Array:
         """Stretch (n,) [1/rad] of the top with the bend of each segment's joint, h over the
@@ -70,6 +85,10 @@ THESIS = SpringModel()
 
 def _middles(actuator: Actuator, segments: int) -> Array:
     return (np.arange(segments) + 0.5) * actuator.length / segments
+
+
+def _walls(actuator: Actuator, x: Array) -> tuple[Array, Array, float, float]:
+    return actuator.height(x), actuator.width(x), actuator.wall, actuator.side_wall
 
 
 def rubber_stress(stretch: Array) -> tuple[Array, Array]:
