@@ -55,7 +55,8 @@ class JointStops:
         """Warn (RuntimeWarning), once, when gauge pressures (channels,) [Pa] ask for more than a
         joint can bend.
         """
-        if self.told or pressures.max() <= self.lowest:
+        highest = max(pressures.tolist())  # a list is quicker, and this is asked in every step
+        if self.told or highest <= self.lowest:
             return
         asked, chain, joint = self._farthest(pressures)
         if asked > STOP_ANGLE:
