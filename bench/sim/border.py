@@ -24,7 +24,7 @@ from grasp_strategies.trials import TrialSettings, started_scene
 
 FINEST, STEPS = 0.001, (0.002, 0.005)
 SEARCH = (-0.060, 0.061, 0.010)  # [m] first look: from, to, by
-MARGIN = 0.004  # [m] looked at on both sides of where the first look saw a border
+MARGIN = 0.008  # [m] looked at on both sides of where the first look saw a border
 SPACING, SCATTER = 0.0005, 0.0005  # [m] from try to try in x; width of the scatter in x and y
 NEAR = 5  # tries around an error that make its share
 MOVE_TARGET, AGREE_TARGET = 3.0, 95.0  # [mm], [%]
