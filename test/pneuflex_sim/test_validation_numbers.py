@@ -15,9 +15,11 @@ from pneuflex_sim.validation import (
     wall_strain,
     wall_thickness,
 )
+from pneuflex_sim.validation import segment_sweep as sweeping
 from pneuflex_sim.validation.grip import gripped_part, pushed
-from pneuflex_sim.validation.static_finger import blocked_finger, chain_of
+from pneuflex_sim.validation.static_finger import blocked_finger, chain_of, line_of
 from softhand_model.actuator import load_actuator
+from softhand_model.statics import planar_finger
 
 
 # ---------------------------------------------------------------- what the thesis states
@@ -119,3 +121,43 @@ def test_the_verdict_on_wall_strain_follows_its_figures():
     results["curves"]["1"]["invariant"] = [9.0] * 61
     assert "is not sound up to" in wall_strain.conclude(results)
     assert any(finding.met is False for finding in wall_strain.report(results))
+
+
+# ---------------------------------------------------------------- free tips at every pressure
+def arc_tip(bend, length):
+    return np.array([(1.0 - np.cos(bend)) / bend, np.sin(bend) / bend]) * length
+
+
+@pytest.mark.parametrize("pressure", [60e3, 200e3, 250e3])
+def test_free_tip_of_an_even_finger_is_at_a_closed_form_distance_from_the_arc(pressure):
+    """The chain's links are tangents of a circle: its tip is at half a segment's bend over the
+    tangent of it, times the arc's.
+    """
+    actuator = load_actuator("P5")
+    bend = float(actuator.tip_angle(pressure))
+    for count in (10, 50):
+        half = bend / count / 2.0
+        expected = half / np.tan(half) * arc_tip(bend, 0.120)
+        found = sweeping.free_tips(actuator, count, np.array([pressure]))[0]
+        assert found == pytest.approx(expected, abs=1e-9)
+
+
+def test_free_tips_are_those_of_the_chain_of_the_simulator():
+    actuator = load_actuator("P10.thumb")
+    model = chain_of(actuator, 7)
+    line = line_of(planar_finger(model.segments), model.rest_rotation([80e3])[:, 1])
+    found = sweeping.free_tips(actuator, 7, np.array([80e3]))[0]
+    assert found == pytest.approx(line[-1], abs=1e-7)
+
+
+def test_one_percent_holds_in_a_part_of_the_range_and_the_sweep_tells_which():
+    swept = sweeping.sweep(load_actuator("P10.finger"), [10], 50)
+    off = np.interp([40e3, 72e3], swept["pressure"], swept["off"]["10"])
+    assert off == pytest.approx([0.57, 1.46], abs=0.01)
+    limit = sweeping.holds_up_to(swept, 10)
+    assert 40e3 < limit < 72e3
+    assert sweeping.worst(swept, 10)[0] > 1.4
+    at = swept["pressure"].index(limit)
+    assert swept["enough"][at] <= 10 < swept["enough"][at + 1]
+    finer = sweeping.sweep(load_actuator("P10.finger"), [swept["enough"][-1]], 50)
+    assert sweeping.worst(finer, swept["enough"][-1])[0] <= 1.0

@@ -1,4 +1,5 @@
-"""How many segments a finger needs: its tip blocked, 3 to 50 segments (section 5.2.1, Fig. 5.8).
+"""How many segments a finger needs: its tip blocked, 3 to 50 segments (section 5.2.1, Fig. 5.8),
+and free at every pressure up to its limit.
 
 A PyBullet body reports at most 30 spherical joints, so 50 segments are the static discrete chain of
 `softhand_model.statics`, which the simulator is compared with at all the other numbers.
@@ -11,20 +12,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pneuflex_sim.validation.experiment import Experiment, Finding, Results
+from pneuflex_sim.validation.segment_sweep import TARGET, holds_up_to, sweep, worst
 from pneuflex_sim.validation.stand import FingerStand
 from pneuflex_sim.validation.static_finger import blocked_finger, chain_of, line_of
 from softhand_model.actuator import load_actuator
 from softhand_model.statics import planar_finger
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 ACTUATOR = "P10.finger"
+SWEPT = ("P10.finger", "P10.thumb", "P5")
 SEGMENTS = (3, 5, 10, 20)  # in the simulator
 FINEST = 50  # as a static chain
 JUDGED = 10  # segments that are held to a target
 PRESSURE, GAP = 40e3, 0.015  # [Pa, m]
 BLOCK_BOTTOM = 0.07  # [m]
+SHARES = np.linspace(0.0, 1.0, 201)  # of the length, where shapes are compared
 
 
 def simulate() -> Results:
@@ -33,7 +38,14 @@ def simulate() -> Results:
     fingers = {str(count): {"static": _static(count)} for count in (*SEGMENTS, FINEST)}
     for count in SEGMENTS:
         fingers[str(count)]["simulated"] = _simulated(count)
-    return {"pressure": PRESSURE, "gap": GAP, "length": length, "fingers": fingers}
+    return {
+        "pressure": PRESSURE,
+        "gap": GAP,
+        "length": length,
+        "fingers": fingers,
+        "free_at_limit": _free_at_limit(),
+        "swept": {name: sweep(load_actuator(name), SEGMENTS, FINEST) for name in SWEPT},
+    }
 
 
 def _simulated(segments: int) -> dict[str, Any]:
@@ -53,6 +65,18 @@ def _simulated(segments: int) -> dict[str, Any]:
         }
 
 
+def _free_at_limit() -> dict[str, Any]:
+    """Free tip of JUDGED segments at the pressure limit: simulator and static chain."""
+    actuator = load_actuator(ACTUATOR)
+    with FingerStand(actuator, JUDGED) as stand:
+        stand.settle(actuator.max_pressure)
+        simulated = stand.line()[-1, [0, 2]]
+    model = chain_of(actuator, JUDGED)
+    rest = model.rest_rotation([actuator.max_pressure])[:, 1]
+    static = line_of(planar_finger(model.segments), rest)[-1]
+    return {"simulated": simulated.tolist(), "static": static.tolist()}
+
+
 def _static(segments: int) -> dict[str, Any]:
     actuator = load_actuator(ACTUATOR)
     found = blocked_finger(actuator, segments, PRESSURE, GAP)
@@ -69,43 +93,73 @@ def _static(segments: int) -> dict[str, Any]:
 
 
 def report(results: Results) -> list[Finding]:
-    """Each number of segments against 50, and the simulator against the static chain."""
-    fingers, length = results["fingers"], results["length"]
-    finest = fingers[str(FINEST)]["static"]
-    findings = []
-    for count in SEGMENTS:
-        finger = fingers[str(count)]["simulated"]
-        force = 100.0 * abs(finger["force"] / finest["force"] - 1.0)
-        tip = 100.0 * _distance(finger["line"][-1], finest["line"][-1]) / length
-        shape = 100.0 * _largest_gap(finger["line"], finest["line"]) / length
-        free = 100.0 * _distance(finger["free_tip"], finest["free_tip"]) / length
-        turn = np.degrees(finger["tip_angle"] - finest["tip_angle"])
-        findings.append(
-            Finding(
-                f"{count} against 50 segments",
-                "deviates at the tip" if count == 3 else "same shape but at the tip",
-                f"blocked: tip {tip:.2g}, shape {shape:.2g} % of the length, force {force:.2g} %, "
-                f"tip angle {turn:+.2g} deg; free: tip {free:.2g} % of the length"
-                + (" (all but the angle <= 1 %)" if count == JUDGED else ""),
-                max(tip, shape, force, free) <= 1.0 if count == JUDGED else None,
-            )
-        )
+    """Each number of segments against 50, blocked and free; the simulator against the static
+    chain.
+    """
+    return [
+        *(_blocked_row(results, count) for count in SEGMENTS),
+        *(_swept_row(name, swept) for name, swept in results["swept"].items()),
+        *_simulator_rows(results),
+    ]
+
+
+def _blocked_row(results: Results, count: int) -> Finding:
+    """The blocked finger, whose tip the block holds in place: so the whole shape, and the force."""
+    fingers = results["fingers"]
+    finger, finest = fingers[str(count)]["simulated"], fingers[str(FINEST)]["static"]
+    force = 100.0 * abs(finger["force"] / finest["force"] - 1.0)
+    gaps = _gaps(results, count)
+    turn = np.degrees(finger["tip_angle"] - finest["tip_angle"])
+    return Finding(
+        f"{count} against {FINEST} segments, blocked at {results['pressure'] / 1e3:g} kPa",
+        "deviates at the tip" if count == 3 else "same shape but at the tip",
+        f"shape off by {gaps.max():.2g} % of the length at most, at "
+        f"{100.0 * SHARES[gaps.argmax()]:.0f} % of it; tip {gaps[-1]:.2g} %, force {force:.2g} %, "
+        f"tip angle {turn:+.2g} deg"
+        + (f" (all but the angle <= {TARGET:g} %)" if count == JUDGED else ""),
+        bool(max(gaps.max(), force) <= TARGET) if count == JUDGED else None,
+    )
+
+
+def _swept_row(name: str, swept: dict[str, Any]) -> Finding:
+    off, pressure = worst(swept, JUDGED)
+    return Finding(
+        f"{name}, {JUDGED} against {FINEST} segments, free to {swept['pressure'][-1] / 1e3:g} kPa",
+        "-",
+        f"tip off by {off:.2g} % of the length at {pressure / 1e3:.0f} kPa (<= {TARGET:g}); "
+        f"{TARGET:g} % holds to {holds_up_to(swept, JUDGED) / 1e3:.0f} kPa, and with "
+        f"{swept['enough'][-1]} segments over the whole range",
+        bool(off <= TARGET),
+    )
+
+
+def _simulator_rows(results: Results) -> list[Finding]:
     errors = [
         100.0 * abs(pair["simulated"]["force"] / pair["static"]["force"] - 1.0)
-        for pair in (fingers[str(count)] for count in SEGMENTS)
+        for pair in (results["fingers"][str(count)] for count in SEGMENTS)
     ]
-    what = "force, simulator against the same static chain"
-    return [*findings, Finding.at_most(what, "-", max(errors), 0.1, "%")]
+    free = results["free_at_limit"]
+    apart = 100.0 * float(np.hypot(*np.subtract(free["simulated"], free["static"])))
+    return [
+        Finding.at_most(
+            "force, simulator against the same static chain", "-", max(errors), 0.1, "%"
+        ),
+        Finding.at_most(
+            f"free tip at the pressure limit, {JUDGED} segments, against the same chain",
+            "-",
+            apart / results["length"],
+            0.1,
+            "%",
+        ),
+    ]
 
 
-def _distance(one: list[float], other: list[float]) -> float:
-    return float(np.hypot(*np.subtract(one, other)))
-
-
-def _largest_gap(coarse: list[list[float]], fine: list[list[float]]) -> float:
-    """Largest distance [m] between two lines at equal shares of their length."""
-    share = np.linspace(0.0, 1.0, 201)
-    return float(np.linalg.norm(_at(coarse, share) - _at(fine, share), axis=1).max())
+def _gaps(results: Results, count: int) -> np.ndarray:
+    """Distances [% of the length] to the shape of FINEST segments at SHARES of the length."""
+    fingers = results["fingers"]
+    lines = (fingers[str(count)]["simulated"]["line"], fingers[str(FINEST)]["static"]["line"])
+    coarse, fine = (_at(line, SHARES) for line in lines)
+    return 100.0 * np.linalg.norm(coarse - fine, axis=1) / results["length"]
 
 
 def _at(line: list[list[float]], share: np.ndarray) -> np.ndarray:
@@ -116,45 +170,54 @@ def _at(line: list[list[float]], share: np.ndarray) -> np.ndarray:
 
 def conclude(results: Results) -> str:
     """What came out."""
-    fingers, length = results["fingers"], results["length"]
-    finest = fingers[str(FINEST)]["static"]["line"]
-    gaps = {
-        count: _largest_gap(fingers[str(count)]["simulated"]["line"], finest) / length
-        for count in SEGMENTS
-    }
-    words = ", ".join(f"{count}: {100 * gap:.2g} %" for count, gap in gaps.items())
-    return f"Largest distance to the shape of 50 segments, of the length: {words}."
+    blocked = ", ".join(f"{count}: {_gaps(results, count).max():.2g} %" for count in SEGMENTS)
+    free = "; ".join(
+        f"{name} to {holds_up_to(swept, JUDGED) / 1e3:.0f} of {swept['pressure'][-1] / 1e3:g} kPa "
+        f"({swept['enough'][-1]} segments do to the end)"
+        for name, swept in results["swept"].items()
+    )
+    return (
+        f"Blocked at {results['pressure'] / 1e3:g} kPa, largest distance to the shape of {FINEST} "
+        f"segments, of the length: {blocked}. Free, {JUDGED} segments keep the tip within "
+        f"{TARGET:g} %: {free}."
+    )
 
 
 def draw(figure: Figure, results: Results) -> None:
-    """The shapes over one another, and their distance to that of 50 segments."""
-    left, right = figure.subplots(1, 2, width_ratios=(1, 1.6))
-    fingers, length = results["fingers"], results["length"]
-    finest, share = fingers[str(FINEST)]["static"]["line"], np.linspace(0.0, 1.0, 201)
-    x, z = 1e3 * np.array(finest).T
-    left.plot(x, z, "k", lw=3, alpha=0.3)
+    """Distance of the blocked shapes to that of 50 segments, and of free tips over pressure."""
+    blocked, *free = figure.subplots(1, 1 + len(results["swept"]), width_ratios=(1.3, 1, 1, 1))
     for color, count in enumerate(SEGMENTS):
-        line = fingers[str(count)]["simulated"]["line"]
-        x, z = 1e3 * np.array(line).T
-        left.plot(x, z, f"C{color}o-", ms=3, lw=1)
-        gap = np.linalg.norm(_at(line, share) - _at(finest, share), axis=1)
-        right.plot(100.0 * share, 100.0 * gap / length, f"C{color}", label=f"{count} segments")
-    left.axvspan(1e3 * results["gap"], 1e3 * results["gap"] + 6, 0.75, 1.0, color="0.8")
-    left.set_title("grey: 50 segments", fontsize=9)
-    left.set(xlabel="x [mm]", ylabel="z [mm]", aspect="equal")
-    right.set(
+        blocked.plot(100.0 * SHARES, _gaps(results, count), f"C{color}", label=f"{count} segments")
+    blocked.set(
         xlabel="place along the finger [%]",
-        ylabel="distance to the shape of 50 segments [% of length]",
+        ylabel=f"distance to {FINEST} segments [% of length]",
+        ylim=(0, None),
     )
-    right.axhline(1.0, color="0.6", ls=":", lw=1)
-    right.legend(fontsize=8)
+    blocked.set_title(f"{ACTUATOR}, tip blocked at {results['pressure'] / 1e3:g} kPa", fontsize=9)
+    blocked.legend(fontsize=8)
+    for axes, (name, swept) in zip(free, results["swept"].items(), strict=True):
+        _draw_free(axes, name, swept)
+    free[0].set_ylabel(f"distance of the tip to {FINEST} segments [% of length]")
+
+
+def _draw_free(axes: Axes, name: str, swept: dict[str, Any]) -> None:
+    pressure = np.array(swept["pressure"]) / 1e3
+    for color, count in enumerate(SEGMENTS):
+        axes.semilogy(pressure, swept["off"][str(count)], f"C{color}", lw=1)
+    axes.axhline(TARGET, color="0.5", ls=":", lw=1)
+    axes.set_title(f"{name}, free tip", fontsize=9)
+    axes.set(xlabel="pressure [kPa]", xlim=(0, pressure[-1]), ylim=(0.01, 100.0))
+    turns = axes.twinx()
+    turns.plot(pressure, swept["enough"], "k", lw=1, ls="--")
+    turns.set(ylim=(0, 40), ylabel=f"segments for {TARGET:g} % (dashed)")
 
 
 EXPERIMENT = Experiment(
     "discretisation",
-    "P10 finger of 3 to 50 segments with its tip blocked (Fig. 5.8)",
+    "P10 finger of 3 to 50 segments with its tip blocked (Fig. 5.8), and free at every pressure",
     simulate,
     report,
     conclude,
     draw,
+    (13.0, 3.8),
 )
