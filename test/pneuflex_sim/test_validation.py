@@ -1,6 +1,7 @@
 """The command that makes the thesis's experiments again, and the stand that they use."""
 
 import json
+import warnings
 
 import cosserat
 import numpy as np
@@ -8,15 +9,20 @@ import pytest
 from cosserat import rod_of
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.joint_stops import JointStops
+from pneuflex_sim.layout import build_layout
 from pneuflex_sim.validation import payload
 from pneuflex_sim.validation.base_torque import LEFT, PRESSURE, actuator
 from pneuflex_sim.validation.command import EXPERIMENTS, main
-from pneuflex_sim.validation.disturbance import sliding_force
+from pneuflex_sim.validation.disturbance import DIRECTIONS, PRESSURES, SLID, sliding_force
+from pneuflex_sim.validation.disturbance import report as disturbance_report
 from pneuflex_sim.validation.grip import Grip, Pose, gripped_part, pushed
 from pneuflex_sim.validation.held_cylinder import Grasp, HeldCylinder
 from pneuflex_sim.validation.stand import FingerStand
+from softhand_model.hands import load_hand
 from softhand_model.held_chain import HeldChain, Hold
 from softhand_model.joint_springs import JointSprings
+from softhand_model.model_file import load_model
 from softhand_model.spring_model import SpringModel
 
 SEGMENTS = 10
@@ -145,18 +151,49 @@ def test_a_straight_finger_rolled_at_its_tip_twists_as_springs_in_series(factor)
 
 
 # ---------------------------------------------------------------- held cylinders
-def test_a_push_counts_as_slid_where_it_passes_ten_millimetres():
-    push = {"force": [0.0, 4.0, 8.0], "way": [0.0, 0.004, 0.016]}
+def test_a_push_counts_as_slid_where_the_slip_passes_three_millimetres():
+    push = {"force": [0.0, 4.0, 8.0], "slip": [0.0, 0.002, 0.004], "way": [0.0, 0.02, 0.03]}
     assert sliding_force(push) == pytest.approx(6.0)
-    assert sliding_force(push, 0.020) == np.inf
+    assert sliding_force(push, 0.010) == np.inf
+
+
+@pytest.mark.parametrize(("force", "met"), [(5.0, False), (7.0, True), (9.0, False)])
+def test_the_verdict_on_a_disturbance_fails_on_either_side_of_the_thesis(force, met):
+    push = {"force": [0.0, 2 * force], "slip": [0.0, 2 * SLID], "way": [0.0, 0.01]}
+    grasps = [
+        {"pressure": pressure, "pushes": dict.fromkeys(DIRECTIONS, push)} for pressure in PRESSURES
+    ]
+    rows = [row for row in disturbance_report({"grasps": grasps}) if row.met is not None]
+    assert [row.met for row in rows] == [met] * 3
+    assert all(row.what.startswith("60 kPa") for row in rows)
 
 
 def test_a_hand_holds_half_a_kilogram_and_loses_it_without_air():
     """The grasp of the experiment, palm down; vented, the cylinder falls out."""
-    grasp = payload.GRASPS["RBO Hand 2"]
+    grasp = payload.GRASPS[payload.JUDGED_HAND]
     with HeldCylinder(grasp, payload.MASS) as held:
         assert {"index", "middle", "ring", "little"} <= set(held.touching())
         assert payload.drift(payload.weighed(held, (1.0, 0.0, 0.0))) < payload.DRIFT
     empty = Grasp(grasp.hand, grasp.place, (5e3,) * 4)
     with HeldCylinder(empty, payload.MASS) as held:
         assert payload.drift(payload.weighed(held, (1.0, 0.0, 0.0))) > 0.05
+
+
+def test_a_cylinder_that_the_closing_hand_loses_is_not_held():
+    """RBO Hand 1 at the pressure of section 8.1.2, with as many segments as keep its joints off
+    their stops.
+    """
+    found = payload._held(payload.GRASPS["RBO Hand 1 at 210 kPa"])
+    assert found["touching"] == []
+    (row,) = payload.report({"hands": {"RBO Hand 1 at 210 kPa": found}})
+    assert row.ours == payload.LOST
+    assert "in 0 of 6" in payload.conclude({"hands": {"RBO Hand 1 at 210 kPa": found}})
+
+
+def test_no_grasp_of_the_payload_bends_a_joint_to_its_stop():
+    for grasp in payload.GRASPS.values():
+        layout = build_layout(load_hand(grasp.hand), grasp.segments, load_model("base"))
+        pressures = np.array(grasp.pressures)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            JointStops(layout).look(pressures)

@@ -29,12 +29,13 @@ OBJECT_MASS = 0.106  # [kg]
 @dataclass(frozen=True)
 class Grasp:
     """Which hand closes around the cylinder: name, place (3,) [m] of its centre in the wrist's
-    frame at the start, and gauge pressures [Pa] of the channels.
+    frame at the start, gauge pressures [Pa] of the channels, and segments an actuator.
     """
 
     hand: str
     place: tuple[float, float, float]
     pressures: tuple[float, ...]
+    segments: int = 5
 
 
 class HeldCylinder:
@@ -53,6 +54,7 @@ class HeldCylinder:
                 object_mass_scale=mass / OBJECT_MASS,
                 model="base",
                 step=STEP,
+                segments=grasp.segments,
                 wrist=SENSOR,
             )
         )
