@@ -197,7 +197,7 @@ def draw(figure: Figure, results: Results) -> None:
     blocked.legend(fontsize=8)
     for axes, (name, swept) in zip(free, results["swept"].items(), strict=True):
         _draw_free(axes, name, swept)
-    free[0].set_ylabel(f"distance of the tip to {FINEST} segments [% of length]")
+    free[0].set_ylabel(f"tip, distance to {FINEST} segments [%]")
 
 
 def _draw_free(axes: Axes, name: str, swept: dict[str, Any]) -> None:
