@@ -100,14 +100,21 @@ def test_blocked_chain_comes_to_the_rod_at_second_order():
     assert errors[1] < 1e-3
 
 
-def test_tip_of_ten_segments_is_where_that_of_fifty_is():
-    assert distance(static(10, 60e3).tip, static(50, 60e3).tip) < 0.01
+@pytest.mark.parametrize(("pressure", "limit"), [(42e3, 0.01), (65e3, 0.01), (76e3, 0.017)])
+def test_free_tip_of_ten_segments_is_near_that_of_fifty(pressure, limit):
+    """One percent holds to 66 kPa; 42 and 76 kPa are the largest on either side of a full turn, at
+    56 kPa, where all tips come together.
+    """
+    assert 0.5 * limit < distance(static(10, pressure).tip, static(50, pressure).tip) < limit
+
+
+def test_blocked_tip_of_ten_segments_is_where_that_of_fifty_is():
     coarse, fine = (blocked_finger(FINGER, segments, 60e3, GAP) for segments in (10, 50))
     assert distance(coarse.tip, fine.tip) < 0.01
 
 
 # ---------------------------------------------------------------- the simulator against both
-@pytest.mark.parametrize("pressure", [20e3, 60e3])
+@pytest.mark.parametrize("pressure", [20e3, 42e3])
 def test_simulated_finger_of_ten_segments_bends_freely_as_the_rod(pressure):
     with FingerStand(FINGER, 10) as stand:
         stand.settle(pressure)
