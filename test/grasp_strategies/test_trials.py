@@ -1,5 +1,6 @@
 import json
 import math
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -195,6 +196,16 @@ def test_materials_and_a_wall_of_ones_own_reach_the_trials(write_strategy, tmp_p
     simulation = trials.started_scene(TrialSettings(**settings)).scene.simulation
     assert simulation.friction.pair("steel", "rubber") == 0.45
     assert simulation.scene.wall.inclination == 70.0
+
+
+def test_rbo_hand_1_lifts_the_cylinder_with_no_joint_asked_beyond_its_stop():
+    settings = TrialSettings(strategy="rbo_hand_1_from_above", step=0.005)
+    trials.started_scene.cache_clear()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)  # of pressures that bend a joint to its stop
+        results = [trial.result for trial in run_batch(range(3), settings)]
+    assert [result.outcome for result in results] == ["gripped"] * 3
+    assert all(result.lift_height > 0.1 and result.slip < 2e-3 for result in results)
 
 
 def test_a_gripper_of_ones_own_grasps_by_the_command(tmp_path):
