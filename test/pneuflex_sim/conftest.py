@@ -29,7 +29,7 @@ def simulate():
 def level_stand(monkeypatch):
     """The scene `stand` with the finger pointing along world x, bending downwards."""
     level = dataclasses.replace(load_scene("stand"), wrist_rpy=(0.0, np.pi / 2, 0.0))
-    monkeypatch.setattr(simulation_module, "load_scene", lambda _: level)
+    monkeypatch.setattr(simulation_module, "load_scene", lambda *_: level)
 
 
 @pytest.fixture
