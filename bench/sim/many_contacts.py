@@ -37,7 +37,7 @@ class Hold:
 
 def close_hard(step: float) -> Hold:
     """One run; raises RuntimeError when it diverges."""
-    simulation = six_fingers.build(SEGMENTS, step)
+    simulation = six_fingers.build(SEGMENTS, step, parts=2)
     touching, loaded, places = [], [], []
     try:
         mass = six_fingers.closed_mass(simulation, PRESSURE)

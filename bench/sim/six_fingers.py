@@ -49,15 +49,15 @@ FRICTION = FrictionTable(
 )
 
 
-def build(segments: int, step: float) -> Simulation:
-    """The scene, at rest."""
+def build(segments: int, step: float, parts: int = 1) -> Simulation:
+    """The scene, at rest; the cylinder touches as one shape as the prototype's, or as `parts`."""
     scene = replace(
         load_scene("table"), wrist_position=(0.0, 0.0, HEIGHT), wrist_rpy=(math.pi, 0.0, 0.0)
     )
     return Simulation(
         SimulationConfig(
             hand=str(HAND),
-            object=CYLINDER,
+            object=replace(CYLINDER, dimensions={**CYLINDER.dimensions, "parts": parts}),
             scene=scene,
             step=step,
             segments=segments,

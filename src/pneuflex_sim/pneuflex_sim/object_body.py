@@ -60,27 +60,30 @@ class ObjectBody:
         return self.description.shape == "cylinder"
 
     def _create_cylinder(self) -> int:
-        """Two halves end to end, as links without mass: PyBullet finds one contact of a shape with
-        a plane in a step, and what rolls fast would tip over it and sink. (As parts of one shape
-        they would touch alike, but PyBullet does not save the contacts of such a shape.)
+        """Two halves end to end (`parts` of the dimensions, if another number), as links without
+        mass: PyBullet finds one contact of a shape with a plane in a step, and what rolls fast
+        would tip over it and sink. (As parts of one shape they would touch alike, but PyBullet does
+        not save the contacts of such a shape.)
         """
         radius, _, half_length = self.description.half_extents
-        half = pybullet.createCollisionShape(
-            pybullet.GEOM_CYLINDER, radius=radius, height=half_length, physicsClientId=self._client
+        count = self.description.dimensions.get("parts", 2)
+        length = 2 * half_length / count
+        part = pybullet.createCollisionShape(
+            pybullet.GEOM_CYLINDER, radius=radius, height=length, physicsClientId=self._client
         )
         return int(
             pybullet.createMultiBody(
                 self.description.mass,
-                linkMasses=[0.0] * 2,
-                linkCollisionShapeIndices=[half] * 2,
-                linkVisualShapeIndices=[-1] * 2,
-                linkPositions=[(0.0, 0.0, side * half_length / 2) for side in (-1, 1)],
-                linkOrientations=[IDENTITY] * 2,
-                linkInertialFramePositions=[(0.0, 0.0, 0.0)] * 2,
-                linkInertialFrameOrientations=[IDENTITY] * 2,
-                linkParentIndices=[0] * 2,
-                linkJointTypes=[pybullet.JOINT_FIXED] * 2,
-                linkJointAxis=[(0, 0, 1)] * 2,
+                linkMasses=[0.0] * count,
+                linkCollisionShapeIndices=[part] * count,
+                linkVisualShapeIndices=[-1] * count,
+                linkPositions=[(0, 0, (k + 0.5) * length - half_length) for k in range(count)],
+                linkOrientations=[IDENTITY] * count,
+                linkInertialFramePositions=[(0.0, 0.0, 0.0)] * count,
+                linkInertialFrameOrientations=[IDENTITY] * count,
+                linkParentIndices=[0] * count,
+                linkJointTypes=[pybullet.JOINT_FIXED] * count,
+                linkJointAxis=[(0, 0, 1)] * count,
                 physicsClientId=self._client,
             )
         )
