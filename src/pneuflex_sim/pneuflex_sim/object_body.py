@@ -112,7 +112,7 @@ class ObjectBody:
 
     def _limit_spin(self, step: float) -> None:
         """PyBullet's own limit of 100 rad/s would brake a marker that rolls faster than 0.85 m/s;
-        without any, its explicit gyroscopic term lets slender objects that spin gain energy.
+        without any, slender objects that spin fast gained energy in random trials and flew off.
         """
         pybullet.changeDynamics(
             self.id, -1, maxJointVelocity=LARGEST_TURN / step, physicsClientId=self._client

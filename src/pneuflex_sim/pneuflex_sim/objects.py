@@ -47,7 +47,7 @@ class Compliance:
 class ObjectDescription:
     """An object: shape with its dimensions [m], mass [kg], material by its name in the table of
     friction, orientation when it lies in the scene [rad], compliance of its surface, and what the
-    model leaves out.
+    model leaves out. A cylinder's dimensions may tell in how many `parts` it touches (2).
     """
 
     name: str
