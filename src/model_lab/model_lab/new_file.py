@@ -9,17 +9,6 @@ from typing import Any
 import numpy as np
 
 
-def check_new(path: Path, force: bool) -> None:
-    """Raise ValueError if something is in the way of a result, unless `force`.
-
-    To be asked before long work, so that its result is not lost.
-    """
-    if path.is_dir():
-        raise ValueError(f"{path}: expected the name of a file, got a folder")
-    if path.exists() and not force:
-        raise ValueError(f"{path}: expected a new file, got one that exists; --force overwrites it")
-
-
 def write_new(path: Path, text: str, force: bool = False) -> None:
     """Write a text file whole or not at all, with the folders above it.
 

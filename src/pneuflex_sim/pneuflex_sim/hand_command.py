@@ -6,7 +6,9 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from pneuflex_sim import design_command, show_command, urdf_command
+from pneuflex_sim import design_command
+from pneuflex_sim.show_command import add_show
+from pneuflex_sim.urdf_command import add_urdf
 
 
 def parser() -> argparse.ArgumentParser:
@@ -16,8 +18,8 @@ def parser() -> argparse.ArgumentParser:
     )
     commands = found.add_subparsers(dest="command", required=True)
     design_command.add_to(commands)
-    show_command.add_to(commands)
-    urdf_command.add_to(commands)
+    add_show(commands)
+    add_urdf(commands)
     return found
 
 

@@ -18,7 +18,7 @@ KILO = 1e3
 FOLDER = Path("out/hand")
 
 
-def add_to(commands: Any) -> None:
+def add_show(commands: Any) -> None:
     """Add the command to the subparsers of `hand`."""
     found = commands.add_parser(
         "show",
@@ -39,10 +39,10 @@ def add_to(commands: Any) -> None:
     add("--segments", type=int, default=10, help="an actuator (%(default)s)")
     add("-o", "--out", type=Path, help=f"picture ({FOLDER}/NAME.png, always drawn anew)")
     add("--force", action="store_true", help="overwrite the file named by --out")
-    found.set_defaults(run=run)
+    found.set_defaults(run=run_show)
 
 
-def run(options: argparse.Namespace) -> None:
+def run_show(options: argparse.Namespace) -> None:
     """Draw; raises ValueError for hands and pressures that cannot be used."""
     # late: designing needs neither matplotlib, an extra, nor PyBullet, which talks when it starts
     from pneuflex_sim.closing import air_masses_at, settled_hand

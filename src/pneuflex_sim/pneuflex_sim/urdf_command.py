@@ -12,7 +12,7 @@ from softhand_model.hands import load_hand
 from softhand_model.model_file import load_model
 
 
-def add_to(commands: argparse._SubParsersAction) -> None:
+def add_urdf(commands: argparse._SubParsersAction) -> None:
     """Add the command to the parsers of `hand`."""
     parser = commands.add_parser(
         "urdf", help="write the URDF of a hand", description="Write the URDF of a hand."
@@ -23,10 +23,10 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("-o", "--out", type=Path, help="file (standard output)")
     parser.add_argument("--force", action="store_true", help="overwrite that file")
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run_urdf)
 
 
-def run(options: argparse.Namespace) -> None:
+def run_urdf(options: argparse.Namespace) -> None:
     """Write it; raises ValueError for a hand that does not exist or has too many segments."""
     if options.segments < 1:
         raise ValueError(f"segments: expected 1 or more, got {options.segments}")

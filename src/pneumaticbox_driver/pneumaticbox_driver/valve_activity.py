@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Counts = NDArray[np.int64]
-WINDOW = 10.0  # of node time [s]
+ACTIVITY_WINDOW = 10.0  # of node time [s]
 RESOLUTION = 0.5  # from one remembered count to the next [s]
 CHATTER = 5.0  # openings a second; a 45 ms pulse and a 60 ms pause allow nearly twice that [1/s]
 
@@ -39,7 +39,7 @@ class ValveActivity:
         if counts and time - counts[-1][0] < RESOLUTION:
             return
         counts.append((time, openings.copy()))
-        while len(counts) > 1 and time - counts[1][0] >= WINDOW:
+        while len(counts) > 1 and time - counts[1][0] >= ACTIVITY_WINDOW:
             counts.popleft()
 
     @property
@@ -52,4 +52,4 @@ class ValveActivity:
     @property
     def chatters(self) -> NDArray[np.bool_]:
         """Channels whose valve opens more often than any target asks for (n,)."""
-        return np.asarray(self.recent > CHATTER * WINDOW)
+        return np.asarray(self.recent > CHATTER * ACTIVITY_WINDOW)

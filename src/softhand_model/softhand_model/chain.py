@@ -21,7 +21,6 @@ __all__ = ["ChainModel", "SegmentChain", "discretise"]
 
 Array = NDArray[np.float64]
 
-BEND = 1  # index of the bending axis (y)
 
 
 def discretise(description: ChainDescription, segments: int, model: Model) -> ChainModel:

@@ -25,12 +25,13 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     kernel: Any = njit(cache=True, fastmath=False)(function)
     file = sys.modules[function.__module__].__file__ if function.__module__ in sys.modules else None
     if file is not None:
-        kernel._cache._cache_file._source_stamp = kernels_stamp(Path(file).parent)
+        depth = function.__module__.count(".")
+        kernel._cache._cache_file._source_stamp = kernels_stamp(Path(file).parents[max(0, depth - 1)])
     return kernel
 
 
 @cache
 def kernels_stamp(folder: Path) -> tuple[float, int]:
-    """Time of the latest change [s] and size [bytes] of all files in a folder that hold kernels."""
-    stats = [file.stat() for file in folder.glob("*.py") if "@compiled" in file.read_text("utf-8")]
+    """Time of the latest change [s] and size [bytes] of all files below a folder that hold kernels."""
+    stats = [file.stat() for file in folder.rglob("*.py") if "@compiled" in file.read_text("utf-8")]
     return max((s.st_mtime for s in stats), default=0.0), sum(s.st_size for s in stats)

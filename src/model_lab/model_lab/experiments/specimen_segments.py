@@ -17,7 +17,7 @@ from softhand_model.spring_model import THESIS, SpringModel
 Array = NDArray[np.float64]
 
 KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
-POINTS = 4  # Gauss points on each segment of an actuator whose section varies
+SEGMENT_POINTS = 4  # Gauss points on each segment of an actuator whose section varies
 
 
 class SpecimenSegments:
@@ -57,7 +57,7 @@ def _one_section(actuator: Actuator, segments: int) -> tuple[Array, Array]:
 
 def _gauss(actuator: Actuator, segments: int) -> tuple[Array, Array]:
     """Points and weights (segments, points) [m]."""
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    nodes, weights = np.polynomial.legendre.leggauss(SEGMENT_POINTS)
     half = actuator.length / segments / 2.0
     middle = half * (2.0 * np.arange(segments) + 1.0)
     return middle[:, None] + half * nodes, np.tile(half * weights, (segments, 1))

@@ -14,7 +14,7 @@ from softhand_model.segments import SegmentChain
 
 Array = NDArray[np.float64]
 
-SAMPLES, DURATION = 200, 20.0  # of a run [s]
+HELD_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
 SEGMENTS = 10
 PEAK = 40e3  # [Pa]
 # protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
@@ -37,9 +37,9 @@ PRESSURES = {  # share of the peak over share of the duration
 def held_tip_set() -> MeasurementSet:
     """One actuator under six ways to push and turn its tip."""
     finger = Specimen("finger", {**SPECIMENS["thin"], **SHARED}, batch="A")
-    outputs = {name: np.zeros(SAMPLES) for name in OUTPUTS["base_torque"]}
+    outputs = {name: np.zeros(HELD_SAMPLES) for name in OUTPUTS["base_torque"]}
     columns = {
-        protocol: held_columns(finger, protocol, PEAK, DURATION, SAMPLES) | outputs
+        protocol: held_columns(finger, protocol, PEAK, HELD_DURATION, HELD_SAMPLES) | outputs
         for protocol in PUSHES
     }
     runs = [

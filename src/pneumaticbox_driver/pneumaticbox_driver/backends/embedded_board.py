@@ -12,7 +12,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 Floats = NDArray[np.float64]
 Valves = NDArray[np.int8]
 TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
-LONGEST_STEP = 0.1  # that the bench catches up with when the process was held [s]
+LONGEST_CATCH_UP = 0.1  # that the bench catches up with when the process was held [s]
 
 
 class EmbeddedBoard:
@@ -37,7 +37,7 @@ class EmbeddedBoard:
         """Read absolute pressures now: channels, then supply (n + 1,) [Pa]."""
         passed = math.floor((self._clock() - self._last) / TICK + 1e-6)
         self._last += passed * TICK
-        return self.bench.advance(min(passed * TICK, LONGEST_STEP))
+        return self.bench.advance(min(passed * TICK, LONGEST_CATCH_UP))
 
     def command(self, valves: Valves) -> None:
         """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed."""

@@ -36,9 +36,9 @@ NOT_ENOUGH = ("allows", "remember", "of", "by_direction")  # what alone changes 
 def _built_in() -> dict[str, type[Effect]]:
     package = importlib.import_module("softhand_model.effects")
     found: dict[str, type[Effect]] = {}
-    for entry in sorted(pkgutil.iter_modules(package.__path__), key=lambda entry: entry.name):
+    for entry in pkgutil.iter_modules(package.__path__):
         found.update(_classes_of(importlib.import_module(f"{package.__name__}.{entry.name}")))
-    return found
+    return dict(sorted(found.items()))
 
 
 def effect_classes() -> dict[str, type[Effect]]:
