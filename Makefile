@@ -1,6 +1,6 @@
 # Every target sets up what it needs; the second time that takes no time.
 PYTHON_IN_VENV := .venv/bin/python
-SOURCES := src test examples bench scripts
+SOURCES := src thesis test examples bench scripts
 
 .PHONY: setup demo lab-demo lab-story equilibrium test lint bench bench-lab bench-pneumatics pneumatics-experiments \
 	pneumatics-figures docs figures lab-figure live-figure clean
@@ -27,7 +27,7 @@ lab-story: setup
 
 # A finger pressed on a table under mass, pressure and volume control, over ROS; out/equilibrium.
 equilibrium: setup
-	@$(PYTHON_IN_VENV) -m softhand_bringup.equilibrium $(if $(SEED),--seed $(SEED))
+	@$(PYTHON_IN_VENV) -m thesis.equilibrium_point $(if $(SEED),--seed $(SEED))
 
 # In two processes; one of them runs all tests that start nodes (ARGS="test/docs"; ARGS="-n 0": in one).
 test: setup
@@ -50,11 +50,11 @@ bench-pneumatics: setup
 
 # Every experiment of chapter 4 into out/pneumatics (ARGS="--seed 3").
 pneumatics-experiments: setup
-	@.venv/bin/pneumatics-experiment all --force $(ARGS)
+	@$(PYTHON_IN_VENV) -m thesis.chapter_4 all --force $(ARGS)
 
 # The pictures and tables of docs/pneumatics-experiments.md, from the latest results.
 pneumatics-figures: setup
-	@$(PYTHON_IN_VENV) -m pneumaticbox_driver.experiments.page --copy docs/figures/pneumatics
+	@$(PYTHON_IN_VENV) -m thesis.chapter_4.page --copy docs/figures/pneumatics
 	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/pneumatics-experiments.md
 
 # The simulator: speed beside the prototype and the thesis, random trials, borders of success; ten

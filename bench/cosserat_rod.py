@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from bench.row import at_most, stated
-from pneuflex_sim.validation.stand import FingerStand
-from pneuflex_sim.validation.static_finger import blocked_finger
-from softhand_model.actuator import load_actuator
+from softhand_model.hand.actuator import load_actuator
+from thesis.chapter_3_and_5.stand import FingerStand
+from thesis.chapter_3_and_5.static_finger import blocked_finger
 
 _SUPPORT = str(Path(__file__).resolve().parents[1] / "test" / "support")
 if _SUPPORT not in sys.path:

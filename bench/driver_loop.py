@@ -19,11 +19,10 @@ from numpy.typing import ArrayLike
 
 from bench.row import at_most, stated
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.box import PneumaticBox
-from pneumaticbox_driver.calibration import load_calibration
-from pneumaticbox_driver.commands import TrajectoryPoint
-from pneumaticbox_driver.deadline_loop import DeadlineLoop
-from pneumaticbox_driver.priority import set_priority
+from pneumaticbox_driver.backends.loop import DeadlineLoop, set_priority
+from pneumaticbox_driver.box.box import PneumaticBox
+from pneumaticbox_driver.box.commands import TrajectoryPoint
+from pneumaticbox_driver.calibration.calibration import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 
 NAMES = tuple("abcdefgh")

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from bench.row import at_least, at_most
-from grasp_strategies.placement import draw_placement
-from softhand_bringup.demo.run import Demo, DemoFailed
-from softhand_bringup.demo.verdict import Verdict
-from softhand_bringup.launcher import NodeDied
-from softhand_bringup.suite import SuiteOptions
+from grasp_strategies.trials import draw_placement
+from softhand_bringup.demo.run import Demo, DemoFailed, Verdict
+from softhand_bringup.processes.launcher import NodeDied
+from softhand_bringup.processes.suite import SuiteOptions
 
 SEEDS = range(10)
 

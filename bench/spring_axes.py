@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softhand_model import section, side_stiffness
-from softhand_model.actuator import Actuator
-from softhand_model.hands import ChainDescription, load_hand
-from softhand_model.segments import cut_chain
-from softhand_model.spring_model import SpringModel, rubber_stress
+from softhand_model.chain.segments import cut_chain
+from softhand_model.hand import joint_stiffness as side_stiffness
+from softhand_model.hand import section
+from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.hand import ChainDescription, load_hand
+from softhand_model.hand.joint_stiffness import SpringModel, rubber_stress
 
 FINE = 1000  # segments, so many that one of them stands for a place
 MESH = 2.5e9 * np.pi / 4.0 * 70e-6**2 * 140 / 25.4e-3  # [N/m]: E of PET (Table 3.1) times

@@ -5,8 +5,8 @@
 
 import numpy as np
 
-from softhand_model.actuator import load_actuator
-from softhand_model.section import free_curvature, free_curvature_printed, side_wall_ratio
+from softhand_model.hand.actuator import load_actuator
+from softhand_model.hand.section import free_curvature, free_curvature_printed, side_wall_ratio
 
 LENGTH, HEIGHT, WALL, MODULUS = 0.090, 0.020, 0.002, 73.7e3  # constant section of chapter 5
 

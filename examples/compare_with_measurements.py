@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from model_lab.compare import compare
-from model_lab.comparison_text import comparison_text
-from model_lab.loading import load_measurements
+from model_lab.comparison.compare import compare
+from model_lab.measurements.load import load_measurements
+from model_lab.report.comparison_text import comparison_text
 from softhand_model.model_file import load_model
 
 FOLDER = Path(__file__).parent / "measurements" / "finger"

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pneumaticbox_driver.client.node import PneumaticboxClient
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher, NodeCommand
+from pneumaticbox_driver.ros.client import PneumaticboxClient
+from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.suite import node_environment
 
 pytestmark = pytest.mark.system
 
@@ -32,7 +32,7 @@ def drive(domain):
     folder = Path(tempfile.mkdtemp())
     environment = node_environment(folder, domain)
     os.environ.update(environment)  # of this process, whose client looks for the driver
-    driver = NodeCommand("driver", "pneumaticbox_driver.node", BOTTLES)
+    driver = NodeCommand("driver", "pneumaticbox_driver.ros.node", BOTTLES)
     with Launcher(folder, environment) as launcher:
         launcher.start(driver)
         with PneumaticboxClient(domain=domain) as box:

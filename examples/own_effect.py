@@ -8,11 +8,11 @@ it compete with the built-in ones. `python examples/own_effect.py` prints what i
 
 import numpy as np
 
-from model_lab.forward import Forward
-from model_lab.measurement import MeasurementSet, Run, Specimen
-from softhand_model.chain import discretise
+from model_lab.experiments.forward import Forward
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
+from softhand_model.chain.chain import discretise
 from softhand_model.effects import Parameter, StructureEffect
-from softhand_model.hands import load_hand
+from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model, load_model
 
 

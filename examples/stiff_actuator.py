@@ -11,10 +11,10 @@ of the thesis, with the 5.5 mm finger alone, and with the four and the run that 
 
 import numpy as np
 
-from model_lab.diagnose import diagnose
-from model_lab.forward import Forward
-from model_lab.measurement import MeasurementSet, Run, Specimen
-from model_lab.plan import explanations, next_experiment
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.diagnosis.next_experiment import explanations, next_experiment
+from model_lab.experiments.forward import Forward
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
 

@@ -13,9 +13,9 @@ compares the same files.
 
 import numpy as np
 
-from model_lab.forward import Forward
-from model_lab.measurement import DEFLATE, INFLATE, MeasurementSet, Run, Specimen
-from pneumaticbox_driver.calibrate import BOTTLE, SUPPLIES, record_on_bench
+from model_lab.experiments.forward import Forward
+from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet, Run, Specimen
+from pneumaticbox_driver.calibration.command import BOTTLE, SUPPLIES, record_on_bench
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
@@ -114,8 +114,8 @@ if __name__ == "__main__":
 
     import matplotlib.pyplot as plt
 
-    from model_lab.model_writing import write_model
-    from model_lab.set_writing import write_set
+    from model_lab.comparison.add import write_model
+    from model_lab.measurements.save import write_set
 
     parser = argparse.ArgumentParser(description="the ladder of Fig. 4.6")
     parser.add_argument("--cycles", type=int, default=60, help="pulses a direction and supply")

@@ -21,18 +21,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from model_lab.axes import driving_input, resting_share
-from model_lab.compare import Comparison, compare
-from model_lab.diagnose import Outcome, diagnose
-from model_lab.diagnosis import NamedEffect
-from model_lab.display import display_of
-from model_lab.estimates import named_effect
-from model_lab.loading import load_measurements
-from model_lab.measurement import MeasurementSet
-from model_lab.progress import Progress
+from model_lab.cli.options import Progress
+from model_lab.comparison.compare import Comparison, compare
+from model_lab.diagnosis.diagnose import Outcome, diagnose
+from model_lab.diagnosis.result import NamedEffect, named_effect
+from model_lab.localisation.axes import driving_input, resting_share
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.units import display_of
 from model_lab.report import write_report
-from softhand_model.document import DocumentError
 from softhand_model.model_file import Model, load_model
+from softhand_model.yaml_document import DocumentError
 
 Array = NDArray[np.float64]
 

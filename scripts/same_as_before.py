@@ -5,8 +5,8 @@
     python scripts/same_as_before.py compare out/before out/after
 
 A record holds 20 grasp trials in process (verdict, poses, air masses), five diagnoses of the lab,
-one for each experiment, and the results of the experiments of chapters 3, 4 and 5. Everything is compared to
-the last bit, but for wall times. Half an hour on two cores; parts of it by name.
+one for each experiment, and the results of the experiments of chapters 3, 4 and 5. Everything is
+compared to the last bit, but for wall times. Half an hour on two cores; parts of it by name.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def diagnoses(out: Path) -> None:
     """A diagnosis of a set with a hidden effect for each experiment."""
     for experiment, seed in DIAGNOSES.items():
         folder = out / experiment
-        lab = ("model_lab.main",)
+        lab = ("model_lab.cli.main",)
         run(*lab, "synthesize", experiment, "--hide", "--seed", str(seed), "--out", str(folder))
         run(*lab, "diagnose", str(folder), "--json", str(out / f"{experiment}.json"))
 
@@ -74,15 +74,15 @@ def diagnoses(out: Path) -> None:
 def chapter_4(out: Path) -> None:
     """Three experiments on the pretended bench of chapter 4."""
     for name in CHAPTER_4:
-        run("pneumaticbox_driver.experiments", name, "--out", str(out / name))
+        run("thesis.chapter_4", name, "--out", str(out / name))
 
 
 def chapters_3_and_5(out: Path) -> None:
     """All experiments of chapters 3 and 5."""
-    from pneuflex_sim.validation.command import EXPERIMENTS
+    from thesis.chapter_3_and_5.command import EXPERIMENTS
 
     for name in EXPERIMENTS:
-        run("pneuflex_sim.validation", name, "--out", str(out / name))
+        run("thesis.chapter_3_and_5", name, "--out", str(out / name))
 
 
 def record(out: Path, parts: list[str]) -> None:

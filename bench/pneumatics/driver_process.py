@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from ros_domain import held_domain
 
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.suite import node_environment
 
 CHANNELS = list("abcdefgh")
 VOLUME, LIMIT, RATE = 1e-4, 1.5e5, 500.0
@@ -21,14 +21,16 @@ AFTER_START = 5.0  # for what is compiled and imported once [s]
 
 def cpu_share(watched: float) -> float:
     """CPU time over wall time while all channels follow a sine, over `watched` [s]."""
-    from pneumaticbox_driver.client.node import PneumaticboxClient  # takes ROS along
+    from pneumaticbox_driver.ros.client import PneumaticboxClient
 
     with tempfile.TemporaryDirectory() as folder, held_domain() as domain:
         environment = node_environment(Path(folder), domain)
         # the client runs here, in the same domain and with the same discovery
         os.environ.update({k: v for k, v in environment.items() if k.startswith(("ROS", "FAST"))})
         with Launcher(Path(folder), environment) as launcher:
-            driver = launcher.start(NodeCommand("driver", "pneumaticbox_driver.node", _embedded()))
+            driver = launcher.start(
+                NodeCommand("driver", "pneumaticbox_driver.ros.node", _embedded())
+            )
             time.sleep(START)
             launcher.check()
             with PneumaticboxClient(patience=60.0, domain=domain) as client:

@@ -17,13 +17,12 @@ from typing import Any
 import numpy as np
 
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.box import PneumaticBox
-from pneumaticbox_driver.calibration import load_calibration
-from pneumaticbox_driver.commands import TrajectoryPoint
-from pneumaticbox_driver.diagnostics import LinkState, box_reports
+from pneumaticbox_driver.box.box import PneumaticBox
+from pneumaticbox_driver.box.commands import TrajectoryPoint
+from pneumaticbox_driver.box.diagnostics import LinkState, ValveActivity, box_reports
+from pneumaticbox_driver.calibration.calibration import load_calibration
 from pneumaticbox_driver.safety import BURST_MARGIN
 from pneumaticbox_driver.settings import BoxSettings
-from pneumaticbox_driver.valve_activity import ValveActivity
 from softhand_model.pneumatics import load_pneumatics
 
 CHANNELS = ("a", "b", "c")

@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumaticbox_driver.experiments import pulse_error, six_channels, supply_rejection
-from pneumaticbox_driver.experiments.boxes import box_of, calibrated
-from pneumaticbox_driver.experiments.drift import final_drift
-from pneumaticbox_driver.experiments.finger import Fingers, on_fingers
-from pneumaticbox_driver.experiments.report import MG, Report, quiet
-from pneumaticbox_driver.experiments.sine import Sine
 from softhand_model.pneumatics import Pneumatics
+from thesis.chapter_4 import pulse_error, six_channels, supply_rejection
+from thesis.chapter_4.bench_run import Sine, final_drift
+from thesis.chapter_4.boxes import box_of, calibrated
+from thesis.chapter_4.finger_posture import Fingers, on_fingers
+from thesis.chapter_4.report import MG, Report, quiet
 
 OFFSET = 0.014 * 250e3  # the whole accuracy class of a channel's sensor [Pa]
 NO_ERROR = 1e-9  # of full scale

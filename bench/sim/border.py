@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.row import at_least, at_most, stated
+from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.scene import Array, Observation
-from grasp_strategies.scene_in_process import InProcessScene
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.trials import TrialSettings, started_scene
 

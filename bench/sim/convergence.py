@@ -15,7 +15,7 @@ from pathlib import Path
 from bench.simulator import response_time
 from grasp_strategies.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
-from pneuflex_sim.solver import SETTINGS
+from pneuflex_sim.world import SETTINGS
 
 DOCS = Path("docs/simulator.md")
 BEGIN, END = "<!-- convergence -->", "<!-- end of convergence -->"

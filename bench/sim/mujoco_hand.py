@@ -19,11 +19,11 @@ from bench.row import at_least, stated
 from bench.sim.mujoco_model import Settings
 from bench.sim.mujoco_simulation import MujocoSimulation
 from bench.sim.timing import StepTimes, timed_steps
+from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.judge import GraspResult
-from grasp_strategies.placement import draw_placement
-from grasp_strategies.scene_in_process import InProcessScene
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
+from grasp_strategies.trials import draw_placement
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 
 STRATEGY = "surface_constrained"

@@ -1,7 +1,8 @@
 """A hand, its wrist, its object and its table as a MuJoCo model (MJCF), from the same layout as the
 bodies in PyBullet.
 
-Links, masses, springs, damping and collision pieces are those of `pneuflex_sim.layout`; links have
+Links, masses, springs, damping and collision pieces are those of `pneuflex_sim.hand.layout`; links
+have
 the rotary inertia of their boxes, without what PyBullet needs on top. A joint of equal stiffness
 about all axes is a ball joint, whose spring follows the pressure (`mujoco_simulation`); any other
 is three hinges. Pieces are eroded by MARGIN and inflated again by MuJoCo's margin. Groups that
@@ -17,18 +18,24 @@ from xml.etree import ElementTree as xml
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pneuflex_sim.collision_groups import ENVIRONMENT, PALM, collides_with, collision_groups
-from pneuflex_sim.friction import RUBBER, FrictionTable, load_friction
-from pneuflex_sim.hand_shape import HandShape
-from pneuflex_sim.layout import DAMPING_TIME, Body, HandLayout
-from pneuflex_sim.objects import ObjectDescription
-from pneuflex_sim.palm_pad import PalmPad, pad_vertices
-from pneuflex_sim.pieces import MARGIN, chain_pieces
-from pneuflex_sim.scenes import SceneDescription
+from pneuflex_sim.hand.collision import (
+    ENVIRONMENT,
+    MARGIN,
+    PALM,
+    chain_pieces,
+    collides_with,
+    collision_groups,
+)
+from pneuflex_sim.hand.kinematics import HandShape
+from pneuflex_sim.hand.layout import DAMPING_TIME, Body, HandLayout
+from pneuflex_sim.hand.palm_pad import PalmPad, pad_vertices
+from pneuflex_sim.hand.wrist import WristParameters
+from pneuflex_sim.scene.friction import RUBBER, FrictionTable, load_friction
+from pneuflex_sim.scene.objects import ObjectDescription
+from pneuflex_sim.scene.scenes import SceneDescription
 from pneuflex_sim.simulation import SimulationConfig
-from pneuflex_sim.wrist import WristParameters
-from softhand_model.effects.gravity import STANDARD_GRAVITY
-from softhand_model.rotation import compose, from_rpy, rotate
+from softhand_model.effects.load import STANDARD_GRAVITY
+from softhand_model.numerics.rotations import compose, from_rpy, rotate
 
 Array = NDArray[np.float64]
 

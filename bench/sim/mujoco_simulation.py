@@ -14,25 +14,25 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bench.sim.mujoco_model import OBJECT, WRIST, Settings, model_text
-from pneuflex_sim.air_coupling import (
+from pneuflex_sim.dynamics.spatial import quaternion_of_rotation, rotation_between
+from pneuflex_sim.hand.air import (
     BEND,
     AirCoupling,
     act_on_joints,
     chamber_volumes,
     enclosed_pressures,
 )
-from pneuflex_sim.contacts import Contact
-from pneuflex_sim.hand_shape import HandShape
-from pneuflex_sim.layout import build_layout
-from pneuflex_sim.objects import ObjectDescription, load_object
-from pneuflex_sim.scenes import SceneDescription, load_scene
+from pneuflex_sim.hand.kinematics import HandShape
+from pneuflex_sim.hand.layout import build_layout
+from pneuflex_sim.scene.contacts import Contact
+from pneuflex_sim.scene.objects import ObjectDescription, load_object
+from pneuflex_sim.scene.scenes import SceneDescription, load_scene
 from pneuflex_sim.simulation import SimulationConfig
-from pneuflex_sim.spatial import quaternion_of_rotation, rotation_between
-from softhand_model.compiled import compiled
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
-from softhand_model.hands import HandDescription, load_hand
+from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import load_model
-from softhand_model.rotation import compose, from_rpy
+from softhand_model.numerics.compiled import compiled
+from softhand_model.numerics.rotations import compose, from_rpy
 
 Array = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pneuflex_sim.friction import FrictionTable
-from pneuflex_sim.objects import ObjectDescription
-from pneuflex_sim.scenes import load_scene
+from pneuflex_sim.scene.friction import FrictionTable
+from pneuflex_sim.scene.objects import ObjectDescription
+from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.gas import GAS_CONSTANT
 

@@ -24,7 +24,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "sequencer = grasp_strategies.node:main",
+            "sequencer = grasp_strategies.ros.node:main",
             "trials = grasp_strategies.trials:main",
         ],
     },

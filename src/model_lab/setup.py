@@ -32,9 +32,9 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "model-lab = model_lab.main:main",
-            "model_lab = model_lab.main:main",
-            "monitor = model_lab.monitor:main",
+            "model-lab = model_lab.cli.main:main",
+            "model_lab = model_lab.cli.main:main",
+            "monitor = model_lab.ros.monitor:main",
         ],
     },
 )

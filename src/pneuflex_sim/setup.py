@@ -32,11 +32,10 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "hand_sim = pneuflex_sim.node:main",
-            "hand = pneuflex_sim.hand_command:main",
-            "pneuflex-objects = pneuflex_sim.objects_command:main",
-            "pneuflex-skin = pneuflex_sim.skin_command:main",
-            "pneuflex-validate = pneuflex_sim.validation.command:main",
+            "hand_sim = pneuflex_sim.ros.node:main",
+            "hand = pneuflex_sim.commands.hand:main",
+            "pneuflex-objects = pneuflex_sim.commands.objects:main",
+            "pneuflex-skin = pneuflex_sim.commands.skin:main",
         ],
     },
 )

@@ -29,9 +29,8 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "driver = pneumaticbox_driver.node:main",
-            "calibrate = pneumaticbox_driver.calibrate:main",
-            "pneumatics-experiment = pneumaticbox_driver.experiments.main:main",
+            "driver = pneumaticbox_driver.ros.node:main",
+            "calibrate = pneumaticbox_driver.calibration.command:main",
         ],
     },
 )

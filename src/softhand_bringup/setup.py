@@ -37,10 +37,9 @@ setup(
     entry_points={
         "console_scripts": [
             "demo = softhand_bringup.demo.__main__:main",
-            "equilibrium = softhand_bringup.equilibrium.__main__:main",
             "film = softhand_bringup.film.command:main",
             "lab_story = softhand_bringup.lab_story.__main__:main",
-            "recorder = softhand_bringup.recorder.node:main",
+            "recorder = softhand_bringup.ros.recorder:main",
             "repair_bag = softhand_bringup.bags.repair:main",
         ],
     },

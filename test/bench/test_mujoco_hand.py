@@ -11,10 +11,10 @@ import pytest
 from bench.sim import mujoco_hand
 from bench.sim.mujoco_model import Settings
 from bench.sim.mujoco_simulation import MujocoSimulation
-from pneuflex_sim.friction import load_friction
-from pneuflex_sim.scenes import load_scene
+from pneuflex_sim.scene.friction import load_friction
+from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
-from softhand_model.statics import equilibrium, linear_springs, planar_finger
+from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
 
 CLOSED = np.array([7.1e-5, 2.4e-5, 5.3e-5, 4.3e-5])  # [kg], as the strategy closes the hand
 

@@ -8,7 +8,7 @@ from bench.pneumatics import __main__ as program
 from bench.pneumatics.figures import ALONE, GROUPS, PARALLEL, Figure
 from bench.pneumatics.measure import MEASURES, Size, exact_sensors, measure
 from bench.pneumatics.table import row_of, rows_of, text_of
-from pneumaticbox_driver.experiments.boxes import box_of
+from thesis.chapter_4.boxes import box_of
 
 
 @pytest.mark.parametrize(("most", "worst", "met"), [(True, 3.0, False), (False, 1.0, False)])

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from grasp_strategies.imposed_air import SMALLEST_PULSE, ImposedAir
+from grasp_strategies.in_process_scene import SMALLEST_PULSE, ImposedAir
 from pneumaticbox_driver.safety import PressureGuard
 from softhand_model.pneumatics.parameters import load_pneumatics
 

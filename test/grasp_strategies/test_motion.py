@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from grasp_strategies.motion import Motion, duration_at_speed, minimum_jerk
-from grasp_strategies.pose import IDENTITY, Pose, angle_between
+from grasp_strategies.pose import (
+    IDENTITY,
+    Motion,
+    Pose,
+    angle_between,
+    duration_at_speed,
+    minimum_jerk,
+)
 
 START = Pose(np.array([0.1, 0.0, 0.4]), IDENTITY)
 GOAL = Pose(np.array([0.1, 0.3, 0.0]), Rotation.from_euler("y", 1.2).as_quat())

@@ -18,9 +18,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool, Trigger
 
-from grasp_strategies.node_parameters import PARAMETERS
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher, NodeCommand
+from grasp_strategies.ros.parameters import PARAMETERS
+from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.suite import node_environment
 
 pytestmark = pytest.mark.system
 
@@ -107,7 +107,7 @@ def start(launcher, write_strategy):
     def start(strategy=None, **parameters):
         path = strategy or write_strategy()
         usual = {"use_sim_time": True, "strategy.surface_constrained": str(path)}
-        command = NodeCommand("sequencer", "grasp_strategies.node", usual | parameters)
+        command = NodeCommand("sequencer", "grasp_strategies.ros.node", usual | parameters)
         return launcher.start(command)
 
     return start
@@ -370,7 +370,7 @@ def test_a_clock_that_stands_still_is_told(start, peer):
 
 
 def test_started_plainly_it_follows_simulated_time(launcher, peer):
-    launcher.start(NodeCommand("sequencer", "grasp_strategies.node"))
+    launcher.start(NodeCommand("sequencer", "grasp_strategies.ros.node"))
     assert "/clock has stood still" in peer.diagnosis("/clock", limit=15.0).message
 
 
@@ -459,7 +459,7 @@ def test_the_shipped_configuration_is_accepted_and_names_every_parameter(launche
     config = Path(__file__).parents[2] / "src" / "grasp_strategies" / "config" / "sequencer.yaml"
     bench("--factor", "5")
     arguments = ("--ros-args", "--params-file", str(config))
-    launcher.start(NodeCommand("sequencer", "grasp_strategies.node", arguments=arguments))
+    launcher.start(NodeCommand("sequencer", "grasp_strategies.ros.node", arguments=arguments))
     assert peer.diagnosis("idle").hardware_id == "rbo_hand_2"
     shipped = yaml.safe_load(config.read_text())["/**/grasp_sequencer"]["ros__parameters"]
     names = {f"strategy.{name}" for name in shipped.pop("strategy")} | set(shipped)

@@ -3,8 +3,8 @@ from types import SimpleNamespace as Fields
 import numpy as np
 import pytest
 
+from grasp_strategies.in_process_scene import InProcessScene, build_scene
 from grasp_strategies.scene import SceneError
-from grasp_strategies.scene_in_process import InProcessScene, build_scene
 
 
 class FakeSimulation:

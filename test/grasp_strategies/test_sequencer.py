@@ -6,9 +6,8 @@ import pytest
 from mock_scene import GRIP, MockScene
 from scipy.spatial.transform import Rotation
 
-from grasp_strategies.phase_run import goal_pose
 from grasp_strategies.pose import Pose, angle_between
-from grasp_strategies.sequencer import Sequencer
+from grasp_strategies.sequencer import Sequencer, goal_pose
 from grasp_strategies.strategy import Waypoint
 
 STEP = 0.01

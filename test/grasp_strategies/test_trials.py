@@ -8,10 +8,10 @@ import pytest
 
 from grasp_strategies import trials
 from grasp_strategies.judge import GraspResult
-from grasp_strategies.placement import draw_placement
 from grasp_strategies.trials import (
     Trial,
     TrialSettings,
+    draw_placement,
     main,
     run_batch,
     run_trial,

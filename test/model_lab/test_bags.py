@@ -6,9 +6,9 @@ import recorded_run as record
 from measurement_folder import document, write_set
 from rosbags.rosbag2 import StoragePlugin
 
-from model_lab.loading import load_measurements
-from model_lab.message_field import MessageField
-from softhand_model.document import DocumentError
+from model_lab.measurements.bag import MessageField
+from model_lab.measurements.load import load_measurements
+from softhand_model.yaml_document import DocumentError
 
 TOPICS = {
     "pressure": {"topic": "/pneumaticbox/state", "field": "effort[a]"},

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from lab_sets import SIZE, measured, run, specimen
 
-from model_lab.forward import Forward
-from softhand_model import section
+from model_lab.experiments.forward import Forward
 from softhand_model.effects import effect_classes
+from softhand_model.hand import section
 
 EFFECTS = effect_classes()
 SIDES = (SIZE["height"], SIZE["width"], SIZE["wall"], SIZE["side_wall"])

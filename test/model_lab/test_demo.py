@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
+from model_lab.cli.main import main
 from model_lab.demo import ending
-from model_lab.main import main
 
 SEED = 0  # an effect without memory: the quickest
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hidden.cases import all_cases
 
-from model_lab.forward import Forward
-from model_lab.loading import load_measurements
+from model_lab.experiments.forward import Forward
+from model_lab.measurements.load import load_measurements
 from softhand_model.effects import effect_classes
 
 NOISE = 0.004

@@ -6,9 +6,9 @@ from lab_sets import SIZE, bending, measured, run, specimen
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from model_lab.forward import Forward
-from softhand_model import section
+from model_lab.experiments.forward import Forward
 from softhand_model.effects import effect_classes
+from softhand_model.hand import section
 
 EFFECTS = effect_classes()
 SIDES = (SIZE["height"], SIZE["width"], SIZE["wall"], SIZE["side_wall"])

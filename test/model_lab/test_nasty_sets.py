@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from nasty_sets import bending_sets, other_sets, refused_sets
 
-from model_lab.main import main
+from model_lab.cli.main import main
 
 USABLE = bending_sets() | other_sets()
 REFUSED = refused_sets()

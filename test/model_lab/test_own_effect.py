@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from model_lab.live_prediction import ChainPrediction
-from model_lab.main import main
-from softhand_model.actuator import load_actuator
-from softhand_model.chain import discretise
-from softhand_model.hands import load_hand
+from model_lab.cli.main import main
+from model_lab.live.prediction import ChainPrediction
+from softhand_model.chain.chain import discretise
+from softhand_model.hand.actuator import load_actuator
+from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 
 OWN = Path(__file__).parents[2] / "examples" / "own_effect.py"

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from model_lab.diagnose import diagnose
-from model_lab.loading import load_measurements
-from model_lab.main import main
-from model_lab.set_writing import write_set
+from model_lab.cli.main import main
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.save import write_set
 from softhand_model.model_file import load_model
 
 FOLDER = os.environ.get("SOFTHAND_MEASUREMENTS")

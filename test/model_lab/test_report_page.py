@@ -8,11 +8,11 @@ import pytest
 from bending_set import bending_set
 from browser import overlapping, render
 
-from model_lab.diagnose import diagnose
-from model_lab.plan import Experiment
-from model_lab.protocols import protocol
+from model_lab.bench.protocols import protocol
+from model_lab.bench.trial_runs import Trial
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.diagnosis.next_experiment import Experiment
 from model_lab.report import write_report
-from model_lab.trials import Trial
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
 

@@ -1,7 +1,7 @@
 import pytest
 
-from model_lab.diagnosis import Diagnosis, Estimate, NamedEffect, Unexplained
-from model_lab.report.sentence import tie_sentences, verdict_sentence
+from model_lab.diagnosis.result import Diagnosis, Estimate, NamedEffect, Unexplained
+from model_lab.report.sentences import tie_sentences, verdict_sentence
 
 GENT = NamedEffect("gent_stiffening", {"jm": Estimate(8.104, 0.31, (7.5, 8.7), "")})
 LAG = NamedEffect("tube_lag", {"time_constant": Estimate(0.25, 0.0123, (0.22, 0.28), "s")})

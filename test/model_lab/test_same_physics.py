@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from lab_sets import SIZE, measured, run, specimen
 
-from model_lab.forward import Forward
-from softhand_model.actuator import load_actuator
-from softhand_model.chain import discretise
+from model_lab.experiments.forward import Forward
+from softhand_model.chain.chain import discretise
 from softhand_model.effects import effect_classes
-from softhand_model.hands import load_hand
+from softhand_model.hand.actuator import load_actuator
+from softhand_model.hand.hand import load_hand
+from softhand_model.hand.profile import ConstantProfile
 from softhand_model.model_file import Model
-from softhand_model.profile import ConstantProfile
 
 EFFECTS = effect_classes()
 TIME = np.concatenate([[0.0], np.cumsum(np.tile([0.01, 0.02, 0.05], 40))])
@@ -93,7 +93,7 @@ def test_several_effects_act_together_alike():
 
 
 def test_sensor_of_the_simulated_hand_and_of_the_lab_read_alike():
-    from pneuflex_sim.tip_sensors import TipSensors
+    from pneuflex_sim.hand.kinematics import TipSensors
 
     effects = [EFFECTS[name](**STRONG[name]) for name in ("angle_offset", "angle_sensor_lag")]
     sensors = TipSensors(Model(effects=tuple(effects)))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from lab_sets import measured, run
 
-from model_lab.forward import Forward
-from model_lab.measurement import Specimen
+from model_lab.experiments.forward import Forward
+from model_lab.measurements.measurement_set import Specimen
 from softhand_model.effects import effect_classes
 
 EFFECTS = effect_classes()

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from model_lab.experiments.valve_pulse import ValvePulse
-from model_lab.measurement import MeasurementSet, Run
+from model_lab.measurements.measurement_set import MeasurementSet, Run
 from softhand_model.effects import Effect, effect_classes
 
 EFFECTS = effect_classes()

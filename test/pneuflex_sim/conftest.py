@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pneuflex_sim import simulation as simulation_module
-from pneuflex_sim.scenes import load_scene
+from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 
 

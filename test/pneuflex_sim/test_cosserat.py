@@ -6,10 +6,10 @@ import pytest
 from cosserat import Rod, rod_of
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.validation.stand import FingerStand
-from pneuflex_sim.validation.static_finger import blocked_finger, chain_of
-from softhand_model.actuator import load_actuator
-from softhand_model.statics import equilibrium, linear_springs, planar_finger
+from softhand_model.equilibrium.planar import equilibrium, linear_springs, planar_finger
+from softhand_model.hand.actuator import load_actuator
+from thesis.chapter_3_and_5.stand import FingerStand
+from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of
 
 FINGER = load_actuator("P10.finger")
 LEVEL = (9.80665, 0.0)  # gravity [m/s2] on a finger that lies level and bends downwards

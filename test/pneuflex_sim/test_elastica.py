@@ -8,8 +8,8 @@ import elastica_finger
 import numpy as np
 import pytest
 
-from pneuflex_sim.validation.stand import FingerStand
-from softhand_model.actuator import load_actuator
+from softhand_model.hand.actuator import load_actuator
+from thesis.chapter_3_and_5.stand import FingerStand
 
 FINGER = load_actuator("P10.finger")
 PRESSURE, GAP = 40e3, 0.015  # [Pa, m]

@@ -6,10 +6,10 @@ import pybullet
 import pytest
 from scipy.optimize import brentq
 
-from softhand_model.hands import load_hand
+from softhand_model.hand.hand import load_hand
+from softhand_model.hand.joint_stiffness import SpringModel
+from softhand_model.hand.section import elastic_term, free_stretch
 from softhand_model.model_file import Model
-from softhand_model.section import elastic_term, free_stretch
-from softhand_model.spring_model import SpringModel
 
 PUSH = -0.004  # [N m] about y on the last link of the finger `pushed`
 HEAT = 287.05 * 293.15

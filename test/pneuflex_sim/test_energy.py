@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim import chain_kernel, layout
+from pneuflex_sim.dynamics import chain as chain_kernel
+from pneuflex_sim.hand import layout
+from softhand_model.hand.joint_stiffness import SpringModel
 from softhand_model.model_file import Model
-from softhand_model.spring_model import SpringModel
 
 
 def energy(simulation):

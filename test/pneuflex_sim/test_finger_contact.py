@@ -6,7 +6,7 @@ import numpy as np
 import pybullet
 import pytest
 
-from softhand_model.hands import load_hand
+from softhand_model.hand.hand import load_hand
 
 INWARD = np.radians(25.0)  # of each finger about its length: they bend towards each other
 

@@ -4,8 +4,8 @@ import numpy as np
 import pybullet
 import pytest
 
-from pneuflex_sim import hand_bodies
-from pneuflex_sim.contacts import normal_forces
+from pneuflex_sim.hand import bodies as hand_bodies
+from pneuflex_sim.scene.contacts import normal_forces
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 
 POSE = np.array([-0.057, 0.0, 0.146]), np.array([0.0, 0.92388, 0.0, 0.38268])

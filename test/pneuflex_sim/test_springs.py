@@ -8,13 +8,18 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from softhand_model.actuator import load_actuator
-from softhand_model.chain import discretise
+from softhand_model.chain.chain import discretise
 from softhand_model.effects import effect_classes
-from softhand_model.hands import load_hand
+from softhand_model.equilibrium.planar import (
+    equilibrium,
+    exact_springs,
+    planar_finger,
+    rubber_springs,
+)
+from softhand_model.hand.actuator import load_actuator
+from softhand_model.hand.hand import load_hand
+from softhand_model.hand.joint_stiffness import SpringModel
 from softhand_model.model_file import Model
-from softhand_model.spring_model import SpringModel
-from softhand_model.statics import equilibrium, exact_springs, planar_finger, rubber_springs
 
 STEPS = [0.001, 0.002, 0.005, 0.01]
 RUBBER = SpringModel(bending="curvature")

@@ -4,8 +4,8 @@ import pybullet
 import pytest
 from scipy.optimize import brentq
 
-from pneuflex_sim.collision_groups import ENVIRONMENT
-from softhand_model.statics import Stop, equilibrium, linear_springs, planar_finger
+from pneuflex_sim.hand.collision import ENVIRONMENT
+from softhand_model.equilibrium.planar import Stop, equilibrium, linear_springs, planar_finger
 
 STEPS = [0.001, 0.002, 0.005, 0.01]
 

@@ -12,10 +12,10 @@ import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim import hand_command
-from pneuflex_sim.layout import build_layout
+from pneuflex_sim.commands import hand as hand_command
+from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
-from softhand_model.hands import load_hand
+from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 
 GRIPPER = str(Path(__file__).parents[2] / "examples/three_finger_gripper/gripper.yaml")

@@ -9,21 +9,28 @@ import pytest
 from cosserat import rod_of
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.joint_stops import JointStops
-from pneuflex_sim.layout import build_layout
-from pneuflex_sim.validation import payload
-from pneuflex_sim.validation.base_torque import LEFT, PRESSURE, actuator
-from pneuflex_sim.validation.command import EXPERIMENTS, main
-from pneuflex_sim.validation.disturbance import DIRECTIONS, PRESSURES, SLID, sliding_force
-from pneuflex_sim.validation.disturbance import report as disturbance_report
-from pneuflex_sim.validation.grip import Grip, Pose, gripped_part, pushed
-from pneuflex_sim.validation.held_cylinder import Grasp, HeldCylinder
-from pneuflex_sim.validation.stand import FingerStand
-from softhand_model.hands import load_hand
-from softhand_model.held_chain import HeldChain, Hold
-from softhand_model.joint_springs import JointSprings
+from pneuflex_sim.hand.joint_stops import JointStops
+from pneuflex_sim.hand.layout import build_layout
+from softhand_model.equilibrium.joint_springs import JointSprings
+from softhand_model.equilibrium.spatial import HeldChain, Hold
+from softhand_model.hand.hand import load_hand
+from softhand_model.hand.joint_stiffness import SpringModel
 from softhand_model.model_file import load_model
-from softhand_model.spring_model import SpringModel
+from thesis.chapter_3_and_5 import payload
+from thesis.chapter_3_and_5.base_torque import (
+    LEFT,
+    PRESSURE,
+    Grip,
+    Pose,
+    actuator,
+    gripped_part,
+    pushed,
+)
+from thesis.chapter_3_and_5.command import EXPERIMENTS, main
+from thesis.chapter_3_and_5.disturbance import DIRECTIONS, PRESSURES, SLID, sliding_force
+from thesis.chapter_3_and_5.disturbance import report as disturbance_report
+from thesis.chapter_3_and_5.held_cylinder import Grasp, HeldCylinder
+from thesis.chapter_3_and_5.stand import FingerStand
 
 SEGMENTS = 10
 

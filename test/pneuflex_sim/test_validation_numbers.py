@@ -5,7 +5,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from pneuflex_sim.validation import (
+from softhand_model.equilibrium.planar import planar_finger
+from softhand_model.hand.actuator import load_actuator
+from thesis.chapter_3_and_5 import (
     approximation,
     base_torque,
     blocked_force,
@@ -15,11 +17,9 @@ from pneuflex_sim.validation import (
     wall_strain,
     wall_thickness,
 )
-from pneuflex_sim.validation import segment_sweep as sweeping
-from pneuflex_sim.validation.grip import gripped_part, pushed
-from pneuflex_sim.validation.static_finger import blocked_finger, chain_of, line_of
-from softhand_model.actuator import load_actuator
-from softhand_model.statics import planar_finger
+from thesis.chapter_3_and_5 import discretisation as sweeping
+from thesis.chapter_3_and_5.base_torque import gripped_part, pushed
+from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of, line_of
 
 
 # ---------------------------------------------------------------- what the thesis states

@@ -3,9 +3,9 @@
 import pytest
 from ros_domain import held_domain
 
-from pneumaticbox_driver.calibrate import BOTTLE, record_on_bench
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher, NodeCommand
+from pneumaticbox_driver.calibration.command import BOTTLE, record_on_bench
+from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.suite import node_environment
 
 
 @pytest.fixture(scope="session")

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from bottle_rig import BottleRig
 
-from pneumaticbox_driver.calibration_plan import CalibrationPlan
-from pneumaticbox_driver.calibration_run import CalibrationRun
-from pneumaticbox_driver.see_saw import SeeSawPlan
+from pneumaticbox_driver.calibration.recording import SeeSawPlan
+from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 
 MG = 1e-6
 BOTTLE = 0.1e-3  # [m3]

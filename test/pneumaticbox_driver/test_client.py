@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 from plant_peer import BOX, MG, MODULE
 
-from pneumaticbox_driver.client.box_state import Complaints, Diagnosis
-from pneumaticbox_driver.client.node import PneumaticboxClient, PneumaticboxError
-from softhand_bringup.launcher import NodeCommand
+from pneumaticbox_driver.ros.client import (
+    Complaints,
+    Diagnosis,
+    PneumaticboxClient,
+    PneumaticboxError,
+)
+from softhand_bringup.processes.launcher import NodeCommand
 
 # a busy machine must not starve a driver that follows the wall clock
 EMBEDDED = {"backend": "embedded", "embedded_rate": 100.0, "real_time_priority": 20}

@@ -64,7 +64,7 @@ def test_only_nodes_know_ros_and_only_the_model_is_imported(path):
 
 def test_backends_are_loaded_only_when_they_are_asked_for():
     program = (
-        "import sys, pneumaticbox_driver.node; print([name for name in sys.modules if "
+        "import sys, pneumaticbox_driver.ros.node; print([name for name in sys.modules if "
         "name.startswith('softhand_model.pneumatics') or '.backends.hardware' in name "
         "or '.backends.embedded' in name or name == 'gpiod'])"
     )

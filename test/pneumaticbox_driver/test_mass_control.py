@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bottle_rig import BottleRig
 
-from pneumaticbox_driver.commands import TrajectoryPoint
+from pneumaticbox_driver.box.commands import TrajectoryPoint
 
 MG = 1e-6
 SETTLING = 2.5

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from bottle_rig import BottleRig, Swelling
 
-from pneumaticbox_driver.commands import TrajectoryPoint
-from pneumaticbox_driver.controllers import AVAILABLE
+from pneumaticbox_driver.box.commands import TrajectoryPoint
+from pneumaticbox_driver.control.modes import AVAILABLE
 
 MG = 1e-6
 FINGER = {"volume": 30e-6, "compliance": 0.8}

@@ -15,8 +15,8 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from pneumaticbox_driver.parameters import PARAMETERS
-from softhand_bringup.launcher import NodeCommand
+from pneumaticbox_driver.ros.parameters import PARAMETERS
+from softhand_bringup.processes.launcher import NodeCommand
 
 pytestmark = pytest.mark.system
 

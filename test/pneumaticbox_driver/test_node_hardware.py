@@ -9,8 +9,8 @@ import yaml
 from plant_peer import BOX, MG, MODULE, VOLUME
 from std_srvs.srv import Trigger
 
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.suite import node_environment
 
 pytestmark = pytest.mark.system
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bottle_rig import GAS, SWELLING_PRESSURE, BottleRig, Swelling
 
-from pneumaticbox_driver.commands import TrajectoryPoint
+from pneumaticbox_driver.box.commands import TrajectoryPoint
 from softhand_model.gas import AMBIENT_PRESSURE
 
 KPA, CM3, MG = 1e3, 1e-6, 1e-6

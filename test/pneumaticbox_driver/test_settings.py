@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
-from pneumaticbox_driver.parameters import PARAMETERS, box_settings, check_backend
+from pneumaticbox_driver.ros.parameters import PARAMETERS, box_settings, check_backend
 from pneumaticbox_driver.settings import BoxSettings
-from softhand_model.hands import load_hand
+from softhand_model.hand.hand import load_hand
 
 GOOD = {
     "channels": ("a", "b"),

@@ -12,7 +12,7 @@ from ros_peer import Peer
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 
-from pneumaticbox_driver.turns.node import Turns
+from pneumaticbox_driver.ros.executor import Turns
 
 pytestmark = pytest.mark.system
 MANY = QoSProfile(depth=500)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softhand_bringup.bags.reading import Command
-from softhand_bringup.commanded import commanded_masses
+from softhand_bringup.figures import commanded_masses
 
 TIME = np.arange(0.0, 5.01, 0.5)
 

@@ -7,11 +7,11 @@ import pytest
 
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.urdf import joint_positions
-from softhand_bringup.equilibrium import verdict
-from softhand_bringup.equilibrium.course import Course, volumes
-from softhand_bringup.equilibrium.picture import draw
-from softhand_bringup.equilibrium.session import HAND, SCENE, Push
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
+from thesis.equilibrium_point import verdict
+from thesis.equilibrium_point.course import Course, volumes
+from thesis.equilibrium_point.picture import draw
+from thesis.equilibrium_point.session import HAND, SCENE, Push
 
 PUSH = Push("mass", 10.0, 11.0, 13.0, 14.0, 16.0)
 HEAT = GAS_CONSTANT * ROOM_TEMPERATURE

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from grasp_strategies.trials import TrialSettings, run_trial
-from pneuflex_sim.render import Camera
+from pneuflex_sim.pictures.render import Camera
 from softhand_bringup.film import command, writing
 from softhand_bringup.film.recording import film_bag, film_trial
 

@@ -13,7 +13,7 @@ from softhand_bringup.lab_story.measuring import (
     air_course,
     enclosed_air,
 )
-from softhand_model.actuator import load_actuator
+from softhand_model.hand.actuator import load_actuator
 
 FINGER = load_actuator("P10.finger")
 SPECIFIC_GAS_CONSTANT, ROOM, AMBIENT = 287.05, 293.15, 101_325.0  # of dry air [J/(kg K)], [K], [Pa]

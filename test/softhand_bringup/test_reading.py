@@ -5,7 +5,7 @@ import pytest
 import synthetic_bag
 
 from softhand_bringup.bags.reading import Bag
-from softhand_bringup.commanded import commanded_masses
+from softhand_bringup.figures import commanded_masses
 
 
 def test_joint_states_come_back_with_names_and_stamps(grasp_bag):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import recorded_run
 
-from model_lab.forward import Forward
-from model_lab.loading import load_measurements
+from model_lab.experiments.forward import Forward
+from model_lab.measurements.load import load_measurements
 from softhand_bringup.lab_story.recorded import (
     SPACING,
     STILL,

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import yaml
 
-from model_lab.live_prediction import LivePrediction
+from model_lab.live.prediction import LivePrediction
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_bringup.lab_story.measuring import enclosed_air
-from softhand_model.actuator import load_actuator
 from softhand_model.effects import effect_classes
-from softhand_model.hands import load_hand
+from softhand_model.hand.actuator import load_actuator
+from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 
 HAND, FINGER = "single_finger", load_actuator("P10.finger")

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from softhand_model.bending.balance import grows
 from softhand_model.effects import effect_classes
 from softhand_model.effects.effect import EXPERIMENTS
-from softhand_model.effects.staged import StagedEffects
+from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape, Strain
-from softhand_model.growth import grows
-from softhand_model.section import side_wall_ratio, side_wall_term
+from softhand_model.hand.section import side_wall_ratio, side_wall_term
 
 EFFECTS = effect_classes()
 BY_STAGE = {

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from softhand_model.actuator import load_actuator
-from softhand_model.chain import discretise
+from softhand_model.chain.chain import discretise
 from softhand_model.effects import Effect, Parameter, effect_classes, effects_in_file
-from softhand_model.hands import load_hand
+from softhand_model.hand.actuator import load_actuator
+from softhand_model.hand.hand import load_hand
+from softhand_model.hand.rubber import strain_invariant
 from softhand_model.model_file import Model, load_model
-from softhand_model.rubber import strain_invariant
 
 FINGER = load_hand("single_finger").chain("finger")
 

@@ -3,8 +3,8 @@
 import pytest
 
 from softhand_model.effects.effect import Effect
+from softhand_model.hand.joint_stiffness import SpringModel
 from softhand_model.model_file import Model, load_model, model_names
-from softhand_model.spring_model import SpringModel
 
 HEADER = "format: softhand-model/1\nbase: pneuflex\n"
 

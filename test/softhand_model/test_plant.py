@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from softhand_model.chain.volumes import FreeActuators
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, orifice_flow
-from softhand_model.hands import load_hand
+from softhand_model.hand.hand import load_hand
 from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
-from softhand_model.pneumatics.chambers import FreeActuators
 
 GAS = GAS_CONSTANT * 293.15  # [J/kg]
 BOTTLE = 0.5e-3

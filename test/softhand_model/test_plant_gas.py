@@ -7,7 +7,7 @@ import pytest
 
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT
 from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
-from softhand_model.pneumatics.channel_heat import HEAT_CAPACITY, ChannelHeat
+from softhand_model.pneumatics.air_flow import HEAT_CAPACITY, ChannelHeat
 
 WALL = 293.15  # [K]
 KAPPA = 1.4

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from softhand_model.document import data_file
 from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
+from softhand_model.yaml_document import data_file
 
 
 @pytest.fixture

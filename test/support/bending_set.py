@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from model_lab.forward import Forward
-from model_lab.measurement import MeasurementSet, Run, Specimen
-from model_lab.protocols import BANK
+from model_lab.bench.protocols import BANK
+from model_lab.experiments.forward import Forward
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 
 SHAPE = {"length": 0.09, "height": 0.02, "width": 0.02, "side_wall": 0.0025, "shear_modulus": 67e3}
 

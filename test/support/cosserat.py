@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import solve_bvp
 from scipy.spatial.transform import Rotation
 
-from softhand_model.actuator import Actuator
+from softhand_model.hand.actuator import Actuator
 
 STUB = 1e-5  # share of the length at the tip that is taken as rigid: B falls to 0 there
 NODES = 41  # at the start; the solver adds what it needs

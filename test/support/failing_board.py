@@ -3,8 +3,7 @@
 import time
 from pathlib import Path
 
-from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.backends.embedded_board import EmbeddedBoard
+from pneumaticbox_driver.backends.embedded import EmbeddedBench, EmbeddedBoard
 
 
 class FailingBoard:

@@ -10,7 +10,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from softhand_bringup.launcher import NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 
 MODULE = "faulty_plant_node"
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from model_lab.measurement import OUTPUTS, MeasurementSet, Run, Specimen
+from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run, Specimen
 
 SIZE = {
     "length": 0.09,

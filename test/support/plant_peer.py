@@ -15,7 +15,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from softhand_model.pneumatics import PneumaticPlant
 
-MODULE = "pneumaticbox_driver.node"
+MODULE = "pneumaticbox_driver.ros.node"
 CHANNELS = ["a", "b"]
 VOLUME = 1e-4
 BOX = {"channels": CHANNELS, "rest_volumes": [VOLUME] * 2, "pressure_limits": [1e5] * 2}

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim import chain_kernel
+from pneuflex_sim.dynamics import chain as chain_kernel
 
 
 class RandomChain:

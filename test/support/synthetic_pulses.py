@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumaticbox_driver.flow_model import PulseCoefficients
-from pneumaticbox_driver.regression import Pulse, regressors
+from pneumaticbox_driver.calibration.regression import Pulse, regressors
+from pneumaticbox_driver.observer.coefficients import PulseCoefficients
 
 KNOWN = PulseCoefficients(-2e-7, 3e-13, 1.2e-10, 2.5e-12, -1.9e-12)
 VENTING = PulseCoefficients(1e-8, 2e-11, 9.8e-10, -1.2e-11)

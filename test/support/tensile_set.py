@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from model_lab.measurement import MeasurementSet, Run, Specimen
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 
 MODULUS = 50e3
 SAMPLES = 120

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model_lab.measurement import MeasurementSet, Run, Specimen
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 
 
 @dataclass(frozen=True)

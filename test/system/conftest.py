@@ -6,9 +6,9 @@ import pytest
 from ros_domain import held_domain
 from suite_peer import SuitePeer
 
-from softhand_bringup import suite
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher
+from softhand_bringup.processes import suite
+from softhand_bringup.processes.launcher import Launcher
+from softhand_bringup.processes.suite import node_environment
 
 
 def pytest_collection_modifyitems(items):

@@ -4,16 +4,20 @@ from pathlib import Path
 
 import pytest
 
-from softhand_bringup.launcher import NodeCommand
+from softhand_bringup.processes.launcher import NodeCommand
 
 PARAMETERS = "ros__parameters"  # in files for nodes; others describe wiring
 SOURCE = Path(__file__).parents[2] / "src"
 CONFIGURATIONS = [
-    ("pneuflex_sim.node", "pneuflex_sim/config/hand_sim.yaml", "hand_sim"),
-    ("pneumaticbox_driver.node", "pneumaticbox_driver/config/pneumaticbox.yaml", "pneumaticbox"),
-    ("pneumaticbox_driver.node", "pneumaticbox_driver/config/embedded.yaml", "pneumaticbox"),
-    ("grasp_strategies.node", "grasp_strategies/config/sequencer.yaml", "grasp_sequencer"),
-    ("model_lab.monitor", "model_lab/config/monitor.yaml", "monitor"),
+    ("pneuflex_sim.ros.node", "pneuflex_sim/config/hand_sim.yaml", "hand_sim"),
+    (
+        "pneumaticbox_driver.ros.node",
+        "pneumaticbox_driver/config/pneumaticbox.yaml",
+        "pneumaticbox",
+    ),
+    ("pneumaticbox_driver.ros.node", "pneumaticbox_driver/config/embedded.yaml", "pneumaticbox"),
+    ("grasp_strategies.ros.node", "grasp_strategies/config/sequencer.yaml", "grasp_sequencer"),
+    ("model_lab.ros.monitor", "model_lab/config/monitor.yaml", "monitor"),
 ]
 
 

@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from softhand_bringup import suite
+from softhand_bringup.processes import suite
 
 NODES = ("hand_sim", "driver", "sequencer", "recorder")
 SIGNALS = {

@@ -6,17 +6,17 @@ import sys
 
 import pytest
 
-from softhand_bringup.environment import node_environment
-from softhand_bringup.equilibrium import verdict
-from softhand_bringup.equilibrium.course import read_courses
-from softhand_bringup.equilibrium.session import Push
+from softhand_bringup.processes.suite import node_environment
+from thesis.equilibrium_point import verdict
+from thesis.equilibrium_point.course import read_courses
+from thesis.equilibrium_point.session import Push
 
 LIMIT = 240.0  # [s] of wall time for all of it, on a machine that does other things too
 PUSHES = """
 import json, sys
 from dataclasses import asdict
 from pathlib import Path
-from softhand_bringup.equilibrium.session import Session
+from thesis.equilibrium_point.session import Session
 
 folder = Path(sys.argv[1])
 pushes = Session(folder, 1, print, ("mass", "pressure")).run()

@@ -10,8 +10,8 @@ import pytest
 from faulty_plant_peer import FaultyPlantPeer, plant_command, plant_path
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.launcher import Launcher, NodeCommand
+from softhand_bringup.processes.suite import node_environment
 from softhand_model.pneumatics import load_pneumatics
 
 CHANNELS = ["a", "b"]
@@ -44,7 +44,7 @@ def nodes(domain, tmp_path_factory):
     environment = node_environment(folder, domain) | plant_path()
     with Launcher(folder, environment) as launcher:
         plant = launcher.start(plant_command(volumes=[VOLUME] * 2, limits=[LIMIT] * 2))
-        command = NodeCommand("driver", "pneumaticbox_driver.node", BOX)
+        command = NodeCommand("driver", "pneumaticbox_driver.ros.node", BOX)
         yield {"plant": plant, "driver": launcher.start(command), "launcher": launcher}
 
 
@@ -154,7 +154,7 @@ def test_killed_with_an_inlet_open_it_leaves_a_plant_that_vents_and_starts_anew(
     assert bench.time() - killed < 3.0
     # a quarter of a second of inflow more than when it was killed
     assert max(bench.truth.velocity) < 1.2 * LIMIT
-    nodes["launcher"].start(NodeCommand("driver", "pneumaticbox_driver.node", BOX))
+    nodes["launcher"].start(NodeCommand("driver", "pneumaticbox_driver.ros.node", BOX))
     bench.diagnosis("safety", "in operation", limit=20.0)
     bench.pass_time(1.0)
     fill(bench)

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from leftover import nodes_logging_to
 
-from softhand_bringup import suite
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps
 from softhand_bringup.lab_story.session import Played
-from softhand_bringup.launcher import wait_until
-from softhand_model.actuator import load_actuator
+from softhand_bringup.processes import suite
+from softhand_bringup.processes.launcher import wait_until
+from softhand_model.hand.actuator import load_actuator
 
 LIMIT = 240.0  # [s] of wall time for all of it, on a machine that does other things too
 SHORT = """

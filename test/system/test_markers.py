@@ -3,8 +3,8 @@
 import numpy as np
 from visualization_msgs.msg import Marker, MarkerArray
 
-from softhand_bringup import suite
 from softhand_bringup.bags.reading import stamp_seconds
+from softhand_bringup.processes import suite
 
 
 def test_a_viewer_sees_hand_and_scene_ten_times_a_second(launcher, options, peer):

@@ -9,9 +9,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 from sensor_msgs.msg import JointState
 
-from model_lab.monitor_parameters import PARAMETERS
-from softhand_bringup.launcher import NodeCommand
-from softhand_model.actuator import load_actuator
+from model_lab.ros.monitor import PARAMETERS
+from softhand_bringup.processes.launcher import NodeCommand
+from softhand_model.hand.actuator import load_actuator
 
 FINGER = load_actuator("P10.finger")
 VISCOUS = """
@@ -105,7 +105,7 @@ def bench(peer):
 def start(launcher):
     def start(**parameters):
         values = {"hand": "single_finger", "model_file": "base", **parameters}
-        return launcher.start(NodeCommand("monitor", "model_lab.monitor", values))
+        return launcher.start(NodeCommand("monitor", "model_lab.ros.monitor", values))
 
     return start
 

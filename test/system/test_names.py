@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from softhand_bringup import suite
+from softhand_bringup.processes import suite
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ from ros_peer import LATCHED
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from softhand_bringup import suite
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.bags.repair import repair
+from softhand_bringup.processes import suite
 
 RATE = 500  # [Hz]
 

@@ -6,8 +6,8 @@ import sys
 
 from suite_peer import AMBIENT
 
-from softhand_bringup import suite
-from softhand_bringup.environment import node_environment
+from softhand_bringup.processes import suite
+from softhand_bringup.processes.suite import node_environment
 
 
 def test_when_the_driver_is_killed_with_valves_open_the_plant_vents(nodes, peer):
@@ -43,7 +43,7 @@ def test_a_simulator_that_is_started_last_is_found_by_all(launcher, peer, option
 def test_a_first_start_compiles_before_the_first_sample(domain, tmp_path):
     """A pause of seconds between two samples looks like a dead simulator, and the driver vents."""
     script = (
-        "import rclpy, time, numpy as np; from pneuflex_sim.node import HandSim; rclpy.init();"
+        "import rclpy, time, numpy as np; from pneuflex_sim.ros.node import HandSim; rclpy.init();"
         "simulation = HandSim().simulation; begin = time.perf_counter();"
         "simulation.read_sensors(); simulation.step(np.ones(4));"
         "print('first step:', time.perf_counter() - begin, flush=True); rclpy.shutdown()"

@@ -15,8 +15,8 @@ from recorded_grasp import held_time, slip_in_hold
 from suite_peer import CHANNELS
 
 from softhand_bringup.bags.reading import Bag
-from softhand_bringup.commanded import commanded_masses
-from softhand_bringup.launcher import wait_until
+from softhand_bringup.figures import commanded_masses
+from softhand_bringup.processes.launcher import wait_until
 
 PERIOD = 0.002  # [s] between two sensor samples
 

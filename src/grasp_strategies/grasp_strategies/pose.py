@@ -1,4 +1,7 @@
-"""Poses in space: positions and quaternions (x, y, z, w), as far as a moving wrist needs them."""
+"""Poses in space, positions and quaternions (x, y, z, w), and smooth motion between two of them.
+
+Smooth motion of the wrist between two poses.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_model.rotation import compose, rotate
+from softhand_model.numerics.rotations import compose, rotate
 
 Array = NDArray[np.float64]
 
@@ -31,7 +34,7 @@ def angle_between(first: Array, second: Array) -> float:
 def slerp(first: Array, second: Array, fraction: float) -> Array:
     """Rotation a `fraction` of the shortest way from `first` to `second`, about one axis.
 
-    >>> from softhand_model.rotation import from_rpy
+    >>> from softhand_model.numerics.rotations import from_rpy
     >>> half = slerp(IDENTITY, from_rpy([0.0, 0.0, 1.0]), 0.5)
     >>> round(angle_between(IDENTITY, half), 6)
     0.5
@@ -75,3 +78,42 @@ class Pose:
     def locate(self, point: Array) -> Array:
         """Coordinates (3,) [m] in this frame of a point given in the outer frame."""
         return rotate(inverse(self.orientation), point - self.position)
+
+
+PEAK_TO_MEAN = (
+    1.875  # greatest over mean speed of a minimum-jerk motion: the derivative of its course at 1/2
+)
+
+
+def minimum_jerk(fraction: float) -> float:
+    """Course of a rest-to-rest motion of least jerk, 10 s^3 - 15 s^4 + 6 s^5, held outside 0..1.
+
+    Source: Flash and Hogan, J. Neuroscience 5 (1985), 1688.
+
+    >>> [minimum_jerk(s) for s in (-1.0, 0.0, 0.5, 1.0, 2.0)]
+    [0.0, 0.0, 0.5, 1.0, 1.0]
+    """
+    s = min(1.0, max(0.0, fraction))
+    return s**3 * (10.0 + s * (6.0 * s - 15.0))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Minimum-jerk motion of the position and slerp along the same course, in `duration` [s]."""
+
+    start: Pose
+    goal: Pose
+    duration: float
+
+    def at(self, elapsed: float) -> Pose:
+        """Pose `elapsed` [s] after the start; the goal from `duration` on."""
+        course = minimum_jerk(elapsed / self.duration) if self.duration > 0 else 1.0
+        position = self.start.position + course * (self.goal.position - self.start.position)
+        return Pose(position, slerp(self.start.orientation, self.goal.orientation, course))
+
+
+def duration_at_speed(start: Pose, goal: Pose, speed: float, turn_speed: float) -> float:
+    """Duration [s] so that neither speed [m/s] nor turning [rad/s] is exceeded at its greatest."""
+    distance = float(sum((goal.position - start.position) ** 2) ** 0.5)
+    turn = angle_between(start.orientation, goal.orientation)
+    return PEAK_TO_MEAN * max(distance / speed, turn / turn_speed)

@@ -25,7 +25,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from softhand_model.document import Node, read_document
+from softhand_model.yaml_document import Node, read_document
 
 FORMAT = "softhand-strategy/1"
 DATA = Path(__file__).with_name("data") / "strategies"

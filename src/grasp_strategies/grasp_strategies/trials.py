@@ -1,5 +1,7 @@
 """Grasp trials in process: one trial from a seed, a batch, and the command that runs it.
 
+Grasp trials in process: one trial from a seed, a batch, and the command that runs it.
+
 Each seed draws where the object lies and how heavy it is; the same seed gives the same trial.
 """
 
@@ -18,11 +20,37 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from grasp_strategies.in_process_scene import InProcessScene, build_scene
 from grasp_strategies.judge import GraspResult
-from grasp_strategies.placement import MASS_SPREAD, OFFSET, draw_placement
-from grasp_strategies.scene_in_process import InProcessScene, build_scene
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import Strategy, load_strategy
+
+OFFSET = 0.010  # largest shift of the object in x and in y [m]
+MASS_SPREAD = 0.20  # largest change of the object's mass, as a share of it
+
+
+def draw_placement(
+    seed: int, offset: float = OFFSET, mass_spread: float = MASS_SPREAD
+) -> tuple[tuple[float, float], float]:
+    """Shift of the object (x, y) [m] and factor on its mass [-], uniform, for a seed.
+
+    Seeds do not share numbers, and the draw does not depend on how many trials there are.
+
+    Args:
+        seed: of the trial.
+        offset: largest shift in x and in y [m].
+        mass_spread: largest change of the mass, as a share of it [-].
+
+    >>> (x, y), mass_scale = draw_placement(3)
+    >>> abs(x) <= 0.010 and abs(y) <= 0.010 and 0.8 <= mass_scale <= 1.2
+    True
+    """
+    draw = np.random.default_rng(seed).uniform(-1.0, 1.0, 3)
+    x, y = (offset * draw[:2]).tolist()
+    return (x, y), float(1.0 + mass_spread * draw[2])
+
 
 MOST_OFFSET = 1.0  # what a user may ask for [m]
 

@@ -2,7 +2,7 @@
 
 import sys
 
-from model_lab.main import main
+from model_lab.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from model_lab.display import display_of
-from model_lab.report.sentence import listed
+from model_lab.measurements.units import display_of
+from model_lab.report.sentences import listed
 
 EXPERIMENT = "free_bending"
 MODEL = "base"

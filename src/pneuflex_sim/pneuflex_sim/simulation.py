@@ -12,25 +12,22 @@ import pybullet
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.air_coupling import BEND, AirCoupling
-from pneuflex_sim.contacts import OBJECT, Contact, ContactNames
-from pneuflex_sim.fixed_bodies import build_scene
-from pneuflex_sim.friction import FrictionTable, load_friction
-from pneuflex_sim.hand_bodies import HandBodies
-from pneuflex_sim.hand_shape import HandShape
-from pneuflex_sim.joint_stops import JointStops
-from pneuflex_sim.layout import build_layout
-from pneuflex_sim.link_shapes import PIECES, check_kind
-from pneuflex_sim.object_body import ObjectBody
-from pneuflex_sim.objects import ObjectDescription, load_object
-from pneuflex_sim.scenes import SceneDescription, load_scene
-from pneuflex_sim.solver import SolverSettings
-from pneuflex_sim.tip_sensors import TipSensors
-from pneuflex_sim.world import BulletState, World
-from pneuflex_sim.wrist import Wrist, WristParameters
-from softhand_model.effects.gravity import STANDARD_GRAVITY
+from pneuflex_sim.hand.air import BEND, AirCoupling
+from pneuflex_sim.hand.bodies import HandBodies
+from pneuflex_sim.hand.collision import PIECES, check_kind
+from pneuflex_sim.hand.joint_stops import JointStops
+from pneuflex_sim.hand.kinematics import HandShape, TipSensors
+from pneuflex_sim.hand.layout import build_layout
+from pneuflex_sim.hand.wrist import Wrist, WristParameters
+from pneuflex_sim.scene.contacts import OBJECT, Contact, ContactNames
+from pneuflex_sim.scene.friction import FrictionTable, load_friction
+from pneuflex_sim.scene.object_body import ObjectBody
+from pneuflex_sim.scene.objects import ObjectDescription, load_object
+from pneuflex_sim.scene.scenes import SceneDescription, build_scene, load_scene
+from pneuflex_sim.world import BulletState, SolverSettings, World
+from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
-from softhand_model.hands import HandDescription, load_hand
+from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import Model, load_model
 from softhand_model.pneumatics.compiled_plant import PLANT
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.layout import HandLayout
+from pneuflex_sim.hand.layout import HandLayout
 
 AXES = ("x", "y", "z")
 MATERIALS = {"rubber": "0.93 0.55 0.25 1", "scaffold": "0.35 0.38 0.45 1"}  # rgba

@@ -4,11 +4,25 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pneumaticbox_driver.controllers import check_mode
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
 
 MOST_CHANNELS = 8
 VOLUME_MODELS = ("hand", "fixed")
+MODES = ("mass", "mass_flow", "pressure", "volume", "time")
+
+
+def check_mode(mode: str) -> str:
+    """Return `mode` if it is a control mode.
+
+    Raises:
+        ValueError: no such mode; the message lists what there is.
+
+    >>> check_mode("mass")
+    'mass'
+    """
+    if mode not in MODES:
+        raise ValueError(f"control_mode must be one of {list(MODES)}, got {mode!r}")
+    return mode
 
 
 @dataclass(frozen=True)

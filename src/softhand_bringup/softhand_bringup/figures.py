@@ -1,4 +1,7 @@
-"""The two pictures of a grasp, drawn from its bag: its course over time, and a contact sheet."""
+"""The two pictures of a grasp, drawn from its bag: its course over time, and a contact sheet.
+
+The two pictures of a grasp, drawn from its bag: its course over time, and a contact sheet.
+"""
 
 from __future__ import annotations
 
@@ -10,21 +13,51 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import matplotlib
-
-matplotlib.use("Agg")  # also without a display
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from softhand_bringup.bags.reading import Bag, latest_index
-from softhand_bringup.commanded import commanded_masses
+from softhand_bringup.bags.reading import Bag, Command, latest_index
 
-if TYPE_CHECKING:  # PyBullet talks to the terminal when it is imported
-    from pneuflex_sim.render import HandState
+if TYPE_CHECKING:
+    from pneuflex_sim.pictures.render import HandState
 
 Array = NDArray[np.float64]
+
+
+def commanded_masses(commands: Sequence[Command], channels: Sequence[str], time: Array) -> Array:
+    """Commanded air mass of every channel (k, n) [kg] at the times (k,) [s].
+
+    A command replaces what was scheduled from its start on; its points are joined by straight lines
+    that begin at the value then commanded, and the last point is held. Before the first command the
+    value is zero, the fill at rest.
+
+    Args:
+        commands: in the order in which they came; positions in [kg].
+        channels: order of the columns; a channel that a command does not name keeps its schedule.
+        time: rising times [s].
+    """
+    masses = np.zeros((len(time), len(channels)))
+    for command in commands:
+        after = time >= command.start
+        for column, channel in enumerate(channels):
+            if channel in command.names and command.position.size:
+                points = command.position[:, command.names.index(channel)]
+                begin = float(np.interp(command.start, time, masses[:, column]))
+                masses[after, column] = _follow(command, points, begin, time[after])
+    return masses
+
+
+def _follow(command: Command, points: Array, begin: float, time: Array) -> Array:
+    times = command.time_from_start
+    if times[0] > 0.0:
+        times, points = np.concatenate([[0.0], times]), np.concatenate([[begin], points])
+    return np.interp(time - command.start, times, points)
+
+
+matplotlib.use("Agg")  # also without a display
+
 
 COMMAND_TOPIC = "/pneumaticbox/command"
 STATE_TOPIC = "/pneumaticbox/state"
@@ -139,8 +172,8 @@ def draw_frames(
     Raises:
         ValueError: a topic that is drawn has no messages, or a name does not exist.
     """
-    from pneuflex_sim.render import Camera, Renderer
-    from pneuflex_sim.scenes import load_scene
+    from pneuflex_sim.pictures.render import Camera, Renderer
+    from pneuflex_sim.scene.scenes import load_scene
 
     joints = bag.joints(JOINTS_TOPIC)
     marks = phases(bag.texts(PHASE_TOPIC), float(joints.time[-1]))
@@ -161,7 +194,7 @@ def recorded_states(bag: Bag, times: Array) -> list[HandState]:
     Raises:
         ValueError: a topic that is drawn has no messages.
     """
-    from pneuflex_sim.render import HandState
+    from pneuflex_sim.pictures.render import HandState
     from pneuflex_sim.urdf import joint_orientations
 
     joints = bag.joints(JOINTS_TOPIC)
@@ -186,9 +219,9 @@ def _centre(path: Array) -> tuple[float, float, float]:
 
 def recorded_segments(hand: str, joint_names: Sequence[str]) -> int:
     """How many segments an actuator had in the recorded run, told from the number of joints."""
-    from pneuflex_sim.layout import build_layout
+    from pneuflex_sim.hand.layout import build_layout
     from pneuflex_sim.urdf import joint_names as names_of
-    from softhand_model.hands import load_hand
+    from softhand_model.hand.hand import load_hand
     from softhand_model.model_file import load_model
 
     for segments in range(1, 16):

@@ -5,8 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneuflex_sim.contacts import Contact
-from pneuflex_sim.markers.forces import METRES_PER_NEWTON, contact_lines, total_arrow, total_force
+from pneuflex_sim.pictures.surfaces import (
+    METRES_PER_NEWTON,
+    contact_lines,
+    total_arrow,
+    total_force,
+)
+from pneuflex_sim.scene.contacts import Contact
 
 CONTACTS = [
     Contact("index", "index_4", "object", (0.0, 0.0, 0.1), (1.0, 0.0, 0.0), 3.0),

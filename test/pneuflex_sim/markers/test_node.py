@@ -6,12 +6,10 @@ from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
-from grasp_strategies.messages import read_touching
-from pneuflex_sim.contacts import by_pair, normal_forces
-from pneuflex_sim.markers.forces import METRES_PER_NEWTON
-from pneuflex_sim.markers.node import SeenScene, SurfaceMarkers
-from pneuflex_sim.markers.serialised import SerialisedMessage
-from pneuflex_sim.markers.surfaces import SceneSurfaces
+from grasp_strategies.ros.messages import read_touching
+from pneuflex_sim.pictures.surfaces import METRES_PER_NEWTON, SceneSurfaces
+from pneuflex_sim.ros.markers import SeenScene, SerialisedMessage, SurfaceMarkers
+from pneuflex_sim.scene.contacts import by_pair, normal_forces
 
 STAMP = Time(sec=3, nanosec=20_000_000)
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.markers.surfaces import (
+from pneuflex_sim.pictures.skin import HandSkin
+from pneuflex_sim.pictures.surfaces import (
     EMPTY,
     FULL,
     MOST_TRIANGLES,
@@ -12,9 +13,8 @@ from pneuflex_sim.markers.surfaces import (
     object_mesh,
     pressure_color,
 )
-from pneuflex_sim.mesh import tube, write_stl
-from pneuflex_sim.objects import load_object, load_objects
-from pneuflex_sim.skin import HandSkin
+from pneuflex_sim.scene.mesh import tube, write_stl
+from pneuflex_sim.scene.objects import load_object, load_objects
 
 
 def volume(corners):

@@ -7,7 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.experiments import (
+from softhand_model.gas import GAS_CONSTANT, orifice_flow
+from thesis.chapter_4 import (
     choke_size,
     dead_volume,
     drift_pulses,
@@ -20,14 +21,11 @@ from pneumaticbox_driver.experiments import (
     supply_rejection,
     valve_speed,
 )
-from pneumaticbox_driver.experiments.boxes import PERIOD, SUPPLIES, box_of, calibrated
-from pneumaticbox_driver.experiments.catalogue import EXPERIMENTS, experiment
-from pneumaticbox_driver.experiments.drawing import save_figure
-from pneumaticbox_driver.experiments.drift import final_drift, under
-from pneumaticbox_driver.experiments.finger import Fingers
-from pneumaticbox_driver.experiments.report import quiet
-from pneumaticbox_driver.experiments.smallest_step import inlet_flows
-from softhand_model.gas import GAS_CONSTANT, orifice_flow
+from thesis.chapter_4.bench_run import final_drift, under
+from thesis.chapter_4.boxes import PERIOD, SUPPLIES, box_of, calibrated, inlet_flows
+from thesis.chapter_4.command import EXPERIMENTS, experiment
+from thesis.chapter_4.finger_posture import Fingers
+from thesis.chapter_4.report import quiet, save_figure
 
 GAS = GAS_CONSTANT * 293.15  # [J/kg]
 SINE = {"duration": 2.0, "fill": 3.0, "period": 2.0, "mean": 50e-6, "points": 24}

@@ -7,8 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.experiments.catalogue import EXPERIMENTS, experiment
-from pneumaticbox_driver.experiments.main import main, make_parser
+from thesis.chapter_4.command import EXPERIMENTS, experiment, main, make_parser
 
 
 def test_the_list_has_a_sentence_for_each(capsys):
@@ -66,7 +65,7 @@ def test_unusable_settings_end_in_one_line(tmp_path, capsys):
 
 def test_simulating_and_reporting_need_no_plotting_library():
     code = (
-        "import sys; from pneumaticbox_driver.experiments.catalogue import *\n"
+        "import sys; from thesis.chapter_4.command import *\n"
         "for name in EXPERIMENTS: experiment(name)\n"
         "module = experiment('flow_function'); settings = module.Settings()\n"
         "module.report(module.simulate(settings, 0, print), settings)\n"

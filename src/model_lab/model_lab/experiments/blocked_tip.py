@@ -9,18 +9,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
-from model_lab.experiments.sample_rows import SampleRows, Step
-from model_lab.experiments.specimen_memory import SpecimenMemory
-from model_lab.experiments.specimen_sections import SpecimenSections, circumference
-from model_lab.measurement import INPUTS, MeasurementSet
-from model_lab.specimens import require_columns
-from softhand_model import section
-from softhand_model.blocked_tip import Blocked, BlockedSolver
+from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSections, circumference
+from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
+from model_lab.measurements.specimens import require_columns
+from softhand_model.bending.balance import SteppedBalance, bending_load, free_curvature
+from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
 from softhand_model.effects import Effect
-from softhand_model.effects.staged import StagedEffects, at_modulus, remembers
+from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
-from softhand_model.free_bending import SteppedBalance, bending_load, free_curvature
+from softhand_model.hand import section
 
 Array = NDArray[np.float64]
 

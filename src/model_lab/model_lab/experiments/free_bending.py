@@ -9,19 +9,16 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
-from model_lab.experiments.sample_rows import SampleRows, Step
-from model_lab.experiments.specimen_memory import SpecimenMemory
-from model_lab.experiments.specimen_sections import SpecimenSections, numbers
-from model_lab.measurement import INPUTS, MeasurementSet, Specimen
-from model_lab.specimens import require_columns, require_keys
-from softhand_model.balance import balance
+from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSections, numbers
+from model_lab.measurements.measurement_set import INPUTS, MeasurementSet, Specimen
+from model_lab.measurements.specimens import require_columns, require_keys
+from softhand_model.bending.balance import SteppedBalance, balance, free_curvature
+from softhand_model.bending.loaded_finger import Weight
 from softhand_model.effects import Effect
-from softhand_model.effects.gravity import STANDARD_GRAVITY
-from softhand_model.effects.staged import StagedEffects, at_modulus, remembers
+from softhand_model.effects.load import STANDARD_GRAVITY
+from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
-from softhand_model.free_bending import SteppedBalance, free_curvature
-from softhand_model.hanging import Weight
 
 Array = NDArray[np.float64]
 

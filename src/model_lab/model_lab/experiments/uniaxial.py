@@ -11,13 +11,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from model_lab.experiments.calibrated import modulus_of_runs, modulus_scales
-from model_lab.experiments.sample_rows import SampleRows, Step
-from model_lab.experiments.specimen_memory import SpecimenMemory
-from model_lab.measurement import INPUTS, MeasurementSet
-from model_lab.specimens import require_columns, require_keys
+from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.experiments.specimen_models import SpecimenMemory
+from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
+from model_lab.measurements.specimens import require_columns, require_keys
 from softhand_model.effects import Effect
-from softhand_model.effects.staged import StagedEffects, remembers
+from softhand_model.effects.pipeline import StagedEffects, remembers
 from softhand_model.effects.stages import SectionShape, Strain
 
 Array = NDArray[np.float64]

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from model_lab.measurement import DEFLATE, INFLATE, INPUTS, MeasurementSet
-from model_lab.specimens import require_columns
+from model_lab.measurements.measurement_set import DEFLATE, INFLATE, INPUTS, MeasurementSet
+from model_lab.measurements.specimens import require_columns
 from softhand_model.effects import Effect
-from softhand_model.effects.staged import in_order
+from softhand_model.effects.pipeline import in_order
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import psi
 

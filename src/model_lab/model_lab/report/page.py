@@ -1,4 +1,9 @@
-"""The page: verdict, tables and figures in one HTML file that needs neither network nor scripts."""
+"""The page: verdict, tables and figures in one HTML file that needs neither network nor scripts.
+
+The next experiment, as a course to drive.
+
+The page: verdict, tables and figures in one HTML file that needs neither network nor scripts.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +11,80 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from model_lab.diagnose import Outcome
+from matplotlib.figure import Figure
+
+from model_lab.diagnosis.diagnose import Outcome
+from model_lab.measurements.units import display_of
 from model_lab.report import tables
 from model_lab.report.curves import curves
-from model_lab.report.drawing import Drawing
+from model_lab.report.drawing import COLOURS, Drawing, light_grid
 from model_lab.report.errors import ladder, ranking, rest
-from model_lab.report.fitted import parameters
-from model_lab.report.proposal import proposal
+from model_lab.report.parameters import parameters
 from model_lab.report.residuals import residuals
-from model_lab.report.sentence import axis_words, listed, tie_sentences, verdict_sentence
-from model_lab.report.style import CSS
+from model_lab.report.sentences import axis_words, listed, tie_sentences, verdict_sentence
 from model_lab.report.view import View
+
+CSS = """
+:root { color: #1d1d1f; background: #fff; }
+body { font: 16px/1.5 "DejaVu Sans", Verdana, system-ui, sans-serif; margin: 0 auto;
+  max-width: 62rem; padding: 1.5rem 1.25rem 4rem; }
+h1 { font-size: 1.35rem; line-height: 1.35; margin: 0 0 .6rem; }
+h2 { font-size: 1.1rem; margin: 2.4rem 0 .6rem; padding-top: .8rem; border-top: 1px solid #ddd; }
+p { margin: .5rem 0; }
+.verdict { font-size: 1.1rem; border-left: .35rem solid #0072B2; padding: .5rem .9rem;
+  background: #f3f7fa; margin: .6rem 0; }
+.verdict.unexplained { border-color: #D55E00; background: #fbf4ef; }
+.verdict.adequate { border-color: #009E73; background: #f0f8f5; }
+.set, figcaption, summary { color: #4a4a4f; font-size: .875rem; }
+figure { margin: 1rem 0 1.4rem; }
+figure svg { width: 100%; height: auto; display: block; }
+figcaption { max-width: 52rem; margin-top: .3rem; }
+table { border-collapse: collapse; font-size: .875rem; margin: .6rem 0; }
+th, td { text-align: left; padding: .22rem .9rem .22rem 0; border-bottom: 1px solid #e4e4e4;
+  vertical-align: top; }
+td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+th { font-weight: 600; color: #4a4a4f; }
+details { margin: .5rem 0; overflow-x: auto; }
+summary { cursor: pointer; }
+pre { background: #f5f5f5; padding: .7rem .9rem; overflow-x: auto; font-size: .85rem; }
+@media print {
+  body { max-width: none; padding: 0; font-size: 10pt; }
+  figure, table, pre { break-inside: avoid; }
+  h2 { break-after: avoid; }
+  .verdict { background: none; }
+}
+"""
+
+
+def proposal(view: View) -> Drawing | None:
+    """Course of the input in the proposed experiment; None when none is proposed, or pulses."""
+    planned = view.diagnosis.next_experiment
+    if planned is None or planned["duration"] is None:
+        return None
+    kelvin = display_of("K").shown(planned["temperature"])
+    mount = str(planned["mount"]).replace("_", " ")
+    caption = (
+        f"{str(planned['description']).capitalize()}, within {planned['duration']:.3g} s, with "
+        f"specimen {planned['specimen']} at {kelvin}, mounted {mount}. In it the explanations that "
+        f"are still tied differ by {planned['separation']:.3g} sigma of the noise of a run."
+    )
+    return Drawing(
+        "next", "Next experiment", caption, f"Course of the input: {planned['description']}", 2.3,
+        lambda figure: _draw(figure, view),
+    )  # fmt: skip
+
+
+def _draw(figure: Figure, view: View) -> None:
+    planned = view.diagnosis.next_experiment or {}
+    inputs = planned["inputs"]
+    name = "stretch" if "stretch" in inputs else "pressure"
+    display = display_of("" if name == "stretch" else "Pa")
+    axes = figure.subplots()
+    light_grid(axes)
+    shown = [display.factor * value for value in inputs[name]]
+    axes.plot(inputs["time"], shown, color=COLOURS["after"], linewidth=1.6)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(f"{name} [{display.unit or '-'}]")
 
 
 def write_report(outcome: Outcome, path: Path, commands: Sequence[str]) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from model_lab.diagnose import diagnose
-from model_lab.loading import load_measurements
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.measurements.load import load_measurements
 from model_lab.report.curves import draw_panels
 from model_lab.report.drawing import WIDTH, styled
 from model_lab.report.errors import draw_ladder, draw_ranking

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from model_lab.axes import Axis
-from model_lab.binning import Bins
-from model_lab.display import display_of
-from model_lab.localise import RUNS, Dependence, Localisation, localise
+from model_lab.localisation.axes import Axis
+from model_lab.localisation.bins import Bins
+from model_lab.localisation.localise import RUNS, Dependence, Localisation, localise
+from model_lab.measurements.units import display_of
 from model_lab.report.drawing import (
     COLOURS,
     Drawing,
@@ -21,7 +21,7 @@ from model_lab.report.drawing import (
     line_handle,
     thinned,
 )
-from model_lab.report.sentence import listed
+from model_lab.report.sentences import listed
 from model_lab.report.view import View
 
 Array = NDArray[np.float64]

@@ -7,10 +7,10 @@ from html import escape
 
 import numpy as np
 
-from model_lab.axes import axes_of
-from model_lab.display import display_of
-from model_lab.noise import REPEATS
-from model_lab.report.fitted import parameter_estimates
+from model_lab.fitting.noise_floor import REPEATS
+from model_lab.localisation.axes import axes_of
+from model_lab.measurements.units import display_of
+from model_lab.report.parameters import parameter_estimates
 from model_lab.report.residuals import axis_title
 from model_lab.report.view import View
 

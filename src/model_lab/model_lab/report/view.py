@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from model_lab.accuracy import Accuracy, accuracy
-from model_lab.axes import driving_input, resting_share
-from model_lab.diagnose import Outcome
-from model_lab.diagnosis import EFFECTS_MISSING, Diagnosis
-from model_lab.display import Display, display_of
-from model_lab.measurement import DEFLATE, INFLATE, MeasurementSet
-from model_lab.question import Question
-from model_lab.search import Scored, Unseen, score_with
+from model_lab.comparison.compare import Accuracy, accuracy
+from model_lab.diagnosis.diagnose import Outcome
+from model_lab.diagnosis.result import EFFECTS_MISSING, Diagnosis
+from model_lab.diagnosis.search import Scored, Unseen, score_with
+from model_lab.fitting.problem import Question
+from model_lab.localisation.axes import driving_input, resting_share
+from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet
+from model_lab.measurements.units import Display, display_of
 
 Array = NDArray[np.float64]
 

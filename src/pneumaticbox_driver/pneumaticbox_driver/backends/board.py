@@ -1,9 +1,17 @@
-"""What a backend is that this process drives itself: a board with valves and pressure sensors."""
+"""A board with valves and pressure sensors that this process drives itself, and how a backend
+opens one.
 
-from typing import Protocol
+Opens the board that a backend stands for; its modules are loaded only when it is asked for.
+"""
+
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pneumaticbox_driver.ros.parameters import outlet_numbers
+from pneumaticbox_driver.settings import BoxSettings
 
 Floats = NDArray[np.float64]
 Valves = NDArray[np.int8]
@@ -36,3 +44,61 @@ class Board(Protocol):
     def close(self) -> None:
         """Leave the outlets open and let the devices go."""
         ...
+
+
+Value = Callable[[str], Any]
+
+
+def open_board(backend: str, settings: BoxSettings, value: Value) -> Board | None:
+    """Open the board of a backend.
+
+    Args:
+        backend: checked name, see `parameters.check_backend`.
+        settings: of the box.
+        value: returns a parameter's value by its name.
+
+    Returns:
+        The board, None for the backend topic: its plant is another node.
+
+    Raises:
+        ValueError: parameters or files that cannot be used, or a device that is not there; no
+            valve has moved then.
+        OSError: the same of a device.
+    """
+    opener = OPENERS.get(backend)
+    return None if opener is None else opener(settings, value)
+
+
+def _open_embedded(settings: BoxSettings, value: Value) -> Board:
+    """The pretended box with bottles of the rest volumes, or with the actuators of the hand."""
+    from pneumaticbox_driver.backends.embedded import EmbeddedBench, EmbeddedBoard
+    from softhand_model.chain.volumes import FreeActuators
+    from softhand_model.hand.hand import load_hand
+    from softhand_model.pneumatics import load_pneumatics
+
+    plant = value("embedded_plant")
+    parameters = load_pneumatics(plant) if plant else None
+    of_hand = settings.volume_model == "hand"
+    volumes = FreeActuators(load_hand(settings.hand)) if of_hand else settings.rest_volumes
+    seed = value("embedded_seed")
+    board = EmbeddedBoard(EmbeddedBench(settings.channels, volumes, parameters, seed))
+    if value("embedded_supply") > 0:
+        board.set_supply(value("embedded_supply"))
+    return board
+
+
+def _open_hardware(settings: BoxSettings, value: Value) -> Board:
+    """The box that the file of the parameter hardware_file describes."""
+    from pneumaticbox_driver.backends.hardware.opening import open_bench
+
+    path = value("hardware_file")
+    if not path:
+        raise ValueError("hardware_file must be the path of a hardware file, got none")
+    outlets = outlet_numbers(value("outlets"), len(settings.channels))
+    return open_bench(path, outlets, settings.ambient)
+
+
+OPENERS: dict[str, Callable[[BoxSettings, Value], Board]] = {
+    "embedded": _open_embedded,
+    "hardware": _open_hardware,
+}

@@ -1,13 +1,17 @@
-"""A pretended bench in process: the plant with bottles or actuators on its channels."""
+"""A pretended bench in process: the plant with bottles or actuators on its channels.
+
+The pretended bench as a board: its time passes with the monotonic clock.
+"""
 
 import math
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softhand_model.chain.volumes import Bottles, Chambers
 from softhand_model.pneumatics import CommandWatch, Pneumatics, load_pneumatics
-from softhand_model.pneumatics.chambers import Bottles, Chambers
 
 Floats = NDArray[np.float64]
 RESPONSE_TIME = 0.02  # in which actuators take on the volume in balance, about a finger's [s]
@@ -22,7 +26,7 @@ class EmbeddedBench:
 
     Args:
         channels: names of the channels.
-        volumes: of bottles (n,) [m3], or `Chambers` as in `softhand_model.pneumatics.chambers`.
+        volumes: of bottles (n,) [m3], or `Chambers` as in `softhand_model.chain.volumes`.
         parameters: constants of the plant; None for those that are shipped.
         seed: of noise and jitter.
         relief_pressures: of mechanical relief valves (n,), gauge [Pa]; None without.
@@ -82,3 +86,45 @@ class EmbeddedBench:
         if balanced is not self.volumes:  # as that of bottles is
             self.volumes = self.volumes + dt / (dt + RESPONSE_TIME) * (balanced - self.volumes)
         self.plant.step(dt, self._watch.valves(self.time), self.volumes)
+
+
+Valves = NDArray[np.int8]
+TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
+LONGEST_CATCH_UP = 0.1  # that the bench catches up with when the process was held [s]
+
+
+class EmbeddedBoard:
+    """Lets a bench run up to the present whenever it is read.
+
+    Args:
+        bench: from its time 0 on.
+        clock: monotonic [s].
+    """
+
+    def __init__(self, bench: EmbeddedBench, clock: Callable[[], float] = time.monotonic) -> None:
+        self.bench = bench
+        self._clock = clock
+        self._last = clock()
+
+    @property
+    def time(self) -> float:
+        """Up to when the bench has run, on the monotonic clock, in whole ticks [s]."""
+        return self._last
+
+    def read(self) -> Floats:
+        """Read absolute pressures now: channels, then supply (n + 1,) [Pa]."""
+        passed = math.floor((self._clock() - self._last) / TICK + 1e-6)
+        self._last += passed * TICK
+        return self.bench.advance(min(passed * TICK, LONGEST_CATCH_UP))
+
+    def command(self, valves: Valves) -> None:
+        """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed."""
+        self.bench.command(valves)
+
+    def set_supply(self, gauge: float) -> None:
+        """Turn the supply regulator to a gauge pressure [Pa]."""
+        self.bench.plant.set_supply(gauge)
+
+    def close(self) -> None:
+        """Open the outlets."""
+        self.bench.command(np.full(len(self.bench.mass), -1, dtype=np.int8))

@@ -11,14 +11,14 @@ import sys
 from pathlib import Path
 from threading import Event
 
-from grasp_strategies.placement import draw_placement
 from grasp_strategies.strategy import load_strategy
-from pneuflex_sim.scenes import load_scene
-from softhand_bringup.bench_link.waiting import Interrupted
-from softhand_bringup.demo.folder import make_run_folder
+from grasp_strategies.trials import draw_placement
+from pneuflex_sim.scene.scenes import load_scene
 from softhand_bringup.demo.run import Demo, DemoFailed
-from softhand_bringup.launcher import NodeDied
-from softhand_bringup.suite import SuiteOptions
+from softhand_bringup.processes.launcher import NodeDied
+from softhand_bringup.processes.run_folder import make_run_folder
+from softhand_bringup.processes.suite import SuiteOptions
+from softhand_bringup.processes.waiting import Interrupted
 
 
 def main(arguments: list[str] | None = None) -> int:

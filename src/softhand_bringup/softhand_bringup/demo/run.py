@@ -1,22 +1,121 @@
-"""One run of the demo: start everything, grasp, stop everything, draw."""
+"""One run of the demo: start everything, grasp, stop everything, judge, draw.
+
+One run of the demo: start everything, grasp, stop everything, draw.
+"""
 
 from __future__ import annotations
 
+import json
+import math
+import platform
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING
 
-from softhand_bringup import suite
-from softhand_bringup.bench_link.waiting import START_LIMIT, Interrupted
-from softhand_bringup.demo.verdict import Verdict, verdict_from
-from softhand_bringup.environment import node_environment
-from softhand_bringup.launcher import Launcher, wait_until
+from softhand_bringup.processes import suite
+from softhand_bringup.processes.launcher import Launcher, wait_until
+from softhand_bringup.processes.suite import node_environment
+from softhand_bringup.processes.waiting import START_LIMIT, Interrupted
 
 if TYPE_CHECKING:
-    from softhand_bringup.demo.node import GraspClient
+    from softhand_bringup.ros.demo_link import GraspClient
+
+REPORTED_PACKAGES = (
+    "softhand_model",
+    "pneuflex_sim",
+    "pneumaticbox_driver",
+    "grasp_strategies",
+    "softhand_bringup",
+    "ros-jazzy-rclpy",
+    "pybullet",
+    "numpy",
+    "scipy",
+    "numba",
+)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of one grasp in SI units.
+
+    Args:
+        gripped: lifted by 100 mm and held for 1 s with nothing but the hand touching the object.
+        reason: the sequencer's sentence.
+        lift_height: of the object above its start [m].
+        slip: motion of the object in the hand while it was held [m]; None if it never was.
+        duration: of the grasp in simulated time [s].
+        real_time_factor: simulated over wall time during the grasp.
+        seed: of the run.
+    """
+
+    gripped: bool
+    reason: str
+    lift_height: float
+    slip: float | None
+    duration: float
+    real_time_factor: float
+    seed: int
+
+    def line(self, folder: Path) -> str:
+        """The one line at the end of the demo."""
+        word = "gripped" if self.gripped else f"not gripped ({self.reason})"
+        slip = "never held" if self.slip is None else f"slip {1e3 * self.slip:.2f} mm in the hold"
+        return (
+            f"{word}: lifted {1e3 * self.lift_height:.0f} mm, {slip}, "
+            f"real-time factor {self.real_time_factor:.2f}; "
+            f"bag {folder}/bag, pictures {folder}/grasp.png and {folder}/frames.png"
+        )
+
+    def write(self, path: Path) -> None:
+        """Write `result.json`, with the versions that took part."""
+        path.write_text(json.dumps({**asdict(self), "versions": versions()}, indent=2) + "\n")
+
+
+def verdict_from(
+    values: Mapping[str, str], success: bool, reason: str, real_time_factor: float, seed: int
+) -> Verdict:
+    """Verdict from the key-value pairs of `grasp/result` and the answer of the service.
+
+    Args:
+        values: `outcome` (gripped, lost or none), `lift_height` [m], `slip` [m] (nan if
+            it was never held), `duration` [s].
+        success, reason: the service's answer.
+
+    Raises:
+        ValueError: a value is missing or no number.
+    """
+    numbers = {}
+    for key in ("lift_height", "slip", "duration"):
+        try:
+            numbers[key] = float(values[key])
+        except (KeyError, ValueError):
+            got = values.get(key, "nothing")
+            raise ValueError(f"grasp/result: {key}: expected a number, got {got}") from None
+    return Verdict(
+        gripped=success and values.get("outcome") == "gripped",
+        reason=values.get("reason", "") or reason,
+        lift_height=numbers["lift_height"],
+        slip=None if math.isnan(numbers["slip"]) else numbers["slip"],
+        duration=numbers["duration"],
+        real_time_factor=real_time_factor,
+        seed=seed,
+    )
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that decide a result; `absent` if not installed."""
+    found = {"python": platform.python_version()}
+    for name in REPORTED_PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "absent"
+    return found
+
 
 SERVICE = "grasp/surface_constrained"
 RECORDER_LIMIT = 20.0  # [s]
@@ -94,7 +193,7 @@ class Demo:
 
     def _grasp(self, launcher: Launcher) -> Verdict:
         # imported late: with --help or a folder that cannot be written, nobody should wait for ROS
-        from softhand_bringup.demo.node import GraspClient
+        from softhand_bringup.ros.demo_link import GraspClient
 
         with GraspClient(SERVICE, self._tell_phase) as client:
             self._wait_for_suite(client, launcher)

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from grasp_strategies.trials import add_settings, read_settings
-from pneuflex_sim.markers.surfaces import actuator_colors
-from pneuflex_sim.render import Camera
-from pneuflex_sim.scenes import load_scene
+from pneuflex_sim.pictures.render import Camera
+from pneuflex_sim.pictures.surfaces import actuator_colors
+from pneuflex_sim.scene.scenes import load_scene
 from softhand_bringup.film.recording import Recording, film_bag, film_trial
 from softhand_bringup.film.writing import Film, open_film
 

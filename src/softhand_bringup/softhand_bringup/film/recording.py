@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_strategies.placement import draw_placement
-from grasp_strategies.scene_in_process import InProcessScene
-from grasp_strategies.trials import TrialSettings, run_in_process, started_scene
-from pneuflex_sim.render import HandState, Renderer
-from pneuflex_sim.scenes import SceneDescription
+from grasp_strategies.in_process_scene import InProcessScene
+from grasp_strategies.trials import TrialSettings, draw_placement, run_in_process, started_scene
+from pneuflex_sim.pictures.render import HandState, Renderer
+from pneuflex_sim.scene.scenes import SceneDescription
 from pneuflex_sim.simulation import Simulation
 from softhand_bringup.bags.reading import Bag, latest_index
 from softhand_bringup.figures import (

@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 from threading import Event
 
-from softhand_bringup.bench_link.command import Say, run_command
 from softhand_bringup.lab_story.story import HIDDEN, Story
+from softhand_bringup.processes.run_folder import Say, run_command
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand_model.actuator import Actuator
 from softhand_model.gas import AMBIENT_PRESSURE, air_mass
+from softhand_model.hand.actuator import Actuator
 
 RISE = 0.2  # from plateau to plateau [s]; the valves take as long
 
@@ -72,7 +72,7 @@ def enclosed_air(actuator: Actuator, pressure: float) -> float:
     """Air mass [kg above rest at ambient] in chamber and tube at a gauge pressure [Pa], bending
     freely.
 
-    >>> from softhand_model.actuator import load_actuator
+    >>> from softhand_model.hand.actuator import load_actuator
     >>> round(1e6 * enclosed_air(load_actuator("P10.finger"), 30e3), 1)
     15.6
     """

@@ -8,16 +8,16 @@ from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING
 
-from softhand_bringup import suite
-from softhand_bringup.bench_link.waiting import Patience
-from softhand_bringup.environment import node_environment
 from softhand_bringup.lab_story.measuring import Measurement, Plan, air_course
-from softhand_bringup.launcher import Launcher, ParameterValue
-from softhand_model.actuator import Actuator
-from softhand_model.hands import load_hand
+from softhand_bringup.processes import suite
+from softhand_bringup.processes.launcher import Launcher, ParameterValue
+from softhand_bringup.processes.suite import node_environment
+from softhand_bringup.processes.waiting import Patience
+from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.hand import load_hand
 
 if TYPE_CHECKING:
-    from softhand_bringup.bench_link.node import BenchLink
+    from softhand_bringup.ros.bench_link import BenchLink
 
 HAND = "single_finger"
 FINGER = "finger"  # chain and actuator of that hand
@@ -93,7 +93,7 @@ class Session:
 
     def _play(self, launcher: Launcher) -> list[Played]:
         # imported late: with --help nobody should wait for ROS
-        from softhand_bringup.bench_link.node import BenchLink
+        from softhand_bringup.ros.bench_link import BenchLink
 
         channel = load_hand(HAND).channels[0]
         with BenchLink("lab_story", channel, RECORDED) as bench:

@@ -13,12 +13,12 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
-from model_lab.model_writing import write_model
-from softhand_bringup.bench_link.waiting import Interrupted, RunFailed
+from model_lab.comparison.add import write_model
 from softhand_bringup.lab_story.measuring import CHECK, WHOLE, Plan
 from softhand_bringup.lab_story.picture import draw
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps, write_set
 from softhand_bringup.lab_story.session import Played, Session, finger
+from softhand_bringup.processes.waiting import Interrupted, RunFailed
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 

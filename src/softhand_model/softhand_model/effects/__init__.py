@@ -4,7 +4,7 @@ The modules of this package are searched for subclasses of `Effect`; a user's fi
 same way. An effect derives from the class of its stage.
 """
 
-from softhand_model.effects.discovery import effect_classes, effects_in_file
+from softhand_model.effects.catalogue import effect_classes, effects_in_file
 from softhand_model.effects.effect import STAGES, Effect, Parameter
 from softhand_model.effects.stages import (
     ElasticEffect,

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_model.compiled import COMPILED, compiled
 from softhand_model.gas import CRITICAL_RATIO, HEAT_CAPACITY_RATIO
-from softhand_model.pneumatics.flow import IN
+from softhand_model.numerics.compiled import COMPILED, compiled
+from softhand_model.pneumatics.air_flow import IN
 from softhand_model.pneumatics.plant import PneumaticPlant
 
 Floats = NDArray[np.float64]
@@ -34,7 +34,7 @@ def compiled_move_air(
     contents: Any,
     at_box: Floats,
 ) -> float:
-    """Let air flow for `dt` [s]: `softhand_model.pneumatics.flow.move_air`, channel by channel."""
+    """Let air flow for `dt` [s]: `air_flow.move_air`, channel by channel."""
     choke, choke_and_valve, line = paths
     air, dead, inflow, outflow, received, net_flow = contents
     taken = 0.0

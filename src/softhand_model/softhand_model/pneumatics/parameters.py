@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softhand_model.document import Node, data_file, read_document
+from softhand_model.yaml_document import Node, data_file, read_document
 
 FORMAT = "softhand-pneumatics/1"
 Range = tuple[float, float]

@@ -8,15 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
-from softhand_model.pneumatics.air_supply import AirSupply
-from softhand_model.pneumatics.channel_heat import ChannelHeat
-from softhand_model.pneumatics.command_watch import checked_valves
-from softhand_model.pneumatics.escapes import Escapes
-from softhand_model.pneumatics.faults import Faults
-from softhand_model.pneumatics.flow import Contents, Paths, move_air
+from softhand_model.pneumatics.air_flow import ChannelHeat, Contents, Paths, move_air
+from softhand_model.pneumatics.leaks_and_faults import Escapes, Faults
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 from softhand_model.pneumatics.sensors import build_sensors
-from softhand_model.pneumatics.valves import Valves
+from softhand_model.pneumatics.supply import AirSupply
+from softhand_model.pneumatics.valves import Valves, checked_valves
 
 Floats = NDArray[np.float64]
 SLOTS = 8  # channels of one Pneumaticbox

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from softhand_model.document import Node, read_document
+from softhand_model.yaml_document import Node, read_document
 
 FORMAT = "pneumaticbox-hardware/1"
 LINUX = "linux"

@@ -1,0 +1,1 @@
+"""The node `grasp_sequencer`: all of this package that imports ROS."""

@@ -1,0 +1,421 @@
+"""The executable `sequencer`: services that run a strategy, its phases and result on topics.
+
+Notices simulated time that stands still.
+
+The executable `sequencer`: services that run a strategy, its phases and result on topics.
+"""
+
+from __future__ import annotations
+
+import functools
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any, TypeVar
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from grasp_strategies.judge import GRIPPED, LOST, NONE, GraspResult
+from grasp_strategies.ros.parameters import (
+    GRASP_SERVICES,
+    LOWER_AND_RELEASE,
+    PARAMETERS,
+    STRATEGY_PREFIX,
+    NodeParameter,
+    refusal_of,
+)
+from grasp_strategies.ros.topic_scene import TopicScene
+from grasp_strategies.scene import SceneError, hand_body_names
+from grasp_strategies.sequencer import FAILED, VENT, Sequencer, abort_scene
+from grasp_strategies.strategy import Strategy, load_strategy
+from softhand_model.hand.hand import load_hand
+
+Result = TypeVar("Result")
+
+
+class Background:
+    """Starts work in threads of its own and can wait for all of it."""
+
+    def __init__(self) -> None:
+        self._threads: list[threading.Thread] = []
+
+    def start(
+        self, work: Callable[[], Result], tell: Callable[[Result], None], on_error: Result
+    ) -> None:
+        """Begin `work`; `tell` is called in its thread with the result, or with `on_error`.
+
+        An exception of `work` is not swallowed: the interpreter prints it, the caller is told.
+        """
+
+        def run() -> None:
+            result = on_error
+            try:
+                result = work()
+            finally:
+                tell(result)
+
+        self._threads = [thread for thread in self._threads if thread.is_alive()]
+        self._threads.append(threading.Thread(target=run, name="strategy"))
+        self._threads[-1].start()
+
+    def join(self) -> None:
+        """Wait until all work has ended."""
+        for thread in self._threads:
+            thread.join()
+
+
+STILL = 5.0  # [s] of wall time without a tick that is worth a warning
+
+
+@dataclass
+class ClockWatch:
+    """Remembers when simulated time last went on.
+
+    >>> watch = ClockWatch()
+    >>> [watch.warning(now, wall) for now, wall in ((1, 0.0), (1, 4.0), (2, 5.0), (2, 9.0))]
+    ['', '', '', '']
+    >>> watch.warning(2, 11.0)
+    '/clock has stood still for 6 s (simulator paused or absent)'
+    """
+
+    last: int | None = None
+    since: float = 0.0
+
+    def warning(self, now: int, wall: float) -> str:
+        """What to say of simulated time `now` [ns] at wall time `wall` [s]; empty when it runs."""
+        if now != self.last:
+            self.last, self.since = now, wall
+        still = wall - self.since
+        if still <= STILL:
+            return ""
+        return f"/clock has stood still for {still:.0f} s (simulator paused or absent)"
+
+
+IDLE = "idle"
+UNEXPECTED = "ended by an error; see the log"
+# ten deep, so that phases that follow each other quickly all arrive
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LEVELS = {
+    GRIPPED: DiagnosticStatus.OK,
+    LOST: DiagnosticStatus.WARN,
+    NONE: DiagnosticStatus.WARN,
+}
+
+
+class Run:
+    """One strategy at work: its phase, its abort flag, and `ended`, which gives the result."""
+
+    def __init__(self, strategy: Strategy) -> None:
+        self.strategy = strategy
+        self.phase = "waiting for simulator and driver"
+        self.abort = threading.Event()
+        self.ended: Future = Future()
+
+
+class SequencerNode(Node):
+    """Offers grasp/push, surface_constrained, edge, slide_to_wall and abort.
+
+    A grasp service answers when its strategy has ended. The strategy runs in a thread of its own,
+    so that abort, parameters and refusals of a second call are answered meanwhile.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("grasp_sequencer", **options)
+        self._declare_parameters()
+        self._follow_simulated_time()
+        self._hand = load_hand(self.get_parameter("hand").value)
+        hand_bodies = hand_body_names(chain.name for chain in self._hand.chains)
+        self._scene = TopicScene(self, hand_bodies)
+        self._run: Run | None = None
+        self._last_result: GraspResult | None = None
+        self._background = Background()
+        self._phase_topic = self.create_publisher(String, "grasp/phase", LATCHED)
+        self._result_topic = self.create_publisher(DiagnosticArray, "grasp/result", LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._create_services()
+        self._clock_watch = ClockWatch()
+        # on steady time: it must go on when simulated time stands still
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        self._phase_topic.publish(String(data=IDLE))
+
+    def _declare_parameters(self) -> None:
+        for parameter in PARAMETERS:
+            self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
+            refusal = parameter.refusal(self.get_parameter(parameter.name).value)
+            if refusal:
+                raise ValueError(refusal)
+        self.add_on_set_parameters_callback(_check_choices)
+
+    def _follow_simulated_time(self) -> None:
+        """Follow /clock unless the user has said otherwise.
+
+        rclpy has no public way to tell a value that was given from its default: overrides of the
+        constructor would win over those of the command line and of parameter files.
+        """
+        if "use_sim_time" not in self._parameter_overrides:
+            self.set_parameters([Parameter("use_sim_time", value=True)])
+
+    def _create_services(self) -> None:
+        # reentrant: an answer that is pending must not block the refusal of the next call
+        group = ReentrantCallbackGroup()
+        for service in GRASP_SERVICES:
+            serve = functools.partial(self._serve_grasp, service)
+            self.create_service(Trigger, f"grasp/{service}", serve, callback_group=group)
+        self.create_service(Trigger, "grasp/abort", self._serve_abort, callback_group=group)
+
+    # ------------------------------------------------------------ services
+    async def _serve_grasp(
+        self, service: str, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        try:
+            run = self._start(service)
+        except ValueError as error:
+            self.get_logger().warning(f"grasp/{service} refused: {error}")
+            response.success, response.message = False, str(error)
+            return response
+        result: GraspResult = await run.ended
+        response.success = result.gripped and result.completed
+        response.message = f"{result.outcome}: {result.reason}"
+        return response
+
+    def _start(self, service: str) -> Run:
+        """Begin a strategy; raises ValueError with the reason why not."""
+        if (other := self._run) is not None:
+            raise ValueError(
+                f"{other.strategy.name} is running (phase {other.phase}); grasp/abort ends it"
+            )
+        run = Run(self._strategy_of(service))
+        self._run = run
+        self._scene.resume()
+        self._begin(lambda: self._work(run), run.ended, GraspResult.not_begun(UNEXPECTED))
+        return run
+
+    def _strategy_of(self, service: str) -> Strategy:
+        name = self.get_parameter(STRATEGY_PREFIX + service).value
+        if not name:
+            raise ValueError(
+                f"there is no strategy for {service} yet; parameter {STRATEGY_PREFIX}{service} "
+                f"takes one"
+            )
+        strategy = load_strategy(name)
+        if load_hand(strategy.hand).name != self._hand.name:
+            raise ValueError(
+                f"strategy {strategy.name}: expected one for the hand {self._hand.name}, "
+                f"got one for {strategy.hand}"
+            )
+        return strategy
+
+    async def _serve_abort(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        run = self._run
+        if run is None:
+            response.success, response.message = await self._abort_idle()
+            return response
+        self._interrupt(run)
+        result: GraspResult = await run.ended
+        response.success, response.message = result.safe, result.reason
+        return response
+
+    async def _abort_idle(self) -> tuple[bool, str]:
+        action = self.get_parameter("abort_action").value
+        if action != VENT:
+            return True, "no strategy is running; nothing moves"
+        ended: Future = Future()
+        self._begin(lambda: abort_scene(self._scene, action), ended, (UNEXPECTED, False))
+        reason, safe = await ended
+        return safe, f"no strategy is running; {reason}"
+
+    def _interrupt(self, run: Run) -> None:
+        run.abort.set()
+        self._scene.interrupt()
+
+    def _begin(self, work: Any, ended: Future, on_error: Any) -> None:
+        """Begin work that blocks in a thread; `ended` gives what it returns."""
+
+        def tell(result: Any) -> None:
+            ended.set_result(result)
+            if self.executor is not None:
+                self.executor.wake()  # it sleeps until a message comes; the answer is due now
+
+        self._background.start(work, tell, on_error)
+
+    # ------------------------------------------------------------ the strategy's thread
+    def _work(self, run: Run) -> GraspResult:
+        result = GraspResult.not_begun(UNEXPECTED)
+        try:
+            result = self._run_strategy(run)
+        finally:
+            self._last_result = result
+            self._publish_result(run.strategy, result)
+            self._run = None
+        return result
+
+    def _run_strategy(self, run: Run) -> GraspResult:
+        action = self.get_parameter("abort_action").value
+        try:
+            self._scene.connect(self.get_parameter("connect_time_out").value)
+            sequencer = Sequencer(
+                self._scene,
+                run.strategy,
+                options=self._options(run.strategy),
+                control_step=self.get_parameter("control_step").value,
+                on_phase=functools.partial(self._enter_phase, run),
+                abort=run.abort,
+                abort_action=action,
+            )
+        except (SceneError, ValueError) as error:
+            self._enter_phase(run, FAILED)
+            return self._not_begun(run, str(error), action)
+        return sequencer.run()
+
+    def _not_begun(self, run: Run, reason: str, action: str) -> GraspResult:
+        """Result when simulator or driver were not there, or an abort came before they were."""
+        result = GraspResult.not_begun(reason)
+        if action != VENT or not run.abort.is_set():
+            return result
+        done, safe = abort_scene(self._scene, action)
+        return result.stopped(f"{reason}; {done}", safe)
+
+    def _options(self, strategy: Strategy) -> frozenset[str]:
+        wanted = {LOWER_AND_RELEASE} if self.get_parameter(LOWER_AND_RELEASE).value else set()
+        return frozenset(wanted) & strategy.options
+
+    def _enter_phase(self, run: Run, phase: str) -> None:
+        run.phase = phase
+        self._phase_topic.publish(String(data=phase))
+        self.get_logger().info(f"{run.strategy.name}: {phase}")
+
+    def _publish_result(self, strategy: Strategy, result: GraspResult) -> None:
+        status = self._status(strategy.name, LEVELS[result.outcome], result.outcome)
+        status.values = _key_values(result.summary())
+        self._publish_status(self._result_topic, status)
+        self.get_logger().info(f"{strategy.name}: {result.outcome}: {result.reason}")
+
+    # ------------------------------------------------------------ diagnostics
+    def _publish_diagnostics(self) -> None:
+        run, last, feeds = self._run, self._last_result, self._scene.feeds
+        refusals = [f"refused {f.topic}: {f.last_refusal}" for f in feeds if f.last_refusal]
+        warnings = [warning for warning in (self._clock_warning(), *refusals) if warning]
+        phase = f"{run.strategy.name}: {run.phase}" if run else IDLE
+        level = DiagnosticStatus.WARN if warnings else DiagnosticStatus.OK
+        status = self._status("sequencer", level, "; ".join(warnings) or phase)
+        values = {"phase": phase, "last_result": f"{last.outcome}: {last.reason}" if last else ""}
+        values |= {f"refused {feed.topic}": str(feed.refused) for feed in feeds}
+        status.values = _key_values(values)
+        self._publish_status(self._diagnostics, status)
+
+    def _clock_warning(self) -> str:
+        if self.get_clock().ros_time_is_active:
+            return self._clock_watch.warning(self.get_clock().now().nanoseconds, time.monotonic())
+        if self.count_publishers("/clock"):
+            return "/clock is published but use_sim_time is false: phases follow wall time"
+        return ""
+
+    def _status(self, name: str, level: bytes, message: str) -> DiagnosticStatus:
+        full_name = f"{self.get_name()}: {name}"
+        return DiagnosticStatus(
+            level=level, name=full_name, message=message, hardware_id=self._hand.name
+        )
+
+    def _publish_status(self, publisher: Any, status: DiagnosticStatus) -> None:
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self.get_clock().now().to_msg()
+        publisher.publish(message)
+
+    # ------------------------------------------------------------ end
+    def end_strategy(self) -> None:
+        """Abort what runs and wait for its thread; the executor must still be spinning."""
+        if (run := self._run) is not None:
+            self._interrupt(run)
+        self._background.join()
+
+
+def _key_values(values: dict[str, str]) -> list[KeyValue]:
+    return [KeyValue(key=key, value=value) for key, value in values.items()]
+
+
+def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(
+        description=parameter.text,
+        read_only=parameter.read_only,
+        additional_constraints=", ".join(parameter.choices),
+    )
+    if isinstance(parameter.default, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=parameter.least, to_value=parameter.most)
+        ]
+    return descriptor
+
+
+def _check_choices(changes: list[Parameter]) -> SetParametersResult:
+    reason = "; ".join(filter(None, (refusal_of(change.name, change.value) for change in changes)))
+    return SetParametersResult(successful=not reason, reason=reason)
+
+
+def _spin(executor: SingleThreadedExecutor, stop: threading.Event) -> None:
+    try:
+        executor.spin()
+    except ExternalShutdownException:
+        pass
+    finally:
+        stop.set()
+
+
+def _run_until(stop: threading.Event, node: SequencerNode) -> None:
+    """Serve until `stop`; then abort what runs while the executor can still call vent."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    spinning = threading.Thread(target=_spin, args=(executor, stop), name="executor")
+    spinning.start()
+    try:
+        stop.wait()
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
+        node.end_strategy()
+        executor.shutdown()
+        spinning.join()
+        node.destroy_node()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; 0 then, 2 for parameters that cannot be used."""
+    stop = threading.Event()
+
+    def ask_to_stop(number: int, frame: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, ask_to_stop)
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        _run_until(stop, SequencerNode())
+    except (ValueError, ParameterException) as error:
+        print(f"sequencer: {error}", file=sys.stderr)
+        return 2
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

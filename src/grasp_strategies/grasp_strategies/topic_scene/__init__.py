@@ -1,1 +1,0 @@
-"""The scene beyond ROS topics: simulator or bench and Pneumaticbox in other processes."""

@@ -1,0 +1,1 @@
+"""Runs and sets before anything is measured: protocols, layouts, synthesised sets."""

@@ -1,0 +1,223 @@
+"""Measurement sets before anything is measured: runs driven by an input, held tips, valve pulses.
+
+An actuator whose tip is held in ever other poses, its base on a force-torque sensor.
+
+Valve pulses from many pressures: of a channel whose vessel is set anew before each pulse.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from model_lab.bench.protocols import BANK
+from model_lab.experiments.specimen_models import SpecimenSegments
+from model_lab.measurements.measurement_set import (
+    DEFLATE,
+    INFLATE,
+    OUTPUTS,
+    MeasurementSet,
+    Run,
+    Specimen,
+)
+from softhand_model.chain.segments import SegmentChain
+from softhand_model.gas import AMBIENT_PRESSURE, psi
+from softhand_model.hand.section import free_curvature
+
+Array = NDArray[np.float64]
+
+DURATION = 24.0  # [s] of a run
+SAMPLES = 200
+PEAKS = {"free_bending": 45e3, "blocked_tip": 45e3, "uniaxial": 2.0}  # [Pa], or stretch above 1
+SHARES = (1.0, 1.0, 0.5, 0.5, 1.0, 2.0)  # of DURATION, by protocol
+SPECIMENS = {
+    "thin": {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.0025, "side_wall": 0.0025},
+    "thick": {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.004, "side_wall": 0.0025},
+}
+SHARED = {"shear_modulus": 67e3, "mass": 0.035}
+BAR = {"gauge_length": 0.033, "shear_modulus": 67e3}
+SETTINGS = (  # temperature [K] and mount of each protocol in turn
+    (293.15, "bending_plane_level"),
+    (293.15, "base_up"),
+    (313.15, "bending_plane_level"),
+)
+
+
+def driven_set(experiment: str) -> MeasurementSet:
+    """Two actuators (of a strip one) under the protocols of the bank, some warm, some hanging."""
+    runs = []
+    specimens: dict[str, Specimen] = {}
+    for repeat in "ab":
+        for order, (protocol, share) in enumerate(zip(BANK, SHARES, strict=False)):
+            warm, mount = SETTINGS[order % len(SETTINGS)]
+            specimen = _specimen(experiment, order, mount)
+            specimens[specimen.name] = specimen
+            time, course = protocol.course(share * DURATION, PEAKS[experiment], SAMPLES)
+            columns = {"time": time, **_driving(experiment, course)}
+            columns[OUTPUTS[experiment][0]] = np.zeros(SAMPLES)
+            name = f"r{order + 1}{repeat}"
+            runs.append(Run(name, specimen.name, protocol.name, warm, columns))
+    title = f"synthesised {experiment.replace('_', ' ')}"
+    return MeasurementSet(experiment, title, specimens, tuple(runs))
+
+
+def _driving(experiment: str, course: Array) -> dict[str, Array]:
+    return {"stretch": 1.0 + course} if experiment == "uniaxial" else {"pressure": course}
+
+
+def _specimen(experiment: str, order: int, mount: str) -> Specimen:
+    if experiment == "uniaxial":
+        return Specimen("bar", BAR, batch="A")
+    kind = "thick" if order % 2 else "thin"
+    if experiment == "blocked_tip":
+        return Specimen(kind, {**SPECIMENS[kind], **SHARED}, batch="A")
+    name = kind if mount == "bending_plane_level" else f"{kind}_{mount}"
+    return Specimen(name, {**SPECIMENS[kind], **SHARED}, mount, "A")
+
+
+HELD_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
+SEGMENTS = 10
+PEAK = 40e3  # [Pa]
+# protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
+# bending, twist), and the share of it that a force does instead of a moment, nearer the base
+PUSHES = {
+    "sideways": (0.5, 0.0, 0.0, 1.0),
+    "up_and_down": (0.0, 0.5, 0.0, 1.0),
+    "rolled": (0.0, 0.0, 0.5, 0.0),
+    "turned": (0.4, -0.3, 0.0, 0.0),
+    "pushed_and_rolled": (0.3, 0.3, -0.4, 0.5),
+    "pumped": (-0.3, 0.0, 0.3, 0.5),
+}
+TURNS = ((0.0, 0.0), (0.2, 0.0), (0.35, 1.0), (0.5, 0.0), (0.65, -1.0), (0.8, 0.0), (1.0, 0.7))
+PRESSURES = {  # share of the peak over share of the duration
+    "pumped": ((0.0, 0.0), (0.2, 1.0), (0.4, 0.4), (0.6, 0.9), (0.8, 0.3), (1.0, 0.7)),
+    "held": ((0.0, 0.0), (0.1, 0.4), (0.5, 0.4), (0.6, 1.0), (0.95, 1.0), (1.0, 0.8)),
+}
+
+
+def held_tip_set() -> MeasurementSet:
+    """One actuator under six ways to push and turn its tip."""
+    finger = Specimen("finger", {**SPECIMENS["thin"], **SHARED}, batch="A")
+    outputs = {name: np.zeros(HELD_SAMPLES) for name in OUTPUTS["base_torque"]}
+    columns = {
+        protocol: held_columns(finger, protocol, PEAK, HELD_DURATION, HELD_SAMPLES) | outputs
+        for protocol in PUSHES
+    }
+    runs = [
+        Run(f"r{order + 1}{repeat}", "finger", protocol, 293.15, columns[protocol])
+        for repeat in "ab"
+        for order, protocol in enumerate(PUSHES)
+    ]
+    return MeasurementSet("base_torque", "synthesised base torque", {"finger": finger}, tuple(runs))
+
+
+def held_columns(
+    specimen: Specimen, protocol: str, peak: float, duration: float, samples: int
+) -> dict[str, Array]:
+    """Inputs (samples,) of a run of base_torque under one of PUSHES, of a specimen that does not
+    vary along its length.
+    """
+    time = np.linspace(0.0, duration, samples)
+    pressure = peak * _course(PRESSURES.get(protocol, PRESSURES["held"]), time)
+    columns = {"time": time, "pressure": pressure}
+    chain = _chain(specimen, columns)
+    return columns | _pose(chain, _free_angle(specimen, pressure), PUSHES[protocol], time)
+
+
+def _course(corners: tuple[tuple[float, float], ...], time: Array) -> Array:
+    at, level = np.array(corners).T
+    return np.interp(time / time[-1], at, level)
+
+
+def _chain(finger: Specimen, columns: dict[str, Array]) -> SegmentChain:
+    run = Run("r", finger.name, "r", 293.15, columns)
+    alone = MeasurementSet("base_torque", "", {finger.name: finger}, (run,))
+    return SpecimenSegments(alone, SEGMENTS).chains[finger.name]
+
+
+def _free_angle(finger: Specimen, pressure: Array) -> Array:
+    """Angle (samples,) [rad] of the base model's tip when nothing touches it."""
+    keys = ("height", "width", "wall", "side_wall", "shear_modulus")
+    sizes = [float(finger.values[key]) for key in keys]
+    return np.asarray(free_curvature(pressure, *sizes)) * float(finger.values["length"])
+
+
+def _pose(
+    chain: SegmentChain, angle: Array, push: tuple[float, float, float, float], time: Array
+) -> dict[str, Array]:
+    """Pose of the tip (samples,) [m], quaternion: as the chain lies when its joints are turned."""
+    *most, forced = push
+    course = _course(TURNS, time)
+    place, turn = np.zeros((len(time), 3)), Rotation.identity(len(time))
+    for joint in range(SEGMENTS):
+        # a force at the tip bends the base more than the tip, a moment all alike
+        share = 1.0 + forced * (1.0 - (2.0 * joint + 1.0) / SEGMENTS)
+        place = place + turn.apply(chain.offset[joint])
+        bend = np.outer(course * share, most) / SEGMENTS
+        bend[:, 1] += angle / SEGMENTS
+        turn = turn * Rotation.from_rotvec(bend)
+    place = place + turn.apply(chain.tip_offset)
+    named = dict(zip(("tip_x", "tip_y", "tip_z"), place.T, strict=True))
+    return named | dict(
+        zip(("tip_qx", "tip_qy", "tip_qz", "tip_qw"), turn.as_quat().T, strict=True)
+    )
+
+
+PULSES = 200
+SUPPLIES = {"supply_150_kPa": 150e3, "supply_250_kPa": 250e3, "supply_350_kPa": 350e3}  # gauge
+LENGTHS = {"short": (0.05, 0.3), "long": (0.2, 1.2)}  # [s] inflating, shortest and longest
+QUICKER = 6.0  # times shorter deflating
+LEAST, MOST = 10e3, 150e3  # [Pa] gauge pressure of the channel
+DRIFT = 0.05  # of the pressures within a pulse, falling on the one side and rising on the other
+POINTS = 9  # of the integrals over a pulse
+
+
+def pulse_set(random: np.random.Generator) -> MeasurementSet:
+    """Short and long pulses at three supply pressures, inflating and deflating."""
+    columns = {
+        f"{supply}_{length}": pulse_columns(
+            SUPPLIES[supply] + AMBIENT_PRESSURE, LENGTHS[length], random
+        )
+        | {"mass": np.zeros(PULSES)}
+        for supply in SUPPLIES
+        for length in LENGTHS
+    }
+    runs = [
+        Run(f"r{order + 1}{repeat}", "channel", protocol, 293.15, columns[protocol])
+        for repeat in "ab"
+        for order, protocol in enumerate(columns)
+    ]
+    specimens = {"channel": Specimen("channel", {}, batch="A")}
+    return MeasurementSet("valve_pulse", "synthesised valve pulses", specimens, tuple(runs))
+
+
+def pulse_columns(
+    supply: float, length: tuple[float, float], random: np.random.Generator
+) -> dict[str, Array]:
+    """Inputs (pulses,) for an absolute supply pressure [Pa] and lengths between two [s]."""
+    inflating = random.uniform(size=PULSES) < 0.5
+    shortest, longest = length
+    duration = shortest * (longest / shortest) ** random.uniform(size=PULSES)
+    duration = np.where(inflating, duration, duration / QUICKER)
+    channel = AMBIENT_PRESSURE + random.uniform(LEAST, min(MOST, 0.9 * supply - 101e3), PULSES)
+    sagging = supply * random.uniform(0.94, 1.0, PULSES)  # other channels draw from it as well
+    p_in = np.where(inflating, sagging, channel)
+    p_out = np.where(inflating, channel, AMBIENT_PRESSURE)
+    friction, injector = _integrals(inflating, p_in, p_out)
+    return {
+        "direction": np.where(inflating, INFLATE, DEFLATE),
+        "duration": duration,
+        "p_in": p_in,
+        "p_out": p_out,
+        "friction_integral": friction * duration,
+        "injector_integral": injector * duration,
+    }
+
+
+def _integrals(inflating: NDArray[np.bool_], p_in: Array, p_out: Array) -> tuple[Array, Array]:
+    """Means (pulses,) [Pa] of p_in - p_out and of p_in*Psi while the channel's pressure moves."""
+    along = DRIFT * np.linspace(0.0, 1.0, POINTS)[:, None]
+    into = np.where(inflating, p_in, p_in * (1.0 - along))
+    out = np.where(inflating, p_out * (1.0 + along), p_out)
+    return np.mean(into - out, axis=0), np.mean(into * psi(out / into), axis=0)

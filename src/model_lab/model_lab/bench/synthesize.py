@@ -1,0 +1,209 @@
+"""Measurement sets made by the model itself with one effect sealed in: for demonstration.
+
+Measurement sets made by the model itself with one effect sealed in: for demonstration.
+
+The lab's tests do not use them (they would test the lab with its own code); the demonstration and a
+person who wants to try the lab do.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.bench.layouts import driven_set, held_tip_set, pulse_set
+from model_lab.diagnosis.candidates import inapplicable
+from model_lab.experiments.forward import Forward
+from model_lab.experiments.valve_pulse import USUAL
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.save import write_set
+from softhand_model.effects import Effect, effect_classes
+
+SEAL = ".seal"
+
+
+def seal(folder: Path, truth: dict[str, Any]) -> None:
+    """Put the truth into the folder, encoded so that no glance at the file gives it away."""
+    text = base64.b64encode(json.dumps(truth).encode()).decode()
+    (folder / SEAL).write_text(text + "\n", encoding="ascii")
+
+
+def open_seal(folder: Path) -> dict[str, Any]:
+    """The truth of a synthesised set.
+
+    Raises ValueError when there is no seal or it cannot be read.
+    """
+    path = folder / SEAL
+    if not path.is_file():
+        raise ValueError(f"{path}: expected the seal of a synthesised set, got no such file")
+    try:
+        truth = json.loads(base64.b64decode(path.read_text(encoding="ascii"), validate=False))
+    except ValueError as reason:
+        raise ValueError(f"{path}: expected an unbroken seal, got {reason}") from reason
+    if not isinstance(truth, dict):
+        raise ValueError(f"{path}: expected the truth of a synthesised set, got {truth!r}")
+    return truth
+
+
+Array = NDArray[np.float64]
+
+EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
+    "free_bending": lambda random: driven_set("free_bending"),
+    "blocked_tip": lambda random: driven_set("blocked_tip"),
+    "uniaxial": lambda random: driven_set("uniaxial"),
+    "valve_pulse": pulse_set,
+    "base_torque": lambda random: held_tip_set(),
+}
+EXPERIMENTS = tuple(EMPTY)
+NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
+FLOORS = (3.0, 10.0)  # change of the readings by the effect, root mean square, least and most
+MODULUS = (0.93, 1.07)  # calibration, over its nominal value
+NUDGE = 1.05  # of the calibration, to see what it takes up
+TRIES = 100  # effects that are drawn at the most
+
+
+@dataclass(frozen=True)
+class Synthesised:
+    """A set and what was hidden in it."""
+
+    data: MeasurementSet
+    truth: dict[str, Any]
+
+
+def synthesize(
+    experiment: str,
+    seed: int,
+    hide: bool,
+    classes: Mapping[str, type[Effect]] | None = None,
+    noise: float = NOISE,
+    progress: Callable[[float], None] = lambda part: None,
+) -> Synthesised:
+    """A set of two repeats of six protocols, with one random effect if `hide`.
+
+    classes: effects from which it is drawn, the built-in ones if None. noise: one sigma of a sample
+    over the largest reading, and of the scatter of whole runs, relative. progress is told the part
+    that is done. truth: effects with their parameters, calibration as in a model file, noise (one
+    sigma in SI units), seed.
+
+    Raises ValueError for an experiment that is not among EXPERIMENTS, a noise that is not above 0,
+    and when none of the effects shows in it.
+    """
+    if not 0.0 < noise < 1.0:
+        raise ValueError(f"noise: expected a number between 0 and 1, got {noise:g}")
+    if experiment not in EMPTY:
+        raise ValueError(
+            f"experiment: expected one of {', '.join(EXPERIMENTS)} to synthesize, got {experiment}"
+        )
+    random = np.random.default_rng(seed)
+    bench = _Bench(EMPTY[experiment](random), random, noise)
+    known = effect_classes() if classes is None else classes
+    chosen = (bench.hidden_effect(known, progress),) if hide else ()
+    truth = {
+        "effects": [{"name": effect.name, "parameters": dict(effect.values)} for effect in chosen],
+        "calibration": bench.calibration,
+        "noise": bench.noise,
+        "seed": seed,
+    }
+    return Synthesised(bench.measured(chosen), truth)
+
+
+def write_synthesised(made: Synthesised, folder: Path, force: bool = False) -> None:
+    """Write the set and, beside it, the sealed truth."""
+    write_set(made.data, folder, force)
+    seal(folder, made.truth)
+
+
+class _Bench:
+    """What the set is measured on: its true calibration and its noise."""
+
+    def __init__(self, empty: MeasurementSet, random: np.random.Generator, noise: float) -> None:
+        self.empty, self._random, self._scatter = empty, random, noise
+        self.calibration = _calibration(empty, random)
+        self._base = self._predicted(())
+        self.noise = noise * float(np.abs(self._base).max())
+        self._floor = float(np.hypot(self.noise, noise * np.sqrt(np.mean(self._base**2))))
+
+    def hidden_effect(
+        self, classes: Mapping[str, type[Effect]], progress: Callable[[float], None]
+    ) -> Effect:
+        """An effect that changes the readings by so many noise floors, unlike the calibration."""
+        able = [
+            effect
+            for effect in classes.values()
+            if effect.physical and inapplicable(effect, self.empty, "pneuflex") is None
+        ]
+        given_way = np.linalg.qr(self._nudges())[0]
+        order = self._random.permutation(len(able))
+        for attempt in range(TRIES if able else 0):
+            progress(attempt / TRIES)
+            effect = self._drawn(able[order[attempt % len(able)]])
+            change = self._predicted((effect,)) - self._base
+            change = change - given_way @ (given_way.T @ change)
+            if FLOORS[0] <= np.sqrt(np.mean(change**2)) / self._floor <= FLOORS[1]:
+                return effect
+        raise ValueError(
+            f"effects: expected one that shows in {self.empty.experiment}, "
+            f"got {', '.join(sorted(classes)) or 'none'}; less noise shows more"
+        )
+
+    def measured(self, effects: Sequence[Effect]) -> MeasurementSet:
+        """The set with its outputs: the model with these effects, scatter of runs and noise."""
+        true = self._predicted(effects)
+        runs, start = [], 0
+        for run in self.empty.runs:
+            factor = 1.0 + self._scatter * self._random.standard_normal()
+            columns = dict(run.columns)
+            for output in self.empty.outputs:
+                part = true[start : start + run.samples]
+                start += run.samples
+                columns[output] = factor * part + self.noise * self._random.standard_normal(
+                    run.samples
+                )
+            runs.append(replace(run, columns=columns))
+        noise = dict.fromkeys(self.empty.outputs, self.noise)
+        return replace(self.empty, runs=tuple(runs), noise=noise)
+
+    def _predicted(
+        self, effects: Sequence[Effect], calibration: Mapping[str, Any] | None = None
+    ) -> Array:
+        """What the model predicts (samples,)."""
+        known = self.calibration if calibration is None else calibration
+        forward = Forward(self.empty, "pneuflex", (), tuple(effects), known, False)
+        return forward.predict(np.zeros((1, 0)))[0]
+
+    def _nudges(self) -> Array:
+        """Change of the predictions (samples, k) with each number of the calibration."""
+        columns = []
+        for name, entry in self.calibration.items():
+            moved = (
+                {key: NUDGE * value for key, value in entry.items()}
+                if isinstance(entry, Mapping)
+                else NUDGE * entry
+            )
+            columns.append(self._predicted((), {**self.calibration, name: moved}) - self._base)
+        return np.transpose(columns)
+
+    def _drawn(self, effect: type[Effect]) -> Effect:
+        """The effect with values from where they are usually found."""
+        values = {}
+        for parameter in effect.parameters:
+            low, high = parameter.typical or (parameter.low, parameter.high)
+            share = self._random.uniform()
+            values[parameter.name] = float(
+                low * (high / low) ** share if parameter.logarithmic else low + share * (high - low)
+            )
+        return effect(**values)
+
+
+def _calibration(empty: MeasurementSet, random: np.random.Generator) -> dict[str, Any]:
+    """A true calibration, as a model file holds it."""
+    if empty.experiment == "valve_pulse":
+        return {name: value * float(random.uniform(*MODULUS)) for name, value in USUAL.items()}
+    return {"modulus_scale": {"A": float(random.uniform(*MODULUS))}}

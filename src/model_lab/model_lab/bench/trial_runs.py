@@ -1,0 +1,185 @@
+"""Experiments that could come next: runs within the limits of a set's bench, one change at a time.
+
+A change is another mount, a warmer room, another specimen of the set, or a new one of another wall;
+protocols and durations cost nothing.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.bench.layouts import PUSHES, held_columns, pulse_columns
+from model_lab.bench.protocols import BANK
+from model_lab.measurements.measurement_set import INFLATE, MeasurementSet, Run, Specimen
+
+Array = NDArray[np.float64]
+
+SAMPLES = 200
+LONGER = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows
+LONGEST = 4.0  # of the longest run so far
+USUAL_DURATION = 20.0  # [s] of a run by hand, where no time was recorded
+FASTEST_RISE = {"uniaxial": 4.0}  # [s] from rest to the peak that any bench manages
+USUAL_RISE = 1.0
+WARMER = 20.0  # [K]
+MOUNTS = ("bending_plane_level", "base_up", "base_down")
+THICKER = 1.6  # wall of another specimen
+THICKEST = 0.9  # of half the height
+HELD_SAMPLES, HELD_PEAKS = 60, (1.0, 0.5)
+SEED = 0  # of the pulses
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An experiment that could be done: its inputs (samples,) by column in SI units.
+
+    specimen: as it would be mounted; changes: what is new beside the protocol, in words.
+    """
+
+    protocol: str
+    description: str
+    specimen: Specimen
+    temperature: float
+    columns: Mapping[str, Array]
+    changes: tuple[str, ...] = ()
+
+
+def trials(data: MeasurementSet, base: str) -> list[Trial]:
+    """Experiments of the same kind as the set, within its pressures."""
+    if data.experiment == "valve_pulse":
+        return list(_pulses(data))
+    if data.experiment == "base_torque":
+        return list(_held(data))
+    return list(_driven(data, base))
+
+
+# ---------------------------------------------------------------------- one driven input
+def _driven(data: MeasurementSet, base: str) -> Iterator[Trial]:
+    driving = "stretch" if data.experiment == "uniaxial" else "pressure"
+    rest = 1.0 if data.experiment == "uniaxial" else 0.0
+    peak = max(float(run.columns[driving].max()) for run in data.runs) - rest
+    courses = [
+        (protocol, {"time": time, driving: rest + course})
+        for protocol in BANK
+        for duration in _durations(data, protocol.fastest() * peak, peak, driving)
+        for time, course in [protocol.course(duration, peak, SAMPLES)]
+    ]
+    for specimen, temperature, changes in _settings(data, base):
+        for protocol, columns in courses:
+            yield Trial(
+                protocol.name, protocol.description, specimen, temperature, columns, changes
+            )
+
+
+def _durations(data: MeasurementSet, steepest: float, peak: float, driving: str) -> list[float]:
+    """Durations [s] of a protocol whose largest rate is `steepest` over its duration."""
+    if not data.has_time:
+        return [USUAL_DURATION]
+    longest = max(float(np.ptp(run.columns["time"])) for run in data.runs)
+    rise = FASTEST_RISE.get(data.experiment, USUAL_RISE)
+    shortest = steepest / max(peak / rise, _fastest(data, driving, longest / 50.0))
+    return [shortest] + [
+        shortest * factor for factor in LONGER[1:] if shortest * factor <= LONGEST * longest
+    ]
+
+
+def _fastest(data: MeasurementSet, driving: str, window: float) -> float:
+    """Largest rate of the input over a window [s]."""
+    rates = [
+        np.abs(np.interp(run.columns["time"] + window, run.columns["time"], values) - values)
+        for run in data.runs
+        for values in [run.columns[driving]]
+    ]
+    return max(float(rate.max()) for rate in rates) / window
+
+
+def _settings(data: MeasurementSet, base: str) -> Iterator[tuple[Specimen, float, tuple[str, ...]]]:
+    """Specimens, temperatures, and what is new about them."""
+    usual = Counter(run.temperature for run in data.runs).most_common(1)[0][0]
+    used = [data.specimens[name] for name in dict.fromkeys(run.specimen for run in data.runs)]
+    first = used[0]
+    for specimen in _unlike(used):
+        yield specimen, usual, ()
+    yield first, usual + WARMER, (f"{WARMER:g} K warmer",)
+    if data.experiment == "free_bending" and "mass" in first.values and base == "pneuflex":
+        for mount in set(MOUNTS) - {specimen.mount for specimen in used}:
+            named = f"{first.name}_{mount}"
+            words = f"mounted {mount.replace('_', ' ')}"
+            yield replace(first, name=named, mount=mount), usual, (words,)
+    if data.experiment != "uniaxial" and base == "pneuflex":
+        yield from ((other, usual, words) for other, words in _other_wall(used))
+
+
+def _unlike(specimens: list[Specimen]) -> list[Specimen]:
+    """At most four specimens, each with another mount or other sizes."""
+    found: dict[tuple, Specimen] = {}
+    for specimen in specimens:
+        sizes = tuple((key, np.asarray(v).tobytes()) for key, v in specimen.values.items())
+        found.setdefault((specimen.mount, sizes), specimen)
+    return list(found.values())[:4]
+
+
+def _other_wall(used: list[Specimen]) -> Iterator[tuple[Specimen, tuple[str, ...]]]:
+    """A new specimen of another wall, where the set has only one."""
+    walls = {float(np.asarray(specimen.values.get("wall", np.nan))) for specimen in used}
+    first, wall = used[0], next(iter(walls))
+    if len(walls) > 1 or not np.isfinite(wall):
+        return
+    height = float(np.min(np.reshape(first.values["height"], (-1, 1))[:, -1]))
+    most = THICKEST * height / 2.0
+    other = min(THICKER * wall, most) if THICKER * wall < 1.2 * most else wall / THICKER
+    values = {**first.values, "wall": other}
+    words = f"another specimen, like {first.name} with a wall of {1e3 * other:.3g} mm"
+    yield replace(first, name=f"{first.name}_wall_{1e3 * other:.3g}_mm", values=values), (words,)
+
+
+# ---------------------------------------------------------------------- held tips
+def _held(data: MeasurementSet) -> Iterator[Trial]:
+    first = data.specimens[data.runs[0].specimen]
+    if any(np.ndim(value) for value in first.values.values()):
+        return  # the poses of `held_columns` are those of a uniform actuator
+    usual = Counter(run.temperature for run in data.runs).most_common(1)[0][0]
+    peak = max(float(run.columns["pressure"].max()) for run in data.runs)
+    longest = max(float(np.ptp(run.columns["time"])) for run in data.runs)
+    for protocol in PUSHES:
+        for share in HELD_PEAKS:
+            columns = held_columns(first, protocol, share * peak, longest, HELD_SAMPLES)
+            words = f"tip {protocol.replace('_', ' ')}, up to {share:g} of the pressure so far"
+            yield Trial(protocol, words, first, usual, columns)
+
+
+# ---------------------------------------------------------------------- pulses
+def _pulses(data: MeasurementSet) -> Iterator[Trial]:
+    first, usual = data.specimens[data.runs[0].specimen], data.runs[0].temperature
+    joined = {
+        name: np.concatenate([run.columns[name] for run in data.runs])
+        for name in ("direction", "duration", "p_in")
+    }
+    inflating = joined["direction"] == INFLATE
+    if not inflating.any():
+        return
+    supplies = np.unique(np.round(joined["p_in"][inflating], -3))[[0, -1]].tolist()
+    durations = joined["duration"][inflating]
+    low, high = float(durations.min()), float(durations.max())
+    middle = float(np.sqrt(low * high))
+    random = np.random.default_rng(SEED)
+    for supply in dict.fromkeys([supplies[0], supplies[1], 0.75 * supplies[0]]):
+        for name, length in {"short": (low, middle), "long": (middle, high)}.items():
+            words = (
+                f"{name} pulses both ways, each from a pressure of its own, at a supply of "
+                f"{supply / 1e3:.0f} kPa absolute"
+            )
+            yield Trial(
+                f"{name}_pulses", words, first, usual, pulse_columns(supply, length, random)
+            )
+
+
+def run_of(trial: Trial, name: str, outputs: tuple[str, ...]) -> Run:
+    """The trial as a run whose outputs are zero."""
+    samples = len(next(iter(trial.columns.values())))
+    zeros = {output: np.zeros(samples) for output in outputs}
+    return Run(name, trial.specimen.name, name, trial.temperature, {**trial.columns, **zeros})

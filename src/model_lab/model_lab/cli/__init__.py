@@ -1,0 +1,1 @@
+"""The command `model-lab`: its subcommands and the options that they share."""

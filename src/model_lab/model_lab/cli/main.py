@@ -1,0 +1,75 @@
+"""`model-lab`: compare a model with measurements, learn what it lacks, add it, see the error fall.
+
+Exit status: 0 done, whatever the verdict; 2 unusable input, with one line on the standard error
+that names file, row or key, what was expected, what was found, and the mend; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from textwrap import fill
+from typing import NoReturn
+
+PROGRAM = "model-lab"
+COMMANDS = ("compare", "diagnose", "add", "ladder", "plan", "synthesize", "reveal")
+WIDTH = 80  # of descriptions
+DONE, UNUSABLE, INTERRUPTED = 0, 2, 130
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that reports a wrong argument in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(UNUSABLE, f"{self.prog}: {message}; {self.prog} --help tells more\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; see the module for the exit status."""
+    parsed = make_parser().parse_args(arguments)
+    command = importlib.import_module(f"model_lab.cli.{parsed.command}")
+    try:
+        command.run(parsed)
+    except ValueError as reason:
+        print(f"{PROGRAM}: {' '.join(str(reason).split())}", file=sys.stderr)
+        return UNUSABLE
+    except KeyboardInterrupt:
+        print(f"{PROGRAM}: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader, such as `head`, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as reason:
+        wanted = "expected a file or folder that can be read or written"
+        print(f"{PROGRAM}: {reason.filename}: {wanted}, got {reason.strerror}", file=sys.stderr)
+        return UNUSABLE
+    return DONE
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    parser = _Parser(
+        prog=PROGRAM,
+        description="Compare a model with measurements, see where it fails, learn which physical "
+        "effect is missing, add it, and watch the error fall.",
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name in COMMANDS:
+        command = importlib.import_module(f"model_lab.cli.{name}")
+        examples = "\n".join(["examples:", *(f"  {line}" for line in command.EXAMPLES)])
+        command.add_to(
+            commands.add_parser(
+                name,
+                help=command.HELP,
+                description=fill(command.DESCRIPTION, WIDTH),
+                epilog=examples,
+                formatter_class=argparse.RawDescriptionHelpFormatter,
+            )
+        )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,1 +1,0 @@
-"""The subcommands of `model-lab`, one file each: `add_to` declares one, `run` carries it out."""

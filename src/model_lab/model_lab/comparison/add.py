@@ -1,0 +1,193 @@
+"""Adding an effect: fit the model with it and write the model file that simulator, monitor and
+lab load.
+
+Writing of model files, which simulator, monitor and lab load.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from model_lab.diagnosis.candidates import inapplicable, invisible, signature, with_trials
+from model_lab.diagnosis.result import NamedEffect, calibration_of, named_effect
+from model_lab.diagnosis.search import Scored, Unseen, score_base, score_with
+from model_lab.fitting.fit import Problem, fit
+from model_lab.fitting.problem import Question, hold_out, pose_question, sharper
+from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.effects import Effect
+from softhand_model.hand.joint_stiffness import THESIS
+from softhand_model.model_file import FORMAT, Model
+from softhand_model.output_file import check_new, plain, write_new
+
+
+@dataclass(frozen=True)
+class Addition:
+    """A model with one effect more: before and after as fitted, and as a file holds it."""
+
+    question: Question
+    before: Scored
+    after: Scored
+    effect: NamedEffect
+    model: Model
+
+
+def add_effect(
+    name: str, data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
+) -> Addition:
+    """Fit calibration, the effects that were fitted before, and the new one, all together.
+
+    Raises ValueError when the effect is unknown, already there, or cannot be seen in the data.
+    """
+    if name not in classes:
+        raise ValueError(f"effect: expected one of {', '.join(sorted(classes))}, got {name}")
+    if any(effect.name == name for effect in model.effects):
+        raise ValueError(f"effect: expected one that the model does not have yet, got {name}")
+    reason = inapplicable(classes[name], data, model.base)
+    if reason is not None:
+        raise ValueError(f"effect {name}: expected one that these data show, but: {reason}")
+    question, given = pose_question(data, model, classes)
+    question, before, after = _before_and_after(question, [effect.name for effect in given], name)
+    named = [named_effect(after, effect) for effect in after.effects]
+    kept = tuple(effect for effect in model.effects if effect.name not in after.effects)
+    fitted = tuple(_instance(question, entry) for entry in named)
+    std = {
+        entry.name: {key: estimate.std for key, estimate in entry.parameters.items()}
+        for entry in named
+        if question.classes[entry.name].physical  # a generic term stays as it is from now on
+    }
+    new = Model(model.base, calibration_of(after), (*kept, *fitted), std, springs=model.springs)
+    return Addition(question, before, after, named[-1], new)
+
+
+def _before_and_after(
+    question: Question, given: Sequence[str], name: str
+) -> tuple[Question, Scored, Scored]:
+    """The model without and with an effect; the question with the floor that is then seen.
+
+    Raises ValueError when the data do not show the effect.
+    """
+    before = score_base(question, given)
+    after = _scored(question, before, name)
+    if isinstance(after, Unseen):
+        raise ValueError(f"effect {name}: expected one that these data show, but: {after.reason}")
+    clearer = sharper(question, after.fit)
+    return (question, before, after) if clearer is None else _before_and_after(clearer, given, name)
+
+
+def _scored(question: Question, before: Scored, name: str) -> Scored | Unseen:
+    """The model with one effect more."""
+    if question.classes[name].physical:
+        return score_with(question, before, name)
+    return _with_generic_term(question, before, name)
+
+
+def _with_generic_term(question: Question, before: Scored, name: str) -> Scored | Unseen:
+    """The model with a generic term, fitted by least squares: it has to take off as much of the
+    error as it can, not to explain it. What the data do not show of it stays where it does nothing.
+    """
+    effect = question.classes[name]
+    problem = question.problem((*before.effects, name))
+    seen = signature(problem, before.fit, effect)
+    reason = invisible(seen, question.floor.total)
+    if reason is not None:
+        return Unseen(name, reason)
+    idle = np.array([[parameter.neutral or 0.0 for parameter in effect.parameters]])
+    spectrum = question.spectrum.in_one_band()
+    white = np.full(spectrum.band_count, question.floor.total**2)
+    squares = Problem(problem.forward, spectrum, white)
+    after = fit(squares, with_trials(squares, before.fit, name, idle))
+    return Scored((*before.effects, name), after, hold_out(after), signature=seen)
+
+
+def _instance(question: Question, named: NamedEffect) -> Effect:
+    values = {key: estimate.value for key, estimate in named.parameters.items()}
+    return question.classes[named.name](**values)
+
+
+NOT_PHYSICS = "a generic term, not physics"
+
+
+def write_model(path: Path, model: Model, comment: str = "", force: bool = False) -> None:
+    """Write a model file that `softhand_model.model_file.load_model` reads back equal.
+
+    Files of effects that are not built in (`model.files`) are named relative to the model file, so
+    that both can move together.
+
+    Args:
+        path: the model file, `.yaml` or `.yml`.
+        model: what it holds.
+        comment: its first lines, each behind a #.
+        force: whether a file there may be overwritten.
+
+    Raises:
+        ValueError: the file exists and `force` is false, its name is no YAML file's, it cannot be
+            written.
+    """
+    check_model_file(path, force)
+    write_new(path, model_text(model, path.parent, comment), force)
+
+
+def check_model_file(path: Path, force: bool = False) -> None:
+    """Raise ValueError if a model file of that name could not be written or not be loaded."""
+    if path.suffix not in (".yaml", ".yml"):
+        raise ValueError(
+            f"{path}: expected the name of a YAML file, got {path.suffix or 'no'} suffix"
+        )
+    check_new(path, force)
+
+
+def model_text(model: Model, folder: Path, comment: str = "") -> str:
+    """The text of a model file that lies in a folder."""
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines += [f"format: {FORMAT}", f"base: {model.base}"]
+    if model.calibration:
+        lines.append(f"calibration: {_in_one_line(model.calibration)}")
+    if model.springs != THESIS:
+        lines.append(f"springs: {_in_one_line(asdict(model.springs))}")
+    if model.effects:
+        lines.append("effects:")
+        lines += [
+            f"  - {_in_one_line(_entry(model, effect, folder))}{_remark(effect)}"
+            for effect in model.effects
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _entry(model: Model, effect: Effect, folder: Path) -> dict[str, Any]:
+    entry: dict[str, Any] = {"name": effect.name}
+    if effect.name in model.files:
+        file = os.path.relpath(model.files[effect.name].resolve(), folder.resolve())
+        entry["file"] = Path(file).as_posix()
+    if effect.values:
+        entry["parameters"] = dict(effect.values)
+    std = plain(dict(model.std.get(effect.name, {})))
+    known = {name: value for name, value in std.items() if value is not None}
+    return entry | ({"std": known} if known else {})
+
+
+def _remark(effect: Effect) -> str:
+    return "" if effect.physical else f"  # {NOT_PHYSICS}"
+
+
+def _in_one_line(value: Mapping[str, Any]) -> str:
+    text = yaml.safe_dump(
+        plain(_as_dict(value)),
+        default_flow_style=True,
+        sort_keys=False,
+        allow_unicode=True,
+        width=float("inf"),
+    )
+    return str(text).strip()
+
+
+def _as_dict(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _as_dict(entry) for key, entry in value.items()}
+    return value

@@ -1,0 +1,206 @@
+"""Comparison of a model with a measurement set: how large the error is, and where it lies.
+
+Errors of a model on a measurement set: on all of it, and on runs that were held out.
+
+Comparison of a model with a measurement set: how large the error is, and where it lies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.diagnosis.result import calibration_of
+from model_lab.diagnosis.search import Scored, score_base
+from model_lab.experiments.forward import Forward
+from model_lab.fitting.noise_floor import NoiseFloor
+from model_lab.fitting.problem import pose_question
+from model_lab.localisation.input_relation import InputRelation, input_relation
+from model_lab.localisation.localise import Localisation, localise
+from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.model_file import Model
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Accuracy over some samples, in the unit of the outputs.
+
+    rmse; fit: 100*(1 - |y - yhat|/|y - mean y|) [percent], the mean that of each output, NaN for
+    outputs that do not vary; bias: mean of measured minus predicted; largest: of its absolute
+    value.
+    """
+
+    samples: int
+    rmse: float
+    fit: float
+    bias: float
+    largest: float
+
+
+def accuracy(measured: Array, residual: Array, output: IntArray) -> Accuracy:
+    """Accuracy of predictions, given measured values, residuals and outputs (samples,)."""
+    spread = float(np.linalg.norm(measured - _means(measured, output)[output]))
+    size = float(np.linalg.norm(residual))
+    return Accuracy(
+        len(residual),
+        size / float(np.sqrt(len(residual))),
+        100.0 * (1.0 - size / spread) if spread > 0.0 else float("nan"),
+        float(residual.mean()),
+        float(np.abs(residual).max()),
+    )
+
+
+def _means(values: Array, output: IntArray) -> Array:
+    """Mean of each output."""
+    return np.asarray(np.bincount(output, values) / np.maximum(np.bincount(output), 1), float)
+
+
+Tell = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a model, in SI units.
+
+    as_is: of the model as its file has it; its calibration is fitted to the set if the file has
+    none for it (`calibrated` says so). held_out: with the calibration, and effects that carry
+    standard errors, fitted anew, so that every protocol (or block, as `holdout` says) is predicted
+    without its own data. calibration: the one of as_is.
+
+    measured, residual_as_is, residual (samples,): run by run and output by output, as run_of and
+    output_of say; residual is the held-out one.
+    """
+
+    model: Model
+    calibration: Mapping[str, Any]
+    calibrated: bool
+    holdout: str
+    as_is: Accuracy
+    held_out: Accuracy
+    floor: NoiseFloor
+    measured: Array
+    residual_as_is: Array
+    residual: Array
+    run_of: IntArray
+    output_of: IntArray
+
+
+def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -> Errors:
+    """Errors of a model on a set.
+
+    tell: is told the part that is done. Raises ValueError for data that the model cannot use.
+    """
+    question, given = pose_question(data, model, {})
+    data = question.data
+    tell(0.4)
+    scored = score_base(question, [effect.name for effect in given])
+    tell(0.9)
+    forward = Forward(data, model.base, (), model.effects, model.calibration, joints=model.springs)
+    calibrated = not all(_given(model, parameter.name) for parameter in forward.parameters)
+    values = _fitted(forward, scored) if calibrated else forward.start()
+    as_is = forward.measured - forward.predict(values[None])[0]
+    held_out = scored.held_out.residual
+    return Errors(
+        model=model,
+        calibration=calibration_of(scored) if calibrated else model.calibration,
+        calibrated=calibrated,
+        holdout=question.spectrum.layout.holdout,
+        as_is=accuracy(forward.measured, as_is, forward.output_of),
+        held_out=accuracy(forward.measured, held_out, forward.output_of),
+        floor=question.floor,
+        measured=forward.measured,
+        residual_as_is=as_is,
+        residual=held_out,
+        run_of=forward.run_of,
+        output_of=forward.output_of,
+    )
+
+
+def _fitted(forward: Forward, scored: Scored) -> Array:
+    """Fitted values (k,) of a forward model's parameters, which are the calibration."""
+    names = [parameter.name for parameter in scored.fit.problem.forward.parameters]
+    fitted = dict(zip(names, scored.fit.values, strict=True))
+    return np.array([fitted[parameter.name] for parameter in forward.parameters])
+
+
+def _given(model: Model, parameter: str) -> bool:
+    """Whether the model's file has a value of the calibration such as `modulus_scale[A]`."""
+    key, _, member = parameter.rstrip("]").partition("[")
+    value = model.calibration.get(key)
+    return value is not None and (not isinstance(value, Mapping) or member in value)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Accuracy of the model on a part of the set: as it is, and held out."""
+
+    name: str
+    as_is: Accuracy
+    held_out: Accuracy
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A model against a measurement set, in SI units.
+
+    runs, specimens, outputs: the errors in parts. localisation, relation: of the held-out residual.
+    """
+
+    data: MeasurementSet
+    errors: Errors
+    runs: tuple[Part, ...]
+    specimens: tuple[Part, ...]
+    outputs: tuple[Part, ...]
+    localisation: Localisation
+    relation: InputRelation | None
+
+
+def compare(
+    data: MeasurementSet, model: Model, seed: int = 0, tell: Tell = lambda _: None
+) -> Comparison:
+    """Compare a model with a set.
+
+    seed: of the tests of the localisation; same seed, same answer. tell: is told the part that is
+    done. Raises ValueError for data that the model cannot use.
+    """
+    errors = errors_of(data, model, lambda part: tell(0.7 * part))
+    found = localise(data, errors.residual, seed)
+    tell(0.95)
+    specimens = list(dict.fromkeys(run.specimen for run in data.runs))
+    specimen_of = np.array([specimens.index(run.specimen) for run in data.runs])[errors.run_of]
+    return Comparison(
+        data,
+        errors,
+        _parts(errors, [run.name for run in data.runs], errors.run_of),
+        _parts(errors, specimens, specimen_of),
+        _parts(errors, data.outputs, errors.output_of),
+        found,
+        input_relation(data, errors.residual),
+    )
+
+
+def _parts(errors: Errors, names: Sequence[str], index: IntArray) -> tuple[Part, ...]:
+    """One part for each name; index (samples,): the number of the name."""
+    small = index.astype(np.min_scalar_type(len(names)))  # short numbers are sorted by counting
+    order = np.argsort(small, kind="stable")
+    counts = np.bincount(index)
+    return tuple(
+        _part(errors, name, order[end - count : end])
+        for name, end, count in zip(names, np.cumsum(counts), counts, strict=True)
+    )
+
+
+def _part(errors: Errors, name: str, samples: IntArray) -> Part:
+    measured, output = errors.measured[samples], errors.output_of[samples]
+    return Part(
+        name,
+        accuracy(measured, errors.residual_as_is[samples], output),
+        accuracy(measured, errors.residual[samples], output),
+    )

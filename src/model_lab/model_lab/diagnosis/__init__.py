@@ -1,0 +1,1 @@
+"""Which effects are missing: candidates, search, selection, verdict, and the next experiment."""

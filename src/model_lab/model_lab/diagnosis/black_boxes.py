@@ -1,0 +1,293 @@
+"""Generic black boxes that a physical effect must keep up with: what the rest can depend on at all.
+
+Each is a set of features, linear in their coefficients, of one class of inputs. Fitted to what a
+model leaves (together with that model's own parameters, held out like any model) it says how much
+of the error *varies with* its inputs, whatever the equation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from model_lab.fitting.fit import Fit, inverse
+from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet, Run
+
+Array = NDArray[np.float64]
+
+SPLINE_PIECES = 6
+PLAY_SHARES = (0.05, 0.15, 0.3, 0.6)  # widths of the plays over the range of the input
+FILTERS = 6  # time constants, evenly in their logarithm
+FEWEST_RUNS, WAVES = 6, 6  # for a drift over the session; half periods in it
+FEWEST_SAMPLES = 3  # of a run, for slopes
+REWEIGHTED = 4  # times
+RIDGE = 1e-4  # of the coefficients, with features scaled to unit mean square
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A black box fitted to a model's rest: held-out residual (samples,) and number of features."""
+
+    name: str
+    residual: Array
+    features: int
+
+    @property
+    def against(self) -> str:
+        """The axis of the contract that its inputs belong to."""
+        return AXIS_OF.get(self.name, self.name)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether it depends on what was before."""
+        return self.name in REMEMBERING
+
+    @property
+    def rmse(self) -> float:
+        """Held-out root mean square error."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+
+def fit_rivals(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Rival]:
+    """All rivals that these data feed, fitted to the rest of `fit`; the best first.
+
+    predicted (samples,) is what the base model says.
+    """
+    found = []
+    for name, feature in FEATURES.items():
+        columns = _collect(feature, data, predicted)
+        if columns is not None:
+            found.append(Rival(name, _held_out(fit, columns), columns.shape[1]))
+    return sorted(found, key=lambda rival: rival.rmse)
+
+
+def driving_input(run: Run, experiment: str) -> Array:
+    """What drives a run (samples,): pressure [Pa], stretch [-] or pressure drop of a pulse [Pa]."""
+    if experiment == "uniaxial":
+        return run.columns["stretch"]
+    if experiment == "valve_pulse":
+        return run.columns["p_in"] - run.columns["p_out"]
+    return run.columns["pressure"]
+
+
+@dataclass(frozen=True)
+class _Inputs:
+    """One output of one run as features see it; driving and predicted relative to their scale."""
+
+    data: MeasurementSet
+    index: int
+    driving: Array
+    predicted: Array
+    time: Array | None
+
+    @property
+    def run(self) -> Run:
+        return self.data.runs[self.index]
+
+
+def _collect(
+    feature: Callable[[_Inputs], Array | None], data: MeasurementSet, predicted: Array
+) -> Array | None:
+    """Feature columns (samples, features) scaled to unit mean square, without the constant ones."""
+    parts, start = [], 0
+    scale = np.sqrt(np.mean(predicted**2)) or 1.0
+    driving = [driving_input(run, data.experiment) for run in data.runs]
+    low, high = min(d.min() for d in driving), max(d.max() for d in driving)
+    outputs = len(data.outputs)
+    for index, run in enumerate(data.runs):
+        for output in range(outputs):
+            part = predicted[start : start + run.samples] / scale
+            start += run.samples
+            relative = (driving[index] - low) / ((high - low) or 1.0)
+            inputs = _Inputs(data, index, relative, part, run.columns.get("time"))
+            columns = feature(inputs)
+            if columns is None:
+                return None
+            parts.append(_in_block(columns, output, outputs))
+    stacked = np.concatenate(parts)
+    size: Array = np.sqrt(np.mean(stacked**2, axis=0))
+    used = size > 1e-9
+    return np.asarray(stacked[:, used] / size[used], float) if used.any() else None
+
+
+def _in_block(columns: Array, output: int, outputs: int) -> Array:
+    """Features of one output beside zeros for the others, so that each has its own coefficients."""
+    result = np.zeros((len(columns), outputs * columns.shape[1]))
+    result[:, output * columns.shape[1] : (output + 1) * columns.shape[1]] = columns
+    return result
+
+
+def _held_out(fit: Fit, columns: Array) -> Array:
+    """Held-out residual (samples,) of the model, linearised, and the features together.
+
+    Weighted by what both together leave, which is found by turns.
+    """
+    spectrum = fit.problem.spectrum
+    design = np.hstack([fit.jacobian, columns])
+    rows = spectrum.coefficients(np.ascontiguousarray(design.T))
+    weight = 1.0 / fit.variance[spectrum.bands]
+    for _ in range(REWEIGHTED):
+        left = fit.coefficients - _solved(fit, rows, weight) @ rows
+        weight = 1.0 / fit.problem.variance(spectrum.power(left[None]))[0][spectrum.bands]
+    fold_of = spectrum.layout.fold_of()
+    residual = fit.residual.copy()
+    for fold in range(len(spectrum.layout.folds)):
+        mine = fold_of == fold
+        residual[mine] -= design[mine] @ _solved(fit, rows, np.where(mine, 0.0, weight))
+    return residual
+
+
+def _solved(fit: Fit, rows: Array, weight: Array) -> Array:
+    """Changes of the model's parameters, and coefficients of the features, from coefficients
+    (k, samples) of both with weights (samples,).
+    """
+    own = len(fit.values)
+    size = np.sum(rows**2 * weight, axis=1)
+    ridge = np.concatenate([1.0 / fit.problem.prior**2, RIDGE * size[own:]])
+    normal = (rows * weight) @ rows.T + np.diag(ridge)
+    return np.asarray(inverse(normal, 1e-12) @ (rows @ (weight * fit.coefficients)))
+
+
+def _spline(position: Array) -> Array:
+    """Cubic B-splines (n, SPLINE_PIECES + 3) over 0..1."""
+    inner = np.linspace(0.0, 1.0, SPLINE_PIECES + 1)
+    knots = np.concatenate([[0.0] * 3, inner, [1.0] * 3])
+    return np.asarray(BSpline.design_matrix(np.clip(position, 0.0, 1.0), knots, 3).todense())
+
+
+def _pressure(inputs: _Inputs) -> Array | None:
+    return _spline(inputs.driving)
+
+
+def _pulse(inputs: _Inputs) -> Array | None:
+    """Smooth function of duration and pressures, for each direction."""
+    columns = inputs.run.columns
+    if inputs.data.experiment != "valve_pulse":
+        return None
+    terms = []
+    for direction in (INFLATE, DEFLATE):
+        mine = columns["direction"] == direction
+        one, time = mine * 1.0, mine * columns["duration"]
+        high, low = columns["p_in"] / 1e5, columns["p_out"] / 1e5
+        terms += [one, time, one * high, one * low, time * high, time * low, time**2]
+        terms += [time * high**2, time * low**2, time * high * low]
+    return np.stack(terms, axis=1)
+
+
+def _rate(inputs: _Inputs) -> Array | None:
+    if inputs.time is None or any(run.samples < FEWEST_SAMPLES for run in inputs.data.runs):
+        return None
+    slope = np.asarray(np.gradient(inputs.driving, inputs.time + _strictly(inputs.time)))
+    rate = slope / (np.abs(slope).max() or 1.0)
+    return np.stack([rate, np.abs(rate), rate * inputs.driving, np.sign(rate)], axis=1)
+
+
+def _strictly(time: Array) -> Array:
+    return np.linspace(0.0, 1e-9, len(time))
+
+
+def _memory_of_time(inputs: _Inputs) -> Array | None:
+    """What slow filters of the prediction lag behind it, over the time constants of the runs."""
+    if inputs.time is None or any(run.samples < FEWEST_SAMPLES for run in inputs.data.runs):
+        return None
+    longest = max(run.columns["time"][-1] - run.columns["time"][0] for run in inputs.data.runs)
+    shortest = min(float(np.median(np.diff(run.columns["time"]))) for run in inputs.data.runs)
+    constants = np.geomspace(2.0 * max(shortest, 1e-4 * longest), 0.5 * longest, FILTERS)
+    lagging = [_low_pass(inputs.predicted, inputs.time, tau) for tau in constants]
+    return np.stack([inputs.predicted - slow for slow in lagging], axis=1)
+
+
+def _low_pass(values: Array, time: Array, tau: float) -> Array:
+    slow, state = np.empty_like(values), 0.0
+    keep = np.exp(-np.diff(time, prepend=time[0]) / tau)
+    for index, (value, kept) in enumerate(zip(values, keep, strict=True)):
+        state = value + (state - value) * kept
+        slow[index] = state
+    return slow
+
+
+def _direction(inputs: _Inputs) -> Array | None:
+    """Plays of several widths: what depends on where the input turned."""
+    if inputs.time is None and inputs.data.experiment == "valve_pulse":
+        return None
+    plays = [inputs.driving - _play(inputs.driving, share) for share in PLAY_SHARES]
+    return np.stack([*plays, *(play * inputs.driving for play in plays)], axis=1)
+
+
+def _play(values: Array, width: float) -> Array:
+    result, state = np.empty_like(values), 0.0
+    for index, value in enumerate(values):
+        state = min(max(state, value - width / 2.0), value + width / 2.0)
+        result[index] = state
+    return result
+
+
+def _largest(inputs: _Inputs) -> Array | None:
+    """How far the input is below the largest that the specimen has seen."""
+    earlier = [
+        driving_input(run, inputs.data.experiment).max()
+        for run in inputs.data.runs[: inputs.index]
+        if run.specimen == inputs.run.specimen
+    ]
+    raw = driving_input(inputs.run, inputs.data.experiment)
+    largest = np.maximum.accumulate(np.maximum(raw, max(earlier, default=raw.min())))
+    top = max(driving_input(run, inputs.data.experiment).max() for run in inputs.data.runs)
+    below = (largest - raw) / (top or 1.0)
+    return np.stack([below, below**2, below * inputs.predicted], axis=1)
+
+
+def _temperature(inputs: _Inputs) -> Array | None:
+    temperatures = np.array([run.temperature for run in inputs.data.runs])
+    if np.ptp(temperatures) < 1.0:
+        return None
+    warm = (inputs.run.temperature - temperatures.mean()) / np.ptp(temperatures)
+    return warm * np.stack([np.ones_like(inputs.predicted), inputs.predicted], axis=1)
+
+
+def _specimen(inputs: _Inputs) -> Array | None:
+    names = list(inputs.data.specimens)
+    if len(names) < 2:
+        return None
+    chosen = np.array([name == inputs.run.specimen for name in names], float)
+    both = np.stack([inputs.predicted, inputs.driving**2], axis=1)
+    return (both[:, :, None] * chosen).reshape(len(both), -1)
+
+
+def _run_order(inputs: _Inputs) -> Array | None:
+    """Slow drift over the session of zero and gain."""
+    runs = len(inputs.data.runs)
+    if runs < FEWEST_RUNS:
+        return None
+    within = np.linspace(0.0, 1.0, len(inputs.predicted))
+    session = (inputs.index + within) / runs
+    waves = [np.cos(np.pi * order * session) for order in range(1, min(runs // 3, WAVES) + 1)]
+    return np.stack([*waves, session * inputs.predicted], axis=1)
+
+
+def _time(inputs: _Inputs) -> Array | None:
+    """Drift within a run."""
+    if inputs.time is None:
+        return None
+    longest = max(np.ptp(run.columns["time"]) for run in inputs.data.runs)
+    since = (inputs.time - inputs.time[0]) / (longest or 1.0)
+    return np.stack([since, since**2, since * inputs.predicted], axis=1)
+
+
+FEATURES: dict[str, Callable[[_Inputs], Array | None]] = {
+    "pressure": _pressure,
+    "pulse": _pulse,
+    "pressure_rate": _rate,
+    "time_since_step": _memory_of_time,
+    "direction": _direction,
+    "largest_pressure": _largest,
+    "temperature": _temperature,
+    "specimen": _specimen,
+    "run_order": _run_order,
+    "time_in_run": _time,
+}
+AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are axes themselves
+REMEMBERING = ("pressure_rate", "time_since_step", "direction", "largest_pressure")

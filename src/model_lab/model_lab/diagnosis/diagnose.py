@@ -1,0 +1,144 @@
+"""Diagnosis of a model against a measurement set: what is missing, as far as the data can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from model_lab.diagnosis.black_boxes import Rival, fit_rivals
+from model_lab.diagnosis.candidates import inapplicable
+from model_lab.diagnosis.next_experiment import proposal
+from model_lab.diagnosis.result import (
+    EFFECTS_MISSING,
+    Diagnosis,
+    Failure,
+    NotVisible,
+    Ranked,
+    Unexplained,
+    calibration_of,
+    correlation_of,
+    named_effect,
+)
+from model_lab.diagnosis.search import Scored
+from model_lab.diagnosis.selection import Selection, detectable_effects, excess, select
+from model_lab.diagnosis.verdict import depends_on, verdict_of
+from model_lab.fitting.problem import Question, pose_question, sharper
+from model_lab.localisation.localise import localise
+from model_lab.measurements.load import load_measurements
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.preprocess import thinned
+from softhand_model.effects import Effect, effect_classes
+from softhand_model.model_file import Model, load_model
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A diagnosis with what it was drawn from, for reports."""
+
+    diagnosis: Diagnosis
+    question: Question
+    selection: Selection
+    rivals: tuple[Rival, ...]
+
+
+def diagnose(
+    data: MeasurementSet,
+    model: Model,
+    classes: Mapping[str, type[Effect]] | None = None,
+    seed: int = 0,
+    jobs: int = 1,
+) -> Outcome:
+    """Compare a model with a set, search the effects for what is missing, and judge the rest.
+
+    classes: effects that take part, the built-in ones if None. Effects of the model file that carry
+    standard errors are fitted along, the others stay as they are. Same seed, same answer. Long
+    recordings are thinned. Raises ValueError for data that the model cannot use.
+    """
+    data = thinned(data)
+    question, given = pose_question(data, model, effect_classes() if classes is None else classes)
+    present = {effect.name for effect in model.effects}
+    hidden, tried = [], []
+    for name, effect in question.classes.items():
+        if name in present or not effect.physical:
+            continue
+        reason = inapplicable(effect, data, model.base)
+        if reason is None:
+            tried.append(name)
+        else:
+            hidden.append(NotVisible(name, reason))
+    fitted = [effect.name for effect in given]
+    selection = select(question, tried, fitted, seed, jobs)
+    clearer = _clearer(question, selection)
+    if clearer is not None:
+        question, selection = clearer, select(clearer, tried, fitted, seed, jobs)
+    return _outcome(question, selection, hidden, seed)
+
+
+def diagnose_folder(
+    folder: str | Path, model: str | Path = "base", seed: int = 0, jobs: int = 1
+) -> dict[str, Any]:
+    """The diagnosis of a measurement set on disk, as the dictionary that `--json` writes."""
+    outcome = diagnose(load_measurements(folder), load_model(model), seed=seed, jobs=jobs)
+    return outcome.diagnosis.as_json()
+
+
+def _clearer(question: Question, selection: Selection) -> Question | None:
+    """The question with the floor below the best single effect, where that is clearly lower."""
+    proven = [s for s in selection.singles if s.plausible and s.improvement > selection.threshold]
+    return sharper(question, proven[0].fit) if proven else None
+
+
+def _outcome(
+    question: Question, selection: Selection, hidden: list[NotVisible], seed: int
+) -> Outcome:
+    base, final = selection.base, selection.final
+    predicted = base.fit.problem.forward.measured - base.fit.residual
+    rivals = tuple(fit_rivals(final.fit, question.data, predicted))
+    verdict = verdict_of(question, selection, rivals)
+    named = final if verdict == EFFECTS_MISSING else base
+    added = [name for name in named.effects if name not in base.effects]
+    floor = question.floor
+    rest = excess(question, named)
+    localised = localise(question.data, base.held_out.residual, seed)
+    failures = tuple(
+        Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
+        for axis in localised.failures
+    )
+    diagnosis = Diagnosis(
+        experiment=question.data.experiment,
+        verdict=verdict,
+        holdout=question.spectrum.layout.holdout,
+        effects=tuple(named_effect(named, name) for name in added),
+        tied=selection.ties if added else (),
+        ranking=tuple(_ranked(question, base, s, selection) for s in selection.singles),
+        not_visible=(*hidden, *(NotVisible(u.name, u.reason) for u in selection.unseen)),
+        detectable=tuple(detectable_effects(question, selection)),
+        calibration=calibration_of(named),
+        noise_floor=floor.total,
+        noise_floor_parts={"within": floor.within, "between": floor.between},
+        noise_floor_source=floor.source,
+        rmse_before=base.held_out.rmse,
+        rmse_after=named.held_out.rmse,
+        unit=question.data.unit,
+        failures=failures,
+        next_experiment=proposal(question, named, selection.ties) if added else None,
+        correlation=correlation_of(named),
+        unexplained=Unexplained(rest, depends_on(question.data, final, rivals, localised, verdict)),
+    )
+    return Outcome(diagnosis, question, selection, rivals)
+
+
+def _ranked(question: Question, base: Scored, scored: Scored, selection: Selection) -> Ranked:
+    more = len(scored.fit.values) - len(base.fit.values)
+    bic = scored.fit.deviance - base.fit.deviance + more * np.log(question.spectrum.layout.samples)
+    return Ranked(
+        scored.added,
+        scored.held_out.rmse,
+        float(bic),
+        scored.plausible,
+        selection.p_values[scored.added],
+    )

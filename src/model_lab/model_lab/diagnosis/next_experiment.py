@@ -1,0 +1,255 @@
+"""The next experiment: the one in which the effects still tied differ most,
+in units of noise.
+
+Two explanations that fit equally well still differ where nothing was measured. Over a bank of
+experiments (`trials`), the separation of a pair is
+
+    d**2 = D' (C + J1 S1 J1' + J2 S2 J2')**-1 D,
+
+with the difference D of their predictions, the noise C of a run, and what each explanation may
+still give way, its Jacobian J and the covariance S of its parameters. The experiment whose worst
+pair is furthest apart is proposed; where several are far enough, the one with the fewest changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.bench.trial_runs import Trial, run_of, trials
+from model_lab.diagnosis.search import Scored, score_with, score_without
+from model_lab.fitting.fit import DIFFERENCE
+from model_lab.fitting.problem import Question
+from model_lab.fitting.spectrum import Spectrum, make_spectrum
+from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run, series_of
+from softhand_model.effects import InputEffect
+
+Array = NDArray[np.float64]
+
+ENOUGH = 12.0  # sigma, beyond which experiments count as equally good
+BREAKS = 4.0  # sigma, below which an experiment is not likely to break a tie
+PARTNERS = 3  # tied names for which an experiment is sought, nearest first
+HISTORY_SAMPLES = 40
+READINGS = 400  # at which an explanation is asked for the pressure in the chamber
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A proposed run; separation: of the worst tied pair in units of noise; separates: the names
+    that it tells apart.
+    """
+
+    trial: Trial
+    separation: float
+    separates: tuple[tuple[str, ...], ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """What the diagnosis and `plan --json` say of it; inputs by column, all in SI units."""
+        trial = self.trial
+        duration = trial.columns["time"][-1] if "time" in trial.columns else None
+        driving = next(iter(name for name in ("pressure", "stretch") if name in trial.columns), "")
+        return {
+            "protocol": trial.protocol,
+            "description": trial.description,
+            "changes": list(trial.changes),
+            "specimen": trial.specimen.name,
+            "mount": trial.specimen.mount,
+            "wall": _number(trial.specimen.values.get("wall")),
+            "temperature": float(trial.temperature),
+            "duration": _number(duration),
+            "peak": float(trial.columns[driving].max()) if driving else None,
+            "separation": self.separation,
+            "breaks": self.separation >= BREAKS,
+            "separates": [list(group) for group in self.separates],
+            "inputs": {name: values.tolist() for name, values in trial.columns.items()},
+        }
+
+
+def proposal(
+    question: Question, final: Scored, ties: Sequence[Sequence[str]]
+) -> dict[str, Any] | None:
+    """What `next_experiment` of a diagnosis holds; None when nothing is tied.
+
+    final: the chosen model; ties: for each effect that was added, in the order of final.effects
+    (given ones first), the names that explain as much in its place.
+    """
+    found = next_experiment(question, explanations(question, final, ties))
+    return None if found is None else found.as_json()
+
+
+def explanations(
+    question: Question, final: Scored, ties: Sequence[Sequence[str]]
+) -> list[dict[str, Scored]]:
+    """For each effect that is tied: the fitted models by the name that stands in its place."""
+    added = final.effects[len(final.effects) - len(ties) :]
+    groups = []
+    for effect, others in zip(added, ties, strict=True):
+        if not others:
+            continue
+        without = score_without(question, final, effect)
+        tried = {name: score_with(question, without, name) for name in others[:PARTNERS]}
+        fitted = {name: model for name, model in tried.items() if isinstance(model, Scored)}
+        if fitted:
+            groups.append({effect: final, **fitted})
+    return groups
+
+
+def next_experiment(
+    question: Question, groups: Sequence[Mapping[str, Scored]]
+) -> Experiment | None:
+    """The experiment that separates the explanations in each group best; None without a group or
+    where no experiment can be thought of.
+    """
+    bank = trials(question.data, question.base)
+    if not groups or not bank:
+        return None
+    lowest = max(_lowest_reading(question, s) for group in groups for s in group.values())
+    planned = _Planned(question, [_from(trial, lowest) for trial in bank])
+    worst = np.min([planned.separations(list(group.values())) for group in groups], axis=0)
+    cost = np.array([len(trial.changes) for trial in bank])
+    reached = np.minimum(worst, ENOUGH)
+    best = np.lexsort([-worst, cost, -np.round(reached / ENOUGH, 1)])[0]
+    names = tuple(tuple(group) for group in groups)
+    return Experiment(_named_anew(bank[best], question.data), float(worst[best]), names)
+
+
+def _lowest_reading(question: Question, scored: Scored) -> float:
+    """Pressure [Pa] that a sensor shows of an empty chamber, if the explanation holds: there are no
+    lower readings that could tell it from others.
+    """
+    peaks = [
+        run.columns["pressure"].max() for run in question.data.runs if "pressure" in run.columns
+    ]
+    if not peaks:
+        return 0.0
+    reading = np.linspace(0.0, float(max(peaks)), READINGS)
+    chamber = reading
+    fitted = scored.fit.problem.forward.effects_at(scored.fit.values[None])  # type: ignore[attr-defined]
+    for effect in fitted:
+        if isinstance(effect, InputEffect) and not effect.has_memory:
+            chamber = np.ravel(effect.chamber_pressure(chamber[None, None], {}, 0.0))
+    vented = reading[chamber < 0.0]
+    return float(vented[-1]) if len(vented) else 0.0
+
+
+def _from(trial: Trial, lowest: float) -> Trial:
+    """The trial with readings from a lowest one [Pa]."""
+    if "pressure" not in trial.columns:
+        return trial
+    return replace(
+        trial,
+        columns={**trial.columns, "pressure": np.maximum(trial.columns["pressure"], lowest)},
+    )
+
+
+def _named_anew(trial: Trial, data: MeasurementSet) -> Trial:
+    """The trial under a name that no protocol of the set has: it is no repeat of one."""
+    name = trial.protocol
+    while name in data.protocols():
+        name += "_planned"
+    return replace(trial, protocol=name)
+
+
+class _Planned:
+    """All trials as runs of one set, each of a specimen of its own, behind what came before."""
+
+    def __init__(self, question: Question, bank: Sequence[Trial]) -> None:
+        self._question = question
+        data = question.data
+        earlier = data.runs if question.base == "linear" else ()
+        specimens, runs = dict(data.specimens), list(earlier)
+        for index, trial in enumerate(bank):
+            name = f"trial {index}"
+            run = run_of(trial, name, OUTPUTS[data.experiment])
+            if question.base == "linear":  # its coefficients belong to specimens by name
+                runs.append(run)
+                continue
+            specimens[name] = replace(trial.specimen, name=name)
+            before = _history(data, trial, f"before {name}")
+            runs += [replace(before, specimen=name)] if before is not None else []
+            runs.append(replace(run, specimen=name))
+        self.data = replace(data, specimens=specimens, runs=tuple(runs))
+        layout = series_of(self.data)
+        self._layout = layout
+        self._parts = [
+            np.concatenate([np.arange(p.start, p.stop) for p in layout.series if p.run == index])
+            for index, run in enumerate(self.data.runs)
+            if run.name.startswith("trial ")
+        ]
+
+    def separations(self, group: Sequence[Scored]) -> Array:
+        """Separation (trials,) of the worst pair of explanations."""
+        predicted = [self._predicted(scored) for scored in group]
+        spectrum = make_spectrum(self._layout, predicted[0][0])
+        level = np.sqrt(self._levels(spectrum))
+        whitened = [spectrum.coefficients(rows) / level for rows in predicted]
+        pairs = [
+            [_separation(first[:, part], second[:, part]) for part in self._parts]
+            for first, second in combinations(whitened, 2)
+        ]
+        return np.min(pairs, axis=0)
+
+    def _predicted(self, scored: Scored) -> Array:
+        """Rows (1 + k, samples): prediction, and Jacobian times the root of the covariance."""
+        forward = replace(self._question, data=self.data).problem(scored.effects).forward
+        fit = scored.fit
+        scales = fit.problem.scales
+        center, step = scales.inward(fit.values), DIFFERENCE * scales.width
+        values = scales.outward(np.vstack([center, center + np.diag(step)]))
+        order = [p.name for p in fit.problem.forward.parameters]
+        values = values[:, [order.index(p.name) for p in forward.parameters]]
+        rows = forward.predict(values)
+        jacobian = (rows[1:] - rows[:1]) / step[:, None]
+        level, vectors = np.linalg.eigh(fit.covariance)
+        root = vectors * np.sqrt(np.maximum(level, 0.0))
+        return np.vstack([rows[:1], root.T @ jacobian])
+
+    def _levels(self, spectrum: Spectrum) -> Array:
+        """Noise variance (samples,) of every coefficient; bands not seen are like the finest."""
+        known = self._question.spectrum.band_output
+        variance = self._question.floor.variance
+        of_band = np.empty(spectrum.band_count)
+        for output in np.unique(spectrum.band_output):
+            mine = np.flatnonzero(spectrum.band_output == output)
+            seen = variance[known == output]
+            of_band[mine] = seen[np.minimum(np.arange(len(mine)), len(seen) - 1)]
+        return of_band[spectrum.bands]
+
+
+def _separation(first: Array, second: Array) -> float:
+    """Separation of two explanations, rows as of `_Planned._predicted` in units of noise."""
+    target = first[0] - second[0]
+    give = np.vstack([first[1:], second[1:]])
+    taken = give @ target
+    inner = np.eye(len(give)) + give @ give.T
+    square = target @ target - taken @ np.linalg.solve(inner, taken)
+    return float(np.sqrt(max(square, 0.0)))
+
+
+def _history(data: MeasurementSet, trial: Trial, name: str) -> Run | None:
+    """A quick run to the largest input of the trial's specimen so far, which it remembers; None for
+    a specimen that is new or that nothing drives.
+    """
+    driving = next((name for name in ("pressure", "stretch") if name in trial.columns), None)
+    own = [run for run in data.runs if run.specimen == trial.specimen.name]
+    if driving is None or not own or data.experiment == "base_torque":
+        return None
+    rest = float(trial.columns[driving][0])
+    most = max(float(run.columns[driving].max()) for run in own)
+    rise = np.interp(
+        np.arange(HISTORY_SAMPLES), [0, HISTORY_SAMPLES / 2, HISTORY_SAMPLES], [0, 1, 0]
+    )
+    columns = {
+        "time": np.arange(HISTORY_SAMPLES) * float(np.max(trial.columns["time"])) / HISTORY_SAMPLES,
+        driving: rest + (most - rest) * rise,
+    } | {name: np.zeros(HISTORY_SAMPLES) for name in OUTPUTS[data.experiment]}
+    return Run(name, "", name, trial.temperature, columns)
+
+
+def _number(value: Any) -> float | None:
+    return float(value) if value is not None and np.ndim(value) == 0 else None

@@ -1,0 +1,174 @@
+"""What a diagnosis says: the JSON of the contract as data classes, and fitted parameters as they
+are told.
+
+Fitted parameters as they are told: values, errors, intervals, correlations, calibration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from model_lab.diagnosis.candidates import names
+from model_lab.diagnosis.search import Scored
+
+FORMAT = "softhand-diagnosis/1"
+ADEQUATE, EFFECTS_MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted parameter: value, standard error and 95 % interval in its unit."""
+
+    value: float
+    std: float
+    interval: tuple[float, float]
+    unit: str
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """A missing effect with its fitted parameters by name."""
+
+    name: str
+    parameters: Mapping[str, Estimate]
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """One effect alone: held-out error with it, BIC against the model without, and its p-value.
+
+    plausible: its parameters lie off their bounds.
+    """
+
+    name: str
+    rmse_heldout: float
+    delta_bic: float
+    plausible: bool
+    p_value: float
+
+
+@dataclass(frozen=True)
+class NotVisible:
+    """An effect about which these data say nothing."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest value of an effect's parameter that would have shown."""
+
+    name: str
+    parameter: str
+    smallest: float
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Where the model without the missing effects fails."""
+
+    against: str
+    where: str
+    p_value: float
+    share_of_error: float
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """What the final model leaves above the noise floor, and on what it depends."""
+
+    rms: float
+    against: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The verdict on a model and a measurement set, in SI units."""
+
+    experiment: str
+    verdict: str
+    holdout: str
+    effects: tuple[NamedEffect, ...]
+    tied: tuple[tuple[str, ...], ...]
+    ranking: tuple[Ranked, ...]
+    not_visible: tuple[NotVisible, ...]
+    detectable: tuple[Detectable, ...]
+    calibration: Mapping[str, Any]
+    noise_floor: float
+    noise_floor_parts: Mapping[str, float]
+    noise_floor_source: str
+    rmse_before: float
+    rmse_after: float
+    unit: str
+    failures: tuple[Failure, ...]
+    unexplained: Unexplained
+    next_experiment: Mapping[str, Any] | None = None
+    correlation: Mapping[str, Mapping[str, float]] | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """The dictionary that `--json` writes."""
+        return {"format": FORMAT, **asdict(self)}
+
+
+CONFIDENCE = 0.975
+
+
+def named_effect(scored: Scored, effect: str) -> NamedEffect:
+    """An effect of a fitted model with its parameters, errors and 95 % intervals."""
+    parameters = scored.fit.problem.forward.parameters
+    return NamedEffect(
+        effect,
+        {
+            parameters[index].name.removeprefix(f"{effect}."): estimate(scored, index)
+            for index in scored.parameters_of(effect)
+        },
+    )
+
+
+def estimate(scored: Scored, index: int) -> Estimate:
+    """One parameter of a fitted model; the interval allows for the few runs there are."""
+    fitted, scales = scored.fit, scored.fit.problem.scales
+    parameter = fitted.problem.forward.parameters[index]
+    spread = float(np.sqrt(max(fitted.covariance[index, index], 0.0)))
+    runs = len({part.run for part in fitted.problem.spectrum.layout.series})
+    factor = float(student.ppf(CONFIDENCE, max(runs - len(fitted.values), 3)))
+    center = scales.inward(fitted.values)
+    ends = []
+    for side in (-1.0, 1.0):
+        moved = center.copy()
+        moved[index] += side * factor * spread
+        ends.append(float(scales.outward(np.clip(moved, scales.low, scales.high))[index]))
+    value = float(fitted.values[index])
+    std = value * spread if scales.logarithmic[index] else spread
+    return Estimate(value, std, (ends[0], ends[1]), parameter.unit)
+
+
+def calibration_of(scored: Scored) -> dict[str, Any]:
+    """The fitted calibration as a model file holds it."""
+    found: dict[str, Any] = {}
+    parameters = scored.fit.problem.forward.parameters
+    for parameter, value in zip(parameters, scored.fit.values.tolist(), strict=True):
+        if parameter.effect is None:
+            name, _, entry = parameter.name.partition("[")
+            if entry:
+                found.setdefault(name, {})[entry.rstrip("]")] = value
+            else:
+                found[name] = value
+    return found
+
+
+def correlation_of(scored: Scored) -> dict[str, dict[str, float]]:
+    """Correlation of every two parameters of a fitted model, by their names."""
+    spread = np.sqrt(np.maximum(np.diag(scored.fit.covariance), 0.0))
+    size = np.where(spread > 0.0, spread, 1.0)
+    matrix = scored.fit.covariance / np.outer(size, size)
+    known = names(scored.fit.problem)
+    return {
+        a: dict(zip(known, row, strict=True)) for a, row in zip(known, matrix.tolist(), strict=True)
+    }

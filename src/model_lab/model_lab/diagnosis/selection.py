@@ -1,0 +1,236 @@
+"""Which effects are missing: forwards over single effects and pairs, backwards once, then ties;
+and the smallest detectable value of each.
+
+Which effects are missing: forwards over single effects and pairs, backwards once, then ties.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.diagnosis.candidates import null_maxima, p_value
+from model_lab.diagnosis.result import Detectable
+from model_lab.diagnosis.search import Scored, Unseen, score_all, score_base, score_without
+from model_lab.fitting.problem import Question
+
+Array = NDArray[np.float64]
+
+SMALLEST_SHOWN = 0.5  # rms of an effect over the floor that makes an error material
+
+
+def detectable_effects(question: Question, selection: Selection) -> list[Detectable]:
+    """For each effect that could show, the weakest value of its first parameter that would have."""
+    found = []
+    for scored in selection.singles:
+        effect = question.classes[scored.added]
+        if effect.parameters and scored.signature is not None:
+            smallest = _weakest(scored, selection.threshold, SMALLEST_SHOWN * question.floor.total)
+            if smallest is not None:
+                found.append(Detectable(effect.name, effect.parameters[0].name, smallest))
+    return found
+
+
+def _weakest(scored: Scored, threshold: float, material_size: float) -> float | None:
+    """Value of the first parameter at which signature and size just suffice, between trials."""
+    signature = scored.signature
+    if signature is None:
+        return None
+    strength = np.minimum(
+        np.sum(signature.change**2, axis=1) / threshold, (signature.size / material_size) ** 2
+    )
+    middle = np.all(signature.values[:, 1:] == _medians(signature.values[:, 1:]), axis=1)
+    values, strength = signature.values[middle, 0], strength[middle]
+    shown = np.flatnonzero(strength >= 1.0)
+    if not len(shown):
+        return None
+    weakest = int(shown[np.argmin(strength[shown])])
+    hidden = np.flatnonzero(strength < 1.0)
+    if not len(hidden):
+        return float(values[weakest])
+    other = int(hidden[np.argmax(strength[hidden])])
+    share = np.log(strength[weakest]) / np.log(strength[weakest] / strength[other])
+    return float(values[weakest] + share * (values[other] - values[weakest]))
+
+
+def _medians(values: Array) -> Array:
+    """Middle trial value (k,) of each column, one of those that occur."""
+    return np.array([np.unique(column)[len(np.unique(column)) // 2] for column in values.T])
+
+
+SIGNIFICANCE = 0.01  # against the best of all candidates in mere noise
+PARAMETER_PENALTY = 3.0  # deviance that a parameter must bring when effects compete
+FEWEST_FOLDS = 3
+MATERIAL = 1.12  # held-out error over the floor beyond which something is worth looking for
+REMOVED = 0.5  # share of the excess error that an effect must remove
+BEAM = 3  # single effects from which pairs are tried
+WORTHWHILE = 0.2  # of the largest improvement, that such an effect must bring
+FITTED = 5  # second effects that are fitted for each of them
+TIE = 8.0  # deviance within which two explanations are not told apart
+TIE_SHARE = 0.02  # the same over what they gain: equations are no better than that
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The search and its outcome.
+
+    base: the model as it was; singles: every effect alone; unseen: those that cannot show; final:
+    the chosen model (base if none); p_values of singles by name; ties: for each effect of the final
+    model the names that explain as much in its place, nearest first.
+    """
+
+    base: Scored
+    singles: tuple[Scored, ...]
+    unseen: tuple[Unseen, ...]
+    final: Scored
+    p_values: dict[str, float]
+    threshold: float
+    ties: tuple[tuple[str, ...], ...]
+
+
+def select(
+    question: Question, effects: Sequence[str], given: Sequence[str], seed: int, jobs: int
+) -> Selection:
+    """Search the effects for what is missing in a model that has the given ones."""
+    base = score_base(question, given)
+    tried = score_all(question, base, effects, jobs)
+    singles = tuple(sorted((s for s in tried if isinstance(s, Scored)), key=_criterion))
+    unseen = tuple(s for s in tried if isinstance(s, Unseen))
+    maxima = null_maxima([s.signature for s in singles if s.signature], question.spectrum, seed)
+    threshold = float(np.quantile(maxima, 1.0 - SIGNIFICANCE))
+    p_values = {s.added: p_value(maxima, s.improvement) for s in singles}
+    final = _grow(question, base, singles, threshold, jobs)
+    ties = _ties(question, final, base, singles, jobs)
+    return Selection(base, singles, unseen, final, p_values, threshold, ties)
+
+
+def has_few_folds(question: Question) -> bool:
+    """Whether what is held out is extrapolated: of two protocols one says little of the other."""
+    return len(question.spectrum.layout.folds) < FEWEST_FOLDS
+
+
+def error_of(question: Question, scored: Scored) -> float:
+    """Error by which a model is judged: the held-out one; with few folds, that of the fit."""
+    return scored.fit.rmse if has_few_folds(question) else scored.held_out.rmse
+
+
+def shape_error(question: Question, scored: Scored) -> float:
+    """The same but for the gains of runs, in which they scatter most."""
+    residual = scored.fit.residual if has_few_folds(question) else scored.held_out.residual
+    spectrum = question.spectrum
+    power = spectrum.power(spectrum.coefficients(residual[None]))[0]
+    return float(np.sqrt(power[~_gains(question)].sum() / spectrum.layout.samples))
+
+
+def _gains(question: Question) -> NDArray[np.bool_]:
+    """Bands (bands,) of the gains of runs: the first of every output."""
+    output = question.spectrum.band_output
+    return np.asarray(np.searchsorted(output, output) == np.arange(len(output)))
+
+
+def excess(question: Question, scored: Scored) -> float:
+    """Error beyond the noise floor, in the unit of the outputs."""
+    return _beyond(error_of(question, scored), question.floor.total)
+
+
+def share_left(question: Question, after: Scored, before: Scored) -> float:
+    """Share of a model's excess error that another leaves: of all of it, or of that of its shape,
+    whichever is less. Where runs scatter in gain, the shape tells more.
+    """
+    counts = question.spectrum.counts() * ~_gains(question)
+    shape = float(np.sqrt(counts @ question.floor.variance / question.spectrum.layout.samples))
+    left = [
+        (excess(question, after), excess(question, before)),
+        (
+            _beyond(shape_error(question, after), shape),
+            _beyond(shape_error(question, before), shape),
+        ),
+    ]
+    return min(part / whole if whole > 0.0 else 1.0 for part, whole in left)
+
+
+def _beyond(error: float, floor: float) -> float:
+    return float(np.sqrt(max(error**2 - floor**2, 0.0)))
+
+
+def material(question: Question, scored: Scored) -> bool:
+    """Whether a model's error is so far above the floor that something may be missing."""
+    return error_of(question, scored) > MATERIAL * question.floor.total
+
+
+def _criterion(scored: Scored) -> float:
+    return scored.fit.deviance + PARAMETER_PENALTY * len(scored.fit.values)
+
+
+def _grow(
+    question: Question, base: Scored, singles: Sequence[Scored], threshold: float, jobs: int
+) -> Scored:
+    """The model with the effects that are missing, one or two at a time."""
+    good = [s for s in singles if s.plausible and s.improvement > threshold]
+    if not good or not material(question, base):
+        return base
+    best = good[0]
+    names = [s.added for s in singles]
+    if material(question, best):
+        firsts = [s for s in good[:BEAM] if s.improvement > WORTHWHILE * best.improvement]
+        pairs = _pairs(question, firsts, names, threshold, jobs)
+        if pairs and _is_better(question, pairs[0], best, threshold):
+            return _without_idle(question, pairs[0])
+    return best if share_left(question, best, base) <= 1.0 - REMOVED else base
+
+
+def _is_better(question: Question, pair: Scored, single: Scored, threshold: float) -> bool:
+    """Whether a pair explains so much more than the best single effect that it takes two."""
+    gained = single.fit.deviance - pair.fit.deviance
+    return gained > threshold and share_left(question, pair, single) < 1.0 - REMOVED
+
+
+def _pairs(
+    question: Question, firsts: Sequence[Scored], names: Sequence[str], threshold: float, jobs: int
+) -> list[Scored]:
+    """Plausible pairs that begin with one of `firsts`, the best first."""
+    found: list[Scored] = []
+    for first in firsts:
+        if found and not material(question, min(found, key=_criterion)):
+            break  # they reach the floor
+        others = [name for name in names if name not in first.effects]
+        tried = score_all(question, first, others, jobs, FITTED)
+        found += [
+            s for s in tried if isinstance(s, Scored) and s.plausible and s.improvement > threshold
+        ]
+    return sorted(found, key=_criterion)
+
+
+def _without_idle(question: Question, scored: Scored) -> Scored:
+    """The same without effects that, once the others are there, remove little."""
+    for effect in scored.effects:
+        fewer = score_without(question, scored, effect)
+        if share_left(question, scored, fewer) > 1.0 - REMOVED:
+            return fewer
+    return scored
+
+
+def _ties(
+    question: Question, final: Scored, base: Scored, singles: Sequence[Scored], jobs: int
+) -> tuple[tuple[str, ...], ...]:
+    added = [name for name in final.effects if name not in base.effects]
+    margin = max(TIE, TIE_SHARE * (_criterion(base) - _criterion(final)))
+    result = []
+    for effect in added:
+        if len(added) == 1:
+            rivals = list(singles)
+        else:
+            without = score_without(question, final, effect)
+            others = [s.added for s in singles if s.added not in final.effects]
+            tried = score_all(question, without, others, jobs, FITTED)
+            rivals = [s for s in tried if isinstance(s, Scored)]
+        near = [
+            s
+            for s in sorted(rivals, key=_criterion)
+            if s.added != effect and _criterion(s) - _criterion(final) < margin
+        ]
+        result.append(tuple(s.added for s in near))
+    return tuple(result)

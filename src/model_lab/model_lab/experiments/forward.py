@@ -1,0 +1,244 @@
+"""Predictions of a model for a whole measurement set, for many values of its parameters at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.experiments.base_torque import BaseTorque
+from model_lab.experiments.blocked_tip import BlockedTip
+from model_lab.experiments.free_bending import FreeBending
+from model_lab.experiments.linear import LinearBase
+from model_lab.experiments.uniaxial import Uniaxial
+from model_lab.experiments.valve_pulse import ValvePulse
+from model_lab.measurements.measurement_set import INPUTS, MeasurementSet, Run
+from softhand_model.bending.balance import grows
+from softhand_model.effects import Effect, Parameter
+from softhand_model.effects.effect import BASES
+from softhand_model.effects.pipeline import in_order
+from softhand_model.hand.joint_stiffness import THESIS, SpringModel
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Calibration = Mapping[str, float | Mapping[str, float]]
+"""As in a model file: numbers, or numbers by batch, specimen or direction."""
+
+MODULUS_RANGE, USUAL_MODULUS = (0.85, 1.15), (0.9, 1.1)
+WIDEST, USUAL = 4.0, 0.2  # of coefficients about their least-squares start, over their size
+
+
+class Experiment(Protocol):
+    """What predicts one kind of experiment; the modules of `experiments` have one each."""
+
+    def calibration(self, effects: Sequence[type[Effect] | Effect]) -> dict[str, float]:
+        """Names of the calibration beside these effects, with the values from which it starts."""
+        ...
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Predictions (lanes or 1, samples) for calibration (lanes,) and effects in lanes."""
+        ...
+
+
+EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
+    "free_bending": FreeBending,
+    "blocked_tip": BlockedTip,
+    "uniaxial": Uniaxial,
+    "valve_pulse": ValvePulse,
+    "base_torque": BaseTorque,
+}
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A parameter to fit: `modulus_scale[A]`, or `gent_stiffening.jm` with the effect's name.
+
+    low, high: bounds; typical: where it is usually found; start: where a search starts.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    typical: tuple[float, float]
+    logarithmic: bool
+    effect: str | None
+
+
+class Forward:
+    """A model's predictions for a set, in the order of its runs (of outputs within a run).
+
+    effects: classes whose parameters are free; fixed: effects that stay as they are, as far as they
+    act in the experiment. calibration: of a model file; where a search starts, or with
+    free_calibration false what stays. springs: of a blocked tip, `exact` or `linear`; joints: those
+    of a held chain.
+
+    parameters: the free ones, calibration first, then those of effects in the order of stages.
+    measured (samples,): the outputs in SI units, NaN in runs that lack them.
+    run_of, output_of (samples,): indices of the run and of the output they belong to.
+
+    Raises ValueError for an effect that cannot act in the set, an unknown base, and whatever the
+    set lacks.
+    """
+
+    def __init__(
+        self,
+        data: MeasurementSet,
+        base: str = "pneuflex",
+        effects: Sequence[type[Effect]] = (),
+        fixed: Sequence[Effect] = (),
+        calibration: Calibration | None = None,
+        free_calibration: bool = True,
+        springs: str = "exact",
+        joints: SpringModel = THESIS,
+    ) -> None:
+        self._data = data
+        self._fixed = [effect for effect in fixed if data.experiment in effect.experiments]
+        self._free = in_order(effects)
+        for effect in [*map(type, self._fixed), *self._free]:
+            check_applicable(effect, data, base)
+        self._experiment = experiment_of(data, base, springs, joints)
+        known = self._experiment.calibration([*self._free, *self._fixed])
+        self._calibration = {**known, **_named(calibration or {}, known)}
+        calibrated = _calibrated(self._calibration, _unit(data)) if free_calibration else []
+        self.parameters = (*calibrated, *(p for e in self._free for p in _free_parameters(e)))
+        series = [(r, o) for r in range(len(data.runs)) for o in range(len(data.outputs))]
+        counts = [data.runs[run].samples for run, _ in series]
+        self.run_of = np.repeat([run for run, _ in series], counts)
+        self.output_of = np.repeat([output for _, output in series], counts)
+        self.measured = np.concatenate(
+            [_measured(data.runs[run], data.outputs[output]) for run, output in series]
+        )
+
+    def start(self) -> Array:
+        """Values (k,) from which a search starts."""
+        return np.array([parameter.start for parameter in self.parameters])
+
+    def series(self, name: str) -> Array:
+        """An input column (samples,) laid out like `measured`; KeyError if a run lacks it."""
+        repeats = range(len(self._data.outputs))
+        return np.concatenate([run.columns[name] for run in self._data.runs for _ in repeats])
+
+    def predict(self, values: Array) -> Array:
+        """Predictions (lanes, samples) for parameter values (lanes, k)."""
+        values = np.asarray(values, float)
+        columns = dict(zip((p.name for p in self.parameters), values.T, strict=True))
+        calibration = {
+            name: columns.get(name, np.full(1, value)) for name, value in self._calibration.items()
+        }
+        found = self._experiment.predict(calibration, [*self._fixed, *self.effects_at(values)])
+        return np.broadcast_to(found, (len(values), self.measured.size))
+
+    def grows(self, values: Array) -> NDArray[np.bool_]:
+        """Whether the elastic side grows up to a stretch of 4, (lanes,) for values (lanes, k).
+
+        Other values are out of bounds, though predictions stay finite there.
+        """
+        effects = [*self._fixed, *self.effects_at(values)]
+        strained = getattr(self._experiment, "strained", None)
+        found = grows(effects, *strained) if strained else np.ones(1, bool)
+        return np.broadcast_to(found, len(values))
+
+    def effects_at(self, values: Array) -> list[Effect]:
+        """The free effects at parameter values (lanes, k), with their values in lanes."""
+        columns = dict(zip((p.name for p in self.parameters), np.transpose(values), strict=True))
+        return [
+            effect.in_lanes({p.name: columns[f"{effect.name}.{p.name}"] for p in effect.parameters})
+            for effect in self._free
+        ]
+
+
+def experiment_of(
+    data: MeasurementSet, base: str, springs: str = "exact", joints: SpringModel = THESIS
+) -> Experiment:
+    """What predicts a set's experiment under a base model."""
+    if base not in BASES:
+        raise ValueError(f"base: expected one of {', '.join(BASES)}, got {base}")
+    if base == "linear":
+        return LinearBase(data)
+    if data.experiment not in EXPERIMENTS:
+        raise ValueError(
+            f"experiment: expected one of {', '.join(EXPERIMENTS)}, got {data.experiment}"
+        )
+    if data.experiment == "blocked_tip":
+        return BlockedTip(data, springs)
+    if data.experiment == "base_torque":
+        return BaseTorque(data, joints=joints)
+    return EXPERIMENTS[data.experiment](data)
+
+
+def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> None:
+    """Raise ValueError unless an effect can act in a set's experiment beside a base model."""
+    reason = None
+    if data.experiment not in effect.experiments:
+        reason = effect.unseen_in.get(data.experiment, f"it does not act in {data.experiment}")
+    elif base not in effect.bases:
+        reason = f"it has no meaning beside the base {base}"
+    elif effect.has_memory and not data.has_time:
+        reason = "it depends on what was before, and the set has no column time"
+    if reason is not None:
+        raise ValueError(f"effect {effect.name}: {reason}")
+
+
+def _measured(run: Run, output: str) -> Array:
+    missing = np.full(run.samples, np.nan)
+    return np.asarray(run.columns.get(output, missing), float)
+
+
+def _unit(data: MeasurementSet) -> str:
+    """Unit of a coefficient of the calibration."""
+    if data.experiment == "valve_pulse":
+        return "kg/(s Pa)"
+    return f"{data.unit}/Pa" if "pressure" in INPUTS[data.experiment] else data.unit
+
+
+def _free_parameters(effect: type[Effect]) -> list[FreeParameter]:
+    return [_free_parameter(effect, parameter) for parameter in effect.parameters]
+
+
+def _free_parameter(effect: type[Effect], parameter: Parameter) -> FreeParameter:
+    """The parameter, starting in the middle of where it is usually found."""
+    low, high = parameter.typical or (parameter.low, parameter.high)
+    start = np.sqrt(low * high) if parameter.logarithmic else 0.5 * (low + high)
+    return FreeParameter(
+        f"{effect.name}.{parameter.name}",
+        parameter.unit,
+        parameter.low,
+        parameter.high,
+        float(start),
+        (low, high),
+        parameter.logarithmic,
+        effect.name,
+    )
+
+
+def _calibrated(calibration: Mapping[str, float], unit: str) -> list[FreeParameter]:
+    return [_of_calibration(name, start, unit) for name, start in calibration.items()]
+
+
+def _of_calibration(name: str, start: float, unit: str) -> FreeParameter:
+    """A scale of the modulus within 15 %, or a coefficient about its least-squares value."""
+    if name.startswith("modulus_scale"):
+        return FreeParameter(name, "", *MODULUS_RANGE, start, USUAL_MODULUS, False, None)
+    low, high = start - WIDEST * abs(start), start + WIDEST * abs(start)
+    usual = (start - USUAL * abs(start), start + USUAL * abs(start))
+    return FreeParameter(name, unit, low, high, start, usual, False, None)
+
+
+def _named(calibration: Calibration, known: Mapping[str, float]) -> dict[str, float]:
+    """Values of a model file by the names of this set's calibration; those of others are left
+    out.
+    """
+    found = {}
+    for name in known:
+        key, _, member = name.rstrip("]").partition("[")
+        value = calibration.get(key)
+        if isinstance(value, Mapping):
+            value = value.get(member)
+        if value is not None:
+            found[name] = float(value)
+    return found

@@ -1,0 +1,105 @@
+"""The base `linear`: output = coefficient*input, for actuators whose inside is not known.
+
+Effects see u = y/y_ref in place of q and lambda - 1, with y_ref the largest base output of the set
+(lab.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.experiments.samples import SampleRows, Step
+from model_lab.experiments.specimen_models import SpecimenMemory
+from model_lab.experiments.uniaxial import NO_TIME, SHAPELESS, imposed
+from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
+from model_lab.measurements.specimens import require_columns
+from softhand_model.bending.balance import SteppedBalance
+from softhand_model.effects import Effect
+from softhand_model.effects.pipeline import StagedEffects, remembers
+
+Array = NDArray[np.float64]
+
+EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial")
+
+
+class LinearBase:
+    """Outputs (lanes, samples), run after run, of sets with pressure or stretch as input.
+
+    Raises ValueError for a set of another experiment.
+    """
+
+    def __init__(self, data: MeasurementSet) -> None:
+        if data.experiment not in EXPERIMENTS:
+            raise ValueError(
+                f"base linear: expected one of the experiments {', '.join(EXPERIMENTS)}, "
+                f"got {data.experiment}"
+            )
+        self._data, self._output = data, data.outputs[0]
+        require_columns(data, INPUTS[data.experiment], "the model")
+        self._rows = SampleRows(data)
+        self._memory = SpecimenMemory(data, self._rows)
+        self.strained = SHAPELESS, "linear"
+        self._imposed = data.experiment == "uniaxial"
+        self._input = (
+            self._rows.column("stretch") - 1.0 if self._imposed else self._rows.column("pressure")
+        )
+
+    def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
+        """Coefficient of each specimen by name, with its least-squares value.
+
+        A specimen whose output was not measured has 1, as has one without input.
+        """
+        found = {}
+        for name in dict.fromkeys(run.specimen for run in self._data.runs):
+            rows = np.array([run.specimen == name for run in self._data.runs])[self._rows.run]
+            found[f"coefficient[{name}]"] = self._least_squares(rows)
+        return found
+
+    def _least_squares(self, rows: NDArray[np.bool_]) -> float:
+        if any(self._output not in run.columns for run in self._data.runs):
+            return 1.0
+        given = self._input[0, rows, 0]
+        square = float(given @ given)
+        return (
+            float(given @ self._rows.column(self._output)[0, rows, 0]) / square if square else 1.0
+        )
+
+    def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+        """Outputs (lanes, samples): calibration (lanes,) by name, effects in lanes."""
+        staged, rows = StagedEffects(effects), self._rows
+        names = [f"coefficient[{run.specimen}]" for run in self._data.runs]
+        of_runs = np.stack(
+            np.broadcast_arrays(*(np.atleast_1d(calibration[name]) for name in names)), axis=1
+        )
+        slope = of_runs[:, rows.run, None]
+        largest = np.max(np.abs(slope * self._input), axis=1, keepdims=True)
+        largest = np.where(largest > 0.0, largest, 1.0)
+        modulus = staged.modulus_factor(rows.temperature()[:, rows.run])
+        respond = self._stretched if self._imposed else self._pressed
+        output = largest * respond(staged, slope / largest, modulus)
+        shown = partial(staged.reading, self._output)
+        return rows.through(shown, remembers(staged.output), output)[:, :, 0]
+
+    def _stretched(self, staged: StagedEffects, slope: Array, modulus: Array | float) -> Array:
+        """Output over the largest (lanes, rows, 1) where the stretch is imposed."""
+        return modulus * imposed(staged, "linear", self._memory, slope * self._input)
+
+    def _pressed(self, staged: StagedEffects, slope: Array, modulus: Array | float) -> Array:
+        """Output over the largest (lanes, rows, 1) where the pressure is."""
+        rows = self._rows
+        pressure = rows.through(staged.chamber_pressure, remembers(staged.input), self._input)
+        load = staged.act_on_load(slope * pressure / modulus, pressure, SHAPELESS)
+        if not staged.elastic:
+            return load
+
+        def begin() -> Step:
+            stepped = SteppedBalance(staged, "linear")
+            return lambda load, dt: stepped.stretch(load, SHAPELESS, dt) - 1.0
+
+        if remembers(staged.elastic):
+            return self._memory.in_steps(begin, staged, load)
+        return rows.at_once(lambda part, _run: begin()(part, NO_TIME), load)

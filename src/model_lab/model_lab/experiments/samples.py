@@ -1,0 +1,107 @@
+"""Samples of a set as rows of arrays, all at once or step by step, and the calibration of their
+rubber.
+
+Samples of a set as rows of arrays: all at once, or step by step where effects remember.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.measurements.measurement_set import MeasurementSet
+
+Array = NDArray[np.float64]
+
+
+def batches(data: MeasurementSet) -> list[str]:
+    """Batches of the specimens of a set's runs, in their order."""
+    return list(dict.fromkeys(data.specimens[run.specimen].batch for run in data.runs))
+
+
+def modulus_scales(data: MeasurementSet) -> dict[str, float]:
+    """Names of the factors, with the value from which a search starts."""
+    return {f"modulus_scale[{batch}]": 1.0 for batch in batches(data)}
+
+
+def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> Array:
+    """Factor (lanes, runs, 1) on the shear modulus of each run, from values (lanes,) by name."""
+    of_runs = [f"modulus_scale[{data.specimens[run.specimen].batch}]" for run in data.runs]
+    scales = [np.atleast_1d(calibration.get(name, 1.0)) for name in of_runs]
+    return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
+
+
+Indices = NDArray[np.intp]
+Step = Callable[[Array, Array], Array]
+"""Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
+duration (runs, 1) [s].
+"""
+
+LONG = 1e12  # [s] after which everything has settled
+ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
+
+
+class SampleRows:
+    """Rows of arrays (lanes, rows, sections): the samples of a set, one run after the other.
+
+    run (rows,): index of the run of each sample.
+    """
+
+    def __init__(self, data: MeasurementSet) -> None:
+        self._data = data
+        counts = np.array([run.samples for run in data.runs])
+        self._starts = np.cumsum(counts) - counts
+        self.run = np.repeat(np.arange(len(counts)), counts)
+        # (ticks, runs): the row of each tick of each run, the last one again after its end
+        self._padded = self._starts + np.minimum(np.arange(counts.max())[:, None], counts - 1)
+        self._tick = np.arange(len(self.run)) - self._starts[self.run]
+        self._steady = np.array([run.steady for run in data.runs])[:, None]
+
+    def column(self, name: str) -> Array:
+        """A column (1, rows, 1)."""
+        parts = [np.asarray(run.columns[name], float) for run in self._data.runs]
+        return np.concatenate(parts)[None, :, None]
+
+    def temperature(self) -> Array:
+        """Temperatures (1, runs, 1) [K]."""
+        return np.array([run.temperature for run in self._data.runs])[None, :, None]
+
+    def peaks(self, values: Array) -> Array:
+        """Largest value (lanes, runs, 1) of each run."""
+        return np.maximum.reduceat(values, self._starts, axis=1)
+
+    def through(self, step: Step, remembers: bool, values: Array) -> Array:
+        """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1), in steps if it
+        remembers.
+        """
+        return self.in_steps(step, values) if remembers else step(values, np.zeros(1))
+
+    def at_once(
+        self, function: Callable[[Array, Indices], Array], values: Array, sections: int = 1
+    ) -> Array:
+        """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1) and of the run of each
+        row, which works on so many sections, a part of the rows at a time.
+        """
+        size = max(ROWS_AT_ONCE // sections, 1)
+        parts = [slice(edge, edge + size) for edge in range(0, len(self.run), size)]
+        return np.concatenate([function(values[:, part], self.run[part]) for part in parts], axis=1)
+
+    def in_steps(self, step: Step, values: Array) -> Array:
+        """Outputs (lanes, rows, 1) of a function that remembers, stepped through all runs together.
+
+        It starts at rest, and the first sample takes no time; runs that start steady have been at
+        their first sample for long.
+        """
+        in_order = np.ascontiguousarray(values[:, self._padded].swapaxes(0, 1))
+        if self._steady.any():
+            step(in_order[0] * self._steady, LONG * self._steady)
+        durations = self._durations()
+        outputs = np.stack([step(*tick) for tick in zip(in_order, durations, strict=True)])
+        return outputs.swapaxes(0, 1)[:, self._tick, self.run]
+
+    def _durations(self) -> Array:
+        """Time (ticks, runs, 1) [s] from sample to sample; 0 at the first and after the last."""
+        time = self.column("time")[0, :, 0][self._padded]
+        return np.diff(time, axis=0, prepend=time[:1])[:, :, None]

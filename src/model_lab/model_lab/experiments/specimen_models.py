@@ -1,0 +1,300 @@
+"""The specimens of a set as the model sees them: their sections, their segment chains, what they
+remember.
+
+Sections of the specimens of a set: where the model is evaluated along each.
+
+Specimens of a set as the segment chains of the simulator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.experiments.samples import LONG, SampleRows, Step
+from model_lab.measurements.measurement_set import MeasurementSet, Specimen
+from model_lab.measurements.specimens import require_keys
+from softhand_model.bending.loaded_finger import running_integral
+from softhand_model.chain.segments import SegmentChain, cut_chain
+from softhand_model.effects.pipeline import StagedEffects
+from softhand_model.effects.stages import SectionShape
+from softhand_model.hand import section
+from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.hand import ChainDescription, Mount
+from softhand_model.hand.joint_stiffness import THESIS, SpringModel
+from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile
+
+Array = NDArray[np.float64]
+Entry = tuple[str, str]  # name of an effect and of what it keeps
+Largest = Mapping[Entry, Array]
+"""Largest values (lanes, runs, sections) so far."""
+
+PASSES = 3  # over all runs, until these values agree at ends and starts
+UNCHANGED = 1e-9
+
+
+class SpecimenMemory:
+    """Steps through the runs of a set, whose specimens carry over their largest values in order.
+
+    The runs are stepped together, so what a run starts with is guessed from the peaks of those
+    before it, and mended in further passes where time has changed these peaks.
+    """
+
+    def __init__(self, data: MeasurementSet, rows: SampleRows) -> None:
+        self._rows = rows
+        self._before: list[int | None] = []
+        latest: dict[str, int] = {}
+        for index, run in enumerate(data.runs):
+            self._before.append(None if run.virgin else latest.get(run.specimen))
+            latest[run.specimen] = index
+
+    def in_steps(self, begin: Callable[[], Step], staged: StagedEffects, values: Array) -> Array:
+        """Outputs (lanes, rows, 1) for inputs (lanes, rows, 1); begin resets and gives the step."""
+        kept = {
+            (effect.name, key): virgin
+            for effect in staged.elastic
+            for key, virgin in effect.largest.items()
+        }
+        if not kept:
+            return self._rows.in_steps(begin(), values)
+        begin()(self._rows.peaks(values), np.full((len(self._before), 1), LONG))
+        carried = self._carried(_largest(staged, kept), kept)
+        for _ in range(PASSES):
+            outputs = self._pass(begin, staged, values, carried)
+            guessed, carried = carried, self._carried(_largest(staged, kept), kept)
+            if all(np.all(np.abs(carried[k] - guessed[k]) <= UNCHANGED) for k in carried):
+                break
+        return outputs
+
+    def _pass(
+        self, begin: Callable[[], Step], staged: StagedEffects, values: Array, carried: Largest
+    ) -> Array:
+        step = begin()
+        for (name, key), value in carried.items():
+            staged.memory[name][key] = value
+        return self._rows.in_steps(step, values)
+
+    def _carried(self, ends: Largest, virgin: Mapping[Entry, float]) -> Largest:
+        """What runs start with, given what they end with and what a virgin specimen has."""
+        starts = {}
+        for key, end in ends.items():
+            start = np.full_like(end, virgin[key])
+            for run, before in enumerate(self._before):
+                if before is not None:
+                    start[:, run] = np.maximum(start[:, before], end[:, before])
+            starts[key] = start
+        return starts
+
+
+def _largest(staged: StagedEffects, kept: Iterable[Entry]) -> Largest:
+    return {(name, key): np.asarray(staged.memory[name][key]) for name, key in kept}
+
+
+POINTS = 8  # Gauss points of a size that changes in one straight line, or of a given number
+POINTS_A_PIECE = 3  # of a size that changes in several
+KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
+
+
+class SpecimenSections:
+    """Sections along the specimen of each run; arrays are (1, runs, sections).
+
+    x, weight [m]: Gauss points from the base and their weights (0 where a specimen has fewer than
+    others); length (1, runs, 1) [m]; shape: with the nominal shear modulus.
+
+    running (runs, sections, sections) [m]: integrals from the base to each point.
+
+    uniform: whether a specimen of constant height and width counts as one section.
+    Raises DocumentError for a specimen without the keys of KEYS.
+    """
+
+    def __init__(self, data: MeasurementSet, uniform: bool) -> None:
+        names = dict.fromkeys(run.specimen for run in data.runs)
+        for name in names:
+            require_keys(data, data.specimens[name], KEYS, f"the model of {data.experiment}")
+        rules = {name: _rule(data.specimens[name], uniform) for name in names}
+        longest = max(len(rule.x) for rule in rules.values())
+        runs = [data.specimens[run.specimen] for run in data.runs]
+        padded = [rules[run.name].padded(longest) for run in runs]
+        self.x = np.array([rule.x for rule in padded])[None]
+        self.weight = np.array([rule.weight for rule in padded])[None]
+        self.running = np.array([rule.running for rule in padded])
+        self.length = numbers(runs, "length")
+        self.shape = self._shape(runs)
+
+    def _shape(self, runs: list[Specimen]) -> SectionShape:
+        height, width = (
+            np.array([_at(run, key, x) for run, x in zip(runs, self.x[0], strict=True)])[None]
+            for key in ("height", "width")
+        )
+        wall, side_wall = numbers(runs, "wall"), numbers(runs, "side_wall")
+        ratio = section.side_wall_ratio(height, width, wall, side_wall)
+        return SectionShape(height, width, wall, side_wall, ratio, numbers(runs, "shear_modulus"))
+
+
+def numbers(specimens: list[Specimen], key: str) -> Array:
+    """A number (1, specimens, 1) of each specimen."""
+    return np.array([specimen.values[key] for specimen in specimens], float)[None, :, None]
+
+
+def circumference(data: MeasurementSet, sections: SpecimenSections) -> Array:
+    """Circumference (1, runs, sections) [m]: the specimen's, or that of the rectangle."""
+    around = 2.0 * (sections.shape.height + sections.shape.width)
+    for row, run in enumerate(data.runs):
+        specimen = data.specimens[run.specimen]
+        if "circumference" in specimen.values:
+            around[0, row] = _at(specimen, "circumference", sections.x[0, row])
+    return around
+
+
+def _at(specimen: Specimen, key: str, x: Array) -> Array:
+    """A size [m] at x [m]: a number, or straight lines between points."""
+    size = specimen.values[key]
+    if np.ndim(size) == 0:
+        return np.full_like(x, size)
+    return np.interp(x, *np.asarray(size).T)
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """Gauss points and weights (n,) [m], and integrals (n, n) [m] from the base to each point."""
+
+    x: Array
+    weight: Array
+    running: Array
+
+    def padded(self, count: int) -> _Rule:
+        """The rule with more points that weigh nothing."""
+        more = count - len(self.x)
+        return _Rule(
+            np.append(self.x, np.repeat(self.x[-1:], more)),
+            np.append(self.weight, np.zeros(more)),
+            np.pad(self.running, (0, more)),
+        )
+
+
+def _rule(specimen: Specimen, uniform: bool) -> _Rule:
+    """The rule on the pieces between the corners of height and width."""
+    length = float(specimen.values["length"])
+    sizes = [np.asarray(specimen.values[key]) for key in ("height", "width")]
+    if uniform and all(size.ndim == 0 for size in sizes):
+        middle = np.array([0.5 * length])
+        return _Rule(middle, np.array([length]), middle[:, None])
+    corners = np.concatenate([[0.0, length], *(size[:, 0] for size in sizes if size.ndim)])
+    edges = np.unique(np.clip(corners, 0.0, length))
+    count = max(POINTS_A_PIECE, -(-POINTS // (len(edges) - 1)))
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    half = np.diff(edges)[:, None] / 2.0
+    x = edges[:-1, None] + half * (nodes + 1.0)
+    return _Rule(x.ravel(), (half * weights).ravel(), running_integral(edges, count))
+
+
+SEGMENT_POINTS = 4  # Gauss points on each segment of an actuator whose section varies
+
+
+class SpecimenSegments:
+    """Straight actuators cut into equal segments, and the sections at which these are evaluated.
+
+    chains: by specimen, of the nominal modulus. shape: sections (1, runs, segments*points) of each
+    run's specimen, segment after segment; weight [m] (1, runs, segments, points). Where no section
+    varies one stands for all: segments and points are 1.
+
+    Raises DocumentError for a specimen without the keys of the model.
+    """
+
+    def __init__(self, data: MeasurementSet, segments: int, joints: SpringModel = THESIS) -> None:
+        names = dict.fromkeys(run.specimen for run in data.runs)
+        specimens = {name: data.specimens[name] for name in names}
+        for specimen in specimens.values():
+            require_keys(data, specimen, KEYS, f"the model of {data.experiment}")
+        actuators = {name: _actuator(specimen) for name, specimen in specimens.items()}
+        self.chains = {
+            name: _chain(actuator, segments, joints) for name, actuator in actuators.items()
+        }
+        of_runs = [actuators[run.specimen] for run in data.runs]
+        uniform = not any(_varies(specimen) for specimen in specimens.values())
+        placed = [_one_section(a, segments) if uniform else _gauss(a, segments) for a in of_runs]
+        x = np.array([where.ravel() for where, _ in placed])
+        self.weight = np.array([weight for _, weight in placed])[None]
+        self.shape = _shape(of_runs, x)
+
+
+def _varies(specimen: Specimen) -> bool:
+    return any(np.ndim(specimen.values[key]) for key in ("height", "width"))
+
+
+def _one_section(actuator: Actuator, segments: int) -> tuple[Array, Array]:
+    return np.zeros((1, 1)), np.full((1, 1), actuator.length / segments)
+
+
+def _gauss(actuator: Actuator, segments: int) -> tuple[Array, Array]:
+    """Points and weights (segments, points) [m]."""
+    nodes, weights = np.polynomial.legendre.leggauss(SEGMENT_POINTS)
+    half = actuator.length / segments / 2.0
+    middle = half * (2.0 * np.arange(segments) + 1.0)
+    return middle[:, None] + half * nodes, np.tile(half * weights, (segments, 1))
+
+
+def _shape(actuators: list[Actuator], x: Array) -> SectionShape:
+    """Sections (1, runs, sections) at positions x (runs, sections) [m]."""
+    pairs = list(zip(actuators, x, strict=True))
+    height, width, ratio = (
+        np.array([size(actuator, at) for actuator, at in pairs])[None]
+        for size in (
+            lambda actuator, at: actuator.height(at),
+            lambda actuator, at: actuator.width(at),
+            lambda actuator, at: actuator.side_wall_ratio(at),
+        )
+    )
+    wall, side_wall, modulus = (
+        np.array([getattr(actuator, name) for actuator in actuators])[None, :, None]
+        for name in ("wall", "side_wall", "shear_modulus")
+    )
+    return SectionShape(height, width, wall, side_wall, ratio, modulus)
+
+
+def _actuator(specimen: Specimen) -> Actuator:
+    values = specimen.values
+    height, width = (np.asarray(values[key], float) for key in ("height", "width"))
+    wall, side_wall, modulus, length = (
+        float(values[key]) for key in ("wall", "side_wall", "shear_modulus", "length")
+    )
+    return Actuator(
+        specimen.name,
+        length,
+        _profile(height),
+        _profile(width),
+        _around(height, width),
+        wall,
+        side_wall,
+        modulus,
+        float(values.get("mass", 0.0)),
+        max_pressure=np.inf,
+    )
+
+
+def _profile(size: Array) -> Profile:
+    """A size [m] along the actuator: a number, or straight lines between points."""
+    if size.ndim == 0 or len(size) == 1:
+        return ConstantProfile(float(size.flat[-1]))
+    return TableProfile(tuple(size[:, 0].tolist()), tuple(size[:, 1].tolist()))
+
+
+def _around(height: Array, width: Array) -> Profile:
+    """Circumference [m] of the rectangle, corners where one of its sides has them."""
+    profiles = [_profile(size) for size in (height, width)]
+    corners = [profile.x for profile in profiles if isinstance(profile, TableProfile)]
+    if not corners:
+        return ConstantProfile(2.0 * float(sum(profile(0.0) for profile in profiles)))
+    x = np.unique(np.concatenate(corners))
+    around = 2.0 * sum(profile(x) for profile in profiles)
+    return TableProfile(tuple(x.tolist()), tuple(np.asarray(around).tolist()))
+
+
+def _chain(actuator: Actuator, segments: int, joints: SpringModel) -> SegmentChain:
+    mount = Mount("wrist", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return cut_chain(
+        ChainDescription(actuator.name, {actuator.name: actuator}, {}, mount), segments, joints
+    )

@@ -1,0 +1,317 @@
+"""Fitting of a forward model: bounded Levenberg-Marquardt on the likelihood of banded noise.
+
+The errors of a band (see `spectrum`) are taken as Gaussian with a variance of their own that is
+fitted along; what is minimised is minus twice the log likelihood,
+
+    sum over bands of n*log(variance) + calibration prior,  variance = (SS + nu*v0)/(n + nu),
+
+with the sum of squares SS of the band's n coefficients and nu pseudo-observations of the noise
+floor v0. So a part of the error that the model does not explain lowers the weight of its band
+instead of distorting the parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.fitting.noise_floor import falling
+from model_lab.fitting.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+
+DIFFERENCE = 1e-4  # step of the Jacobian in units of a parameter's scale
+ITERATIONS = 15
+IMPROVEMENT = 0.3  # of the deviance at which the search ends
+PSEUDO_OBSERVATIONS = 4.0
+GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have in any case
+MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
+AT_LIMIT = 3e-3  # of the usual range: a parameter this near to a bound lies on it
+FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
+DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the same time
+
+
+class Parameterised(Protocol):
+    """What is fitted: see `forward.Forward`."""
+
+    @property
+    def parameters(self) -> Sequence[Any]:
+        """Free parameters with name, low, high, typical and logarithmic."""
+        ...
+
+    @property
+    def measured(self) -> Array:
+        """What was measured (samples,)."""
+        ...
+
+    def predict(self, values: Array) -> Array:
+        """Predictions (lanes, samples) for parameters (lanes, k)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Coordinates in which parameters are searched: logarithms where they span decades."""
+
+    low: Array
+    high: Array
+    width: Array
+    logarithmic: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, parameters: Sequence[Any]) -> Scales:
+        """Scales of free parameters; width is that of their typical range."""
+        log = np.array([parameter.logarithmic for parameter in parameters], bool)
+        ends = np.array([[p.low, p.high, *p.typical] for p in parameters], float).reshape(-1, 4)
+        ends[log] = np.log(ends[log])
+        return cls(ends[:, 0], ends[:, 1], np.maximum(ends[:, 3] - ends[:, 2], 1e-12), log)
+
+    def inward(self, values: Array) -> Array:
+        """Coordinates of values (..., k)."""
+        with np.errstate(divide="ignore"):
+            return np.where(
+                self.logarithmic, np.log(np.where(self.logarithmic, values, 1.0)), values
+            )
+
+    def outward(self, coordinates: Array) -> Array:
+        """Values of coordinates (..., k)."""
+        return np.where(
+            self.logarithmic, np.exp(np.where(self.logarithmic, coordinates, 0.0)), coordinates
+        )
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A forward model with the noise it is judged by; floor (bands,) is v0 above.
+
+    gain_known: whether repeats say how much the gain of runs scatters.
+    """
+
+    forward: Parameterised
+    spectrum: Spectrum
+    floor: Array
+    gain_known: bool = True
+    scales: Scales = field(init=False)
+    prior: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "scales", Scales.of(self.forward.parameters))
+        spread = [
+            MODULUS_SPREAD if parameter.name.startswith("modulus_scale") else np.inf
+            for parameter in self.forward.parameters
+        ]
+        object.__setattr__(self, "prior", np.array(spread))
+
+    def residuals(self, values: Array) -> Array:
+        """Measured minus predicted (lanes, samples)."""
+        return self.forward.measured - self.forward.predict(values)
+
+    def variance(self, power: Array) -> Array:
+        """Variance (lanes, bands) of a coefficient of each band, for sums of squares likewise.
+
+        Errors of the gains, which are few, may not be larger than those of the shape: else a model
+        that is wrong would be fitted in its shape alone, and its size be left to chance.
+        """
+        counts = self.spectrum.counts()
+        raw = (power + PSEUDO_OBSERVATIONS * self.floor) / (counts + PSEUDO_OBSERVATIONS)
+        result = np.empty_like(raw)
+        for output in np.unique(self.spectrum.band_output):
+            mine = np.flatnonzero(self.spectrum.band_output == output)
+            if self.gain_known:
+                raw[:, mine[0]] = np.minimum(
+                    raw[:, mine[0]],
+                    np.maximum(
+                        GAIN_OVER_FLOOR * self.floor[mine[0]],
+                        power[:, mine[1:]].sum(axis=1) / counts[mine[0]],
+                    ),
+                )
+            for lane, row in enumerate(raw):
+                result[lane, mine] = falling(row[mine], counts[mine])
+        return result
+
+    def deviance(self, power: Array, values: Array) -> Array:
+        """Minus twice the log likelihood (lanes,), but for a constant."""
+        counts = self.spectrum.counts() + PSEUDO_OBSERVATIONS
+        variance = self.variance(power)
+        given = power + PSEUDO_OBSERVATIONS * self.floor
+        bands = counts * np.log(variance) + given / variance - counts
+        return bands.sum(axis=-1) + np.sum(((values - 1.0) / self.prior) ** 2, axis=-1)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model: values and covariance of its parameters, and how well it does.
+
+    jacobian (samples, k): of the prediction by the search coordinates. covariance (k, k) of those
+    coordinates. coefficients (samples,): the residual's. variance (bands,). at_limit (k,): lies on
+    a bound.
+    """
+
+    problem: Problem
+    values: Array
+    deviance: float
+    residual: Array
+    coefficients: Array
+    variance: Array
+    jacobian: Array
+    covariance: Array
+    at_limit: NDArray[np.bool_]
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of the residual."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+
+@dataclass
+class _Point:
+    coordinates: Array
+    values: Array
+    residual: Array
+    jacobian: Array
+    coefficients: Array
+    power: Array
+    deviance: float
+    damping: float = FIRST_DAMPING
+    finished: bool = False
+
+
+def fit(problem: Problem, starts: Array) -> Fit:
+    """The best fit from parameters starts (n, k), all improved at the same time."""
+    coordinates = np.clip(problem.scales.inward(starts), problem.scales.low, problem.scales.high)
+    points = _points(problem, coordinates)
+    for _ in range(ITERATIONS if starts.shape[1] else 0):
+        active = [index for index, point in enumerate(points) if not point.finished]
+        if not active:
+            break
+        moved = _improved(problem, [points[index] for index in active])
+        for index, point in zip(active, moved, strict=True):
+            points[index] = point
+    return _finished(problem, min(points, key=lambda point: point.deviance))
+
+
+def _points(problem: Problem, coordinates: Array) -> list[_Point]:
+    """The model at points (n, k) with its Jacobian, by differences that stay inside the bounds."""
+    scales = problem.scales
+    step = DIFFERENCE * scales.width
+    step = np.where(coordinates + step > scales.high, -step, step)
+    shifts = np.concatenate([np.zeros((len(step), 1, step.shape[1])), _diagonals(step)], axis=1)
+    lanes = coordinates[:, None] + shifts
+    residual = problem.residuals(scales.outward(lanes.reshape(-1, step.shape[1])))
+    residual = residual.reshape(len(step), step.shape[1] + 1, -1)
+    coefficients = problem.spectrum.coefficients(residual[:, 0])
+    power = problem.spectrum.power(coefficients)
+    values = scales.outward(coordinates)
+    deviance = problem.deviance(power, values)
+    return [
+        _Point(
+            coordinates[n],
+            values[n],
+            residual[n, 0],
+            ((residual[n, :1] - residual[n, 1:]) / step[n, :, None]).T,
+            coefficients[n],
+            power[n],
+            float(deviance[n]),
+        )
+        for n in range(len(step))
+    ]
+
+
+def _diagonals(rows: Array) -> Array:
+    """Diagonal matrices (n, k, k) of rows (n, k)."""
+    return rows[:, None, :] * np.eye(rows.shape[1])
+
+
+def _improved(problem: Problem, points: list[_Point]) -> list[_Point]:
+    """Each point moved to the best of its trial steps; finished where that gains nothing more."""
+    scales = problem.scales
+    trials = np.stack([_trial_coordinates(problem, point) for point in points])
+    values = scales.outward(trials.reshape(-1, trials.shape[-1]))
+    power = problem.spectrum.power(problem.spectrum.coefficients(problem.residuals(values)))
+    deviance = problem.deviance(power, values).reshape(len(points), -1)
+    deviance = np.where(np.isfinite(deviance), deviance, np.inf)
+    best = np.argmin(deviance, axis=1)
+    better = [n for n, point in enumerate(points) if deviance[n, best[n]] < point.deviance]
+    moved = dict(
+        zip(better, _points(problem, trials[better, best[better]]), strict=True) if better else ()
+    )
+    return [_next(point, moved.get(n), DAMPINGS[best[n]]) for n, point in enumerate(points)]
+
+
+def _next(point: _Point, moved: _Point | None, chosen: float) -> _Point:
+    """The point to go on from: the moved one, or the old one with more damping, or the end."""
+    if moved is None:
+        damping = point.damping * DAMPINGS[-1] ** 2
+        return replace(point, damping=damping, finished=damping > LARGEST_DAMPING)
+    finished = point.deviance - moved.deviance < IMPROVEMENT
+    return replace(moved, damping=max(point.damping * chosen, 1e-9), finished=finished)
+
+
+def _trial_coordinates(problem: Problem, point: _Point) -> Array:
+    """Coordinates (trials, k) reached by steps of different damping."""
+    normal, gradient = _normal_equations(problem, point)
+    scales = problem.scales
+    free = ~held(scales, point.coordinates, gradient)
+    moves = np.zeros((len(DAMPINGS), len(gradient)))
+    if free.any():
+        system = normal[np.ix_(free, free)]
+        ridge = np.diag(np.diag(system))
+        for move, factor in zip(moves, DAMPINGS, strict=True):
+            damped = system + factor * point.damping * ridge
+            move[free] = inverse(damped) @ gradient[free]
+    moves = np.clip(moves, -2.0 * scales.width, 2.0 * scales.width)
+    return np.clip(point.coordinates + moves, scales.low, scales.high)
+
+
+def _normal_equations(problem: Problem, point: _Point) -> tuple[Array, Array]:
+    """J'WJ (k, k) and J'Wr (k,) in search coordinates, with the prior of the calibration."""
+    rows = problem.spectrum.coefficients(point.jacobian.T)
+    weight = 1.0 / problem.variance(point.power[None])[0][problem.spectrum.bands]
+    prior = 1.0 / problem.prior**2
+    normal = (rows * weight) @ rows.T + np.diag(prior)
+    return normal, rows @ (weight * point.coefficients) - prior * (point.values - 1.0)
+
+
+def inverse(normal: Array, singular: float = 1e-14) -> Array:
+    """Pseudo-inverse (k, k) of normal equations, whatever the units of their parameters.
+
+    singular: eigenvalue, with a diagonal of ones, below which a direction is left alone.
+    """
+    diagonal = np.diag(normal)
+    size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    scaled = normal / np.outer(size, size)
+    return np.asarray(np.linalg.pinv(scaled, rcond=singular, hermitian=True) / np.outer(size, size))
+
+
+def held(scales: Scales, coordinates: Array, gradient: Array) -> NDArray[np.bool_]:
+    """Parameters on a bound that want to go beyond it."""
+    below = (coordinates <= scales.low) & (gradient < 0.0)
+    return below | ((coordinates >= scales.high) & (gradient > 0.0))
+
+
+def _finished(problem: Problem, point: _Point) -> Fit:
+    normal, _ = _normal_equations(problem, point) if len(point.values) else (np.zeros((0, 0)), None)
+    scales = problem.scales
+    span = np.minimum(scales.high - scales.low, scales.width)
+    distance = np.minimum(point.coordinates - scales.low, scales.high - point.coordinates)
+    return Fit(
+        problem,
+        point.values,
+        point.deviance,
+        point.residual,
+        point.coefficients,
+        problem.variance(point.power[None])[0],
+        point.jacobian,
+        _lost_freedom(problem, len(point.values)) * inverse(normal),
+        distance <= AT_LIMIT * span,
+    )
+
+
+def _lost_freedom(problem: Problem, parameters: int) -> float:
+    """Factor on the covariance for the runs that the parameters have used up."""
+    runs = len({part.run for part in problem.spectrum.layout.series})
+    return runs / max(runs - parameters, 1.0)

@@ -1,0 +1,265 @@
+"""The noise floor of a measurement set: from repeats, else as stated, else from a smoothing spline.
+
+The floor has a level for each band of `spectrum`: what differs between repeats of a run as a whole
+lies in the first bands, the noise of the sensor in all of them.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_smoothing_spline
+from scipy.stats import chi2
+
+from model_lab.fitting.spectrum import Spectrum
+from model_lab.measurements.measurement_set import MeasurementSet, Series
+
+Array = NDArray[np.float64]
+
+REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
+UPPER_LEVEL = 0.95
+SMALLEST_SPLINE = 20  # samples of a piece that tell noise from course
+NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
+WHITE_BEND = 6.0  # variance of second differences of white noise of variance 1
+SPLINE_PIECE = 250  # samples of one, as its cross-validation takes a millisecond for each
+SPLINE_PIECES = 12  # of each output
+SLOW_BANDS = 3  # bands after that of the gain in which odd repeats show
+FEWEST_GROUPS = 4  # of repeats, to tell odd ones from others
+ALIKE_DRAWS = 4000
+UNLIKE = 0.002  # chance at which all groups are kept though one differs
+FAR_ABOVE = 4.0  # mean square of an odd group over the usual one
+SMALLEST_SHARE = 1e-9  # of the measured scale: a floor is never exactly zero
+
+SMALLEST_LEVEL = 1e-15  # in the unit of the outputs; masses of pulses are above 1e-9 kg
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """The error that no model can go below, one sigma in the unit of the outputs.
+
+    total: root mean square over the samples; within and between runs: its parts; upper: its 95 %
+    bound. variance (bands,): mean square of a coefficient of each band; dof (bands,): degrees of
+    freedom from which it was estimated (0: not seen in repeats). source: where it comes from.
+    """
+
+    total: float
+    within: float
+    between: float
+    upper: float
+    variance: Array
+    dof: Array
+    source: str
+
+    @property
+    def gain_known(self) -> bool:
+        """Whether repeats say how much runs differ as a whole."""
+        return self.source == REPEATS
+
+
+def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:
+    """The floor of a set, given the residual (samples,) of a model fitted to it.
+
+    A model that is wrong in the same way for all repeats does not change it. Raises ValueError for
+    sets that do not tell it.
+    """
+    scale = max(SMALLEST_SHARE * float(np.abs(residual).max()), SMALLEST_LEVEL)
+    power, dof = _contrasts(spectrum, residual)
+    counts = spectrum.counts()
+    if dof.sum() > 0.0:
+        seen = dof > 0.0
+        variance = np.where(seen, power / np.where(seen, dof, 1.0), 0.0)
+        variance = _falling(np.where(seen, variance, _lowest(variance, seen)), dof, spectrum)
+        return _floor(np.maximum(variance, scale**2), dof, spectrum, REPEATS)
+    stated = [data.noise.get(name) for name in data.outputs]
+    if all(level is not None for level in stated):
+        levels, source = np.array(stated, float), STATED
+    else:
+        levels, source = _spline_levels(spectrum, residual), SPLINE
+    variance = np.maximum(levels[spectrum.band_output] ** 2, scale**2)
+    return _floor(variance, counts * 0.0, spectrum, source)
+
+
+def _floor(variance: Array, dof: Array, spectrum: Spectrum, source: str) -> NoiseFloor:
+    counts = spectrum.counts()
+    share = counts / counts.sum()
+    total = float(share @ variance)
+    white = np.array([_white_level(variance, counts, spectrum, band) for band in range(len(dof))])
+    within = float(share @ np.minimum(white, variance))
+    spread = float(share**2 @ (2.0 * variance**2 / np.where(dof > 0.0, dof, counts)))
+    freedom = 2.0 * total**2 / spread
+    upper = total * freedom / chi2.ppf(1.0 - UPPER_LEVEL, freedom)
+    between = max(total - within, 0.0)
+    roots = np.sqrt([total, within, between, upper]).tolist()
+    return NoiseFloor(roots[0], roots[1], roots[2], roots[3], variance, dof, source)
+
+
+def _white_level(variance: Array, counts: Array, spectrum: Spectrum, band: int) -> float:
+    """Level of the widest band of the same output: what is alike at all frequencies."""
+    same = np.flatnonzero(spectrum.band_output == spectrum.band_output[band])
+    return float(variance[same[np.argmax(counts[same])]])
+
+
+def _lowest(variance: Array, seen: NDArray[np.bool_]) -> float:
+    return float(variance[seen].min())
+
+
+def _falling(variance: Array, dof: Array, spectrum: Spectrum) -> Array:
+    """Levels that do not rise with frequency, by pooling adjacent violators for each output."""
+    result = variance.copy()
+    for output in np.unique(spectrum.band_output):
+        mine = np.flatnonzero(spectrum.band_output == output)
+        result[mine] = falling(variance[mine], np.maximum(dof[mine], 1.0))
+    return result
+
+
+def falling(values: Array, weights: Array) -> Array:
+    """The sequence that does not rise and is nearest to values (n,) in the weighted mean square.
+
+    >>> falling(np.array([1.0, 3.0, 1.0]), np.ones(3)).tolist()
+    [2.0, 2.0, 1.0]
+    """
+    blocks: list[list[float]] = []  # value, weight, length
+    for value, weight in zip(values, weights, strict=True):
+        blocks.append([float(value), float(weight), 1])
+        while len(blocks) > 1 and blocks[-2][0] < blocks[-1][0]:
+            last, before = blocks.pop(), blocks.pop()
+            both = before[1] + last[1]
+            mean = (before[0] * before[1] + last[0] * last[1]) / both
+            blocks.append([mean, both, before[2] + last[2]])
+    return np.concatenate([np.full(int(block[2]), block[0]) for block in blocks])
+
+
+def _contrasts(spectrum: Spectrum, residual: Array) -> tuple[Array, Array]:
+    """Sum of squares and degrees of freedom (bands,) of the scatter between repeats.
+
+    Repeats that differ by far more than others do are left out: something happened in one of them,
+    and no model of the actuator should be excused by that.
+    """
+    coefficients = spectrum.coefficients(residual[None])[0]
+    scatter = [
+        _scatter(spectrum, coefficients, repeats) for repeats in _repeated(spectrum.layout.series)
+    ]
+    if not scatter:
+        return np.zeros(spectrum.band_count), np.zeros(spectrum.band_count)
+    power, dof = (np.stack(parts) for parts in zip(*scatter, strict=True))
+    kept = _alike(power[:, _slow(spectrum)].sum(axis=1), dof[:, _slow(spectrum)].sum(axis=1))
+    return power[kept].sum(axis=0), dof[kept].sum(axis=0)
+
+
+def _scatter(spectrum: Spectrum, coefficients: Array, repeats: list[Series]) -> tuple[Array, Array]:
+    """Sum of squares and degrees of freedom (bands,) of one group of repeats."""
+    if len({part.stop - part.start for part in repeats}) > 1:
+        repeats = _same_length(repeats)
+    rows = np.stack([coefficients[part.start : part.stop] for part in repeats])
+    bands = spectrum.bands[repeats[0].start : repeats[0].stop]
+    squares = np.sum((rows - rows.mean(axis=0)) ** 2, axis=0)
+    freedom = (len(repeats) - 1) * np.bincount(bands, minlength=spectrum.band_count)
+    power = np.bincount(bands, squares, spectrum.band_count)
+    return np.asarray(power, float), np.asarray(freedom, float)
+
+
+def _slow(spectrum: Spectrum) -> NDArray[np.bool_]:
+    """Bands (bands,) of slow errors, without those of a run's gain."""
+    first = np.searchsorted(spectrum.band_output, spectrum.band_output)
+    order = np.arange(spectrum.band_count) - first
+    return np.asarray((order >= 1) & (order <= SLOW_BANDS))
+
+
+def _alike(power: Array, dof: Array) -> NDArray[np.bool_]:
+    """Groups (groups,) to keep: all, unless the upper half scatters too much for one level.
+
+    The null distribution of the ratio of the halves is drawn; it depends on nothing but the degrees
+    of freedom.
+    """
+    every = np.ones(len(power), bool)
+    if len(power) < FEWEST_GROUPS or not np.all(dof > 0.0):
+        return every
+    drawn = np.random.default_rng(0).chisquare(dof, (ALIKE_DRAWS, len(dof))) / dof
+    null = np.sort(_ratio_of_halves(drawn))
+    level = power / dof
+    if _ratio_of_halves(level[None])[0] <= null[int((1.0 - UNLIKE) * ALIKE_DRAWS)]:
+        return every
+    usual = float(np.median(np.sort(level)[: len(level) // 2]))
+    return np.asarray(level <= FAR_ABOVE * usual)
+
+
+def _ratio_of_halves(levels: Array) -> Array:
+    """Sum of the larger half over that of the smaller half (draws,) of levels (draws, groups)."""
+    ordered = np.sort(levels, axis=1)
+    half = levels.shape[1] // 2
+    lower = np.maximum(ordered[:, :half].sum(axis=1), 1e-300)
+    return np.asarray(ordered[:, -half:].sum(axis=1) / lower)
+
+
+def _same_length(repeats: list[Series]) -> list[Series]:
+    """Repeats cut to the shortest of them: coefficients of one order are of one frequency."""
+    shortest = min(part.stop - part.start for part in repeats)
+    return [
+        Series(part.run, part.output, part.group, part.fold, part.start, part.start + shortest)
+        for part in repeats
+    ]
+
+
+def _repeated(series: tuple[Series, ...]) -> list[list[Series]]:
+    """Series that repeat each other: same group and output, and the same block of their run."""
+    found: dict[tuple[int, int, int], list[Series]] = defaultdict(list)
+    block: dict[tuple[int, int], int] = defaultdict(int)
+    for part in series:
+        place = block[part.run, part.output]
+        block[part.run, part.output] += 1
+        found[part.group, part.output, place].append(part)
+    return [parts for parts in found.values() if len(parts) > 1]
+
+
+def _spline_levels(spectrum: Spectrum, residual: Array) -> Array:
+    """One sigma (outputs,) of what smoothing splines through pieces of the series leave."""
+    outputs = int(spectrum.band_output.max()) + 1
+    levels = []
+    for output in range(outputs):
+        pieces = [
+            residual[start:stop]
+            for whole in _whole_series(spectrum.layout.series, output)
+            for start, stop in _pieces(*whole)
+        ]
+        chosen = pieces[:: -(-len(pieces) // SPLINE_PIECES)] if pieces else []
+        squares = [_spline_square(piece) for piece in chosen]
+        if not squares:
+            raise ValueError(
+                "noise floor: expected repeats, `noise` in experiment.yaml, or runs of at least "
+                f"{SMALLEST_SPLINE} samples that tell noise from course, got none of them"
+            )
+        levels.append(float(np.median(squares)))
+    return np.sqrt(np.array(levels))
+
+
+def _whole_series(series: Sequence[Series], output: int) -> list[tuple[int, int]]:
+    """Start and stop of an output of every run, blocks of a run together."""
+    ends: dict[int, tuple[int, int]] = {}
+    for part in series:
+        if part.output == output:
+            start, _ = ends.get(part.run, (part.start, part.stop))
+            ends[part.run] = (start, part.stop)
+    return list(ends.values())
+
+
+def _pieces(start: int, stop: int) -> list[tuple[int, int]]:
+    """Starts and ends of neighbouring pieces of a series that are long enough for a spline."""
+    count = max((stop - start) // SPLINE_PIECE, 1)
+    edges = np.linspace(start, stop, count + 1).astype(int).tolist()
+    return [(low, high) for low, high in pairwise(edges) if high - low >= SMALLEST_SPLINE]
+
+
+def _spline_square(values: Array) -> float:
+    """Mean square of what a smoothing spline by cross-validation leaves of values (n,).
+
+    Where the values have a kink a spline follows the noise; second differences do not.
+    """
+    order = np.arange(len(values), dtype=float)
+    left = float(np.mean((values - make_smoothing_spline(order, values)(order)) ** 2))
+    bend = float(np.median(np.abs(np.diff(values, 2))))
+    return max(left, (NORMAL_MEDIAN * bend) ** 2 / WHITE_BEND)

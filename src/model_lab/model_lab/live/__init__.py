@@ -1,0 +1,1 @@
+"""The model beside a running hand: predictions and residuals, sample by sample."""

@@ -1,0 +1,1 @@
+"""Where a model fails: its residual against every axis of a set."""

@@ -1,0 +1,202 @@
+"""What a residual may vary with: the axes of the contract, one value for every sample.
+
+`pressure` stands for what drives the experiment: the stretch when pulling a bar, and the pressure
+drop p_in - p_out of a valve pulse. A pulse has no course of its own: its direction is that of the
+valve, its `time_since_step` the time for which the valve was open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.diagnosis.black_boxes import driving_input
+from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run
+
+Array = NDArray[np.float64]
+
+SMOOTHED = 100  # a rate is taken over two of so many parts of a run ...
+LONGEST_SMOOTHED = 20  # ... but over twice so many samples at most
+EVEN_RATE = 0.02  # a rate that varies by less than this part is the same throughout
+RESTING = 0.1  # of span over duration: below this rate the input rests
+
+RISING, RESTS, FALLING = 0.0, 1.0, 2.0
+COURSES = ("rises", "rests", "falls")
+DIRECTIONS = ("inflating", "deflating")
+DRIVING = {
+    "uniaxial": ("stretch", ""),
+    "valve_pulse": ("pressure drop", "Pa"),
+}  # others: pressure
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis; values (samples,) in SI units, NaN where it has none.
+
+    noun: what is meant by the axis in this experiment. categories: names of the values 0, 1, ... of
+    an axis without order. of_run: the value does not change within a run.
+    """
+
+    name: str
+    noun: str
+    unit: str
+    values: Array
+    categories: tuple[str, ...] = ()
+    of_run: bool = False
+
+
+def axes_of(data: MeasurementSet) -> tuple[Axis, ...]:
+    """The axes along which a set varies, laid out as its samples (run by run, output by output)."""
+    axes = [*_course_axes(data), *_run_axes(data)]
+    varied = [axis for axis in axes if _varies(axis)]
+    return tuple(
+        axis
+        for index, axis in enumerate(varied)
+        if axis.of_run or not any(_same(axis, other) for other in varied[:index])
+    )
+
+
+def input_rate(run: Run, values: Array) -> Array:
+    """Smoothed rate of change (samples,) of an input, by time or else by sample number."""
+    count = len(values)
+    if count < 2:
+        return np.zeros(count)
+    time = run.columns.get("time", np.arange(count, dtype=float))
+    reach = min(max(count // (2 * SMOOTHED), 1), LONGEST_SMOOTHED)
+    index = np.arange(count)
+    before, after = np.maximum(index - reach, 0), np.minimum(index + reach, count - 1)
+    return (values[after] - values[before]) / (time[after] - time[before])
+
+
+def resting_share(data: MeasurementSet) -> float:
+    """Share of all samples in which the driving input rests."""
+    inputs = [driving_input(run, data.experiment) for run in data.runs]
+    rests = [
+        _course(run, values, input_rate(run, values)) == RESTS for run, values in _zip(data, inputs)
+    ]
+    return float(np.mean(np.concatenate(rests)))
+
+
+def per_sample(data: MeasurementSet, values: Sequence[Array | float]) -> Array:
+    """Values (samples,) of a set, given those of each run, repeated for every output."""
+    outputs = len(data.outputs)
+    parts = [
+        np.tile(np.broadcast_to(np.asarray(value, float), run.samples), outputs)
+        for run, value in zip(data.runs, values, strict=True)
+    ]
+    return np.concatenate(parts)
+
+
+# ---------------------------------------------------------------------- within runs
+def _course_axes(data: MeasurementSet) -> list[Axis]:
+    noun, unit = DRIVING.get(data.experiment, ("pressure", "Pa"))
+    inputs = [driving_input(run, data.experiment) for run in data.runs]
+    axes = [Axis("pressure", noun, unit, per_sample(data, inputs))]
+    if data.experiment == "valve_pulse":
+        return axes + _pulse_axes(data)
+    rates = [input_rate(run, values) for run, values in zip(data.runs, inputs, strict=True)]
+    courses = [_course(run, values, rate) for run, values, rate in _zip(data, inputs, rates)]
+    axes.append(Axis("direction", noun, "", per_sample(data, courses), COURSES))
+    if data.has_time:
+        axes.append(
+            Axis("pressure_rate", f"{noun} rate", _rate_unit(unit), per_sample(data, rates))
+        )
+        since = [_since_moved(run, course) for run, course in zip(data.runs, courses, strict=True)]
+        axes.append(Axis("time_since_step", "time since a step", "s", per_sample(data, since)))
+    largest = per_sample(data, _largest_so_far(data, inputs))
+    axes.append(Axis("largest_pressure", f"largest {noun} so far", unit, largest))
+    return axes
+
+
+def _zip(data: MeasurementSet, *values: Sequence[Array]) -> zip:
+    return zip(data.runs, *values, strict=True)
+
+
+def _pulse_axes(data: MeasurementSet) -> list[Axis]:
+    deflating = [run.columns["direction"] == DEFLATE for run in data.runs]
+    durations = [run.columns["duration"] for run in data.runs]
+    return [
+        Axis("direction", "valve", "", per_sample(data, deflating), DIRECTIONS),
+        Axis("time_since_step", "pulse duration", "s", per_sample(data, durations)),
+    ]
+
+
+def _rate_unit(unit: str) -> str:
+    return f"{unit}/s" if unit else "1/s"
+
+
+def _course(run: Run, values: Array, rate: Array) -> Array:
+    """Whether an input rises, rests or falls (samples,)."""
+    time = run.columns.get("time", np.arange(len(values), dtype=float))
+    typical = float(np.ptp(values)) / max(float(np.ptp(time)), 1e-300)
+    course = np.full(len(values), RESTS)
+    course[rate > RESTING * typical] = RISING
+    course[rate < -RESTING * typical] = FALLING
+    return course
+
+
+def _since_moved(run: Run, course: Array) -> Array:
+    """Time [s] (samples,) for which the input has rested since it rose or fell, else NaN."""
+    time = run.columns["time"]
+    moved = np.where(course != RESTS, time, -np.inf)
+    since = time - np.maximum.accumulate(moved)
+    return np.where(np.isfinite(since) & (course == RESTS), since, np.nan)
+
+
+def _largest_so_far(data: MeasurementSet, inputs: Sequence[Array]) -> list[Array]:
+    """The largest input (samples,) that the specimen has seen, run by run."""
+    largest: dict[str, float] = {}
+    result = []
+    for run, values in zip(data.runs, inputs, strict=True):
+        before = -np.inf if run.virgin else largest.get(run.specimen, -np.inf)
+        result.append(np.maximum.accumulate(np.maximum(values, before)))
+        largest[run.specimen] = float(result[-1][-1])
+    return result
+
+
+# ---------------------------------------------------------------------- of runs
+def _run_axes(data: MeasurementSet) -> list[Axis]:
+    specimens = [data.specimens[run.specimen] for run in data.runs]
+    walls = [float(specimen.values.get("wall", np.nan)) for specimen in specimens]
+    temperatures = [run.temperature for run in data.runs]
+    return [
+        Axis("run_order", "run", "", per_sample(data, _order(data)), of_run=True),
+        Axis("temperature", "temperature", "K", per_sample(data, temperatures), of_run=True),
+        Axis("wall", "wall", "m", per_sample(data, walls), of_run=True),
+        _named_axis(data, "mount", [specimen.mount for specimen in specimens]),
+        _named_axis(data, "specimen", [specimen.name for specimen in specimens]),
+    ]
+
+
+def _named_axis(data: MeasurementSet, name: str, names: Sequence[str]) -> Axis:
+    categories = tuple(dict.fromkeys(names))
+    values = [float(categories.index(entry)) for entry in names]
+    return Axis(name, name, "", per_sample(data, values), categories, of_run=True)
+
+
+def _order(data: MeasurementSet) -> list[float]:
+    """Number of each run among those of its specimen, from 1; `virgin` begins anew."""
+    last: dict[str, float] = {}
+    order = []
+    for run in data.runs:
+        last[run.specimen] = 1.0 if run.virgin else last.get(run.specimen, 0.0) + 1.0
+        order.append(last[run.specimen])
+    return order
+
+
+def _varies(axis: Axis) -> bool:
+    known = axis.values[np.isfinite(axis.values)]
+    if not len(known):
+        return False
+    if axis.name == "pressure_rate":
+        low, high = np.quantile(known, (0.1, 0.9))
+        return float(high - low) > EVEN_RATE * float(np.abs(known).max())
+    return bool(known.min() < known.max())
+
+
+def _same(axis: Axis, other: Axis) -> bool:
+    """Whether two axes are one, as pressure and the largest so far are where it only rises."""
+    return np.array_equal(axis.values, other.values, equal_nan=True)

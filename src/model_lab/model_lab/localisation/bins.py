@@ -1,0 +1,208 @@
+"""Bins along an axis, and sums of a residual in them when blocks are drawn at random.
+
+Sums of a residual by block and bin, and what they become when blocks are drawn at random.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.localisation.axes import Axis
+from model_lab.measurements.measurement_set import MeasurementSet
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+BINS = 12
+SMALLEST_BIN = 5  # samples, on the average
+SAME = 1e-8  # of the range
+RANKED = 100_000  # samples from which the edges are taken
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Bins of one axis: index (samples,) of each sample's, -1 where the axis has no value.
+
+    low, high, center (bins,): smallest, largest and mean value of each in SI units, rising, or the
+    numbers of categories.
+    """
+
+    axis: Axis
+    index: IntArray
+    low: Array
+    high: Array
+    center: Array
+
+    @property
+    def count(self) -> int:
+        """Number of bins."""
+        return len(self.low)
+
+
+def make_bins(axis: Axis) -> Bins:
+    """Bins of an axis, none of them empty."""
+    known = np.isfinite(axis.values)
+    values = axis.values[known]
+    place = np.searchsorted(_inner_edges(_rounded(values), axis), _rounded(values), side="right")
+    number = np.bincount(place)
+    used = np.flatnonzero(number)
+    index = np.full(len(axis.values), -1, dtype=np.int64)
+    index[known] = (np.cumsum(number > 0) - 1)[place]
+    members = [values[place == each] for each in used]
+    low, high, center = (
+        np.array([float(of(part)) for part in members]) for of in (np.min, np.max, np.mean)
+    )
+    return Bins(axis, index, low, high, center)
+
+
+def _rounded(values: Array) -> Array:
+    """Values without the last digits, in which those that should be alike may differ."""
+    unit = float(np.ptp(values)) * SAME or 1.0
+    return np.round(values / unit) * unit
+
+
+def _inner_edges(values: Array, axis: Axis) -> Array:
+    """Edges between bins: a value on an edge belongs to the bin above."""
+    few = _few_values(values)
+    if axis.categories or (few is not None and len(few) <= BINS):
+        found = np.unique(values) if few is None else few
+        return (found[1:] + found[:-1]) / 2.0
+    thinned = values[:: max(len(values) // RANKED, 1)]
+    found, times = np.unique(thinned, return_counts=True)
+    heavy = found[times > len(thinned) / BINS]  # such values get a bin of their own
+    rest = thinned[~np.isin(thinned, heavy)]
+    count = max(min(BINS, len(rest) // SMALLEST_BIN) - len(heavy), 1)
+    ranks = np.quantile(rest, np.linspace(0.0, 1.0, count + 1)[1:-1]) if len(rest) else heavy
+    return np.unique(np.concatenate([ranks, heavy, np.nextafter(heavy, np.inf)]))
+
+
+def _few_values(values: Array) -> Array | None:
+    """The different values if they may be few, looked up in a part of the samples first."""
+    if len(np.unique(values[: 4 * BINS * SMALLEST_BIN])) > BINS:
+        return None
+    found = np.unique(values)
+    return found if len(found) <= BINS else None
+
+
+DRAWS = 999
+BAND = 95.0  # [percent]
+FEWEST_RUNS = 8  # below it runs are cut into blocks ...
+BLOCKS = 24  # ... so many in all
+SMALLEST_BLOCK = 8  # samples
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Mean residual (bins,) of one output along an axis with its 95 % band, in SI units.
+
+    NaN where a bin is empty; the band is NaN where a single block fills a bin.
+    """
+
+    mean: Array
+    low: Array
+    high: Array
+    count: IntArray
+
+
+@dataclass(frozen=True)
+class SampleLayout:
+    """Run, block and output (samples,) of every sample; blocks are runs or parts of runs."""
+
+    run: IntArray
+    block: IntArray
+    output: IntArray
+    blocks_are_runs: bool
+
+
+def layout_of(data: MeasurementSet) -> SampleLayout:
+    """The layout of a set: run by run, output by output."""
+    whole = len(data.runs) >= FEWEST_RUNS
+    each = 1 if whole else -(-BLOCKS // len(data.runs))
+    runs, blocks, outputs, first = [], [], [], 0
+    for index, run in enumerate(data.runs):
+        pieces = max(min(each, run.samples // SMALLEST_BLOCK), 1)
+        block = first + np.arange(run.samples) * pieces // run.samples
+        first += pieces
+        for output in range(len(data.outputs)):
+            runs.append(np.full(run.samples, index))
+            blocks.append(block)
+            outputs.append(np.full(run.samples, output))
+    return SampleLayout(
+        np.concatenate(runs), np.concatenate(blocks), np.concatenate(outputs), whole
+    )
+
+
+@dataclass(frozen=True)
+class BlockSums:
+    """Sums of the residual and numbers of samples (blocks, outputs, bins)."""
+
+    value: Array
+    number: Array
+
+    @classmethod
+    def of(cls, bins: Bins, layout: SampleLayout, residual: Array, outputs: int) -> BlockSums:
+        """Sums of a residual (samples,)."""
+        known = bins.index >= 0
+        shape = (int(layout.block[-1]) + 1, outputs, bins.count)
+        cell = (layout.block[known] * outputs + layout.output[known]) * bins.count
+        cell += bins.index[known]
+        size = int(np.prod(shape))
+        value = np.bincount(cell, residual[known], size).astype(float)
+        number = np.bincount(cell, minlength=size).astype(float)
+        return cls(value.reshape(shape), number.reshape(shape))
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return len(self.value)
+
+    def explained(self, sums: Array) -> Array:
+        """Squares (draws,) explained by bin means about the mean of each output.
+
+        sums (draws, outputs, bins): of the residual, such as `total`, with the numbers of samples
+        of this set.
+        """
+        number = self.number.sum(axis=0)
+        squares = np.sum(sums**2 / np.where(number > 0.0, number, 1.0), axis=-1)
+        mean = np.sum(sums, axis=-1) ** 2 / np.maximum(np.sum(number, axis=-1), 1.0)
+        return np.sum(squares - mean, axis=-1)
+
+    def total(self) -> Array:
+        """Sums (1, outputs, bins) over all blocks."""
+        return self.value.sum(axis=0, keepdims=True)
+
+    def turned(self, random: np.random.Generator) -> Array:
+        """Sums (draws, outputs, bins) as they could be if the bins did not differ.
+
+        A wild bootstrap: blocks take a sign at random. What is turned are the blocks' deviations
+        from the bin means of the *other* blocks, so that neither a real dependence nor the fitting
+        of the means passes for noise.
+        """
+        signs = random.choice((-1.0, 1.0), (DRAWS, self.blocks))
+        return np.tensordot(signs, self._deviations(), 1)
+
+    def _deviations(self) -> Array:
+        """Sums (blocks, outputs, bins) less those at the bin means of the other blocks."""
+        others = self.number.sum(axis=0) - self.number
+        mean = (self.value.sum(axis=0) - self.value) / np.where(others > 0.0, others, 1.0)
+        return self.value - self.number * mean
+
+    def curves(self, outputs: tuple[str, ...], turned: Array) -> dict[str, Curve]:
+        """Mean and band of each output, given the sums of turned deviations of `turned`."""
+        number = self.number.sum(axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean = self.value.sum(axis=0) / number
+            reach = np.percentile(np.abs(turned), BAND, axis=0) / number
+        reach[np.count_nonzero(self.number, axis=0) < 2] = np.nan
+        return {
+            name: Curve(
+                mean[index],
+                mean[index] - reach[index],
+                mean[index] + reach[index],
+                number[index].astype(np.int64),
+            )
+            for index, name in enumerate(outputs)
+        }

@@ -1,0 +1,106 @@
+"""How a residual goes with the course of the input: cross-correlation and loops.
+
+A residual that follows the input with a lag points to something that takes time; one that lies
+higher on the way up than on the way down, loop by loop, to memory of any kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.diagnosis.black_boxes import driving_input
+from model_lab.measurements.measurement_set import MeasurementSet, Run
+
+Array = NDArray[np.float64]
+
+STEPS = 500  # of the longest run
+FARTHEST = 50  # lag in steps
+OPEN = 0.2  # of its span between start and end: such a course is no loop
+
+
+@dataclass(frozen=True)
+class InputRelation:
+    """A residual against the input of its runs.
+
+    lag (2*FARTHEST + 1,): of the residual behind the input, in seconds or, without time, samples
+    (`lag_unit`). correlation (outputs, lags): from -1 to 1, over all runs, each about its mean.
+    loop_area: by run (outputs,) the integral of the residual over the closed course of the input,
+    in the product of their SI units, positive when the residual is larger on the way down.
+    loop_width: by run (outputs,) how much larger it is on the way down, on the average, in the
+    unit of the residual. Both are NaN for runs that do not come back.
+    """
+
+    lag: Array
+    lag_unit: str
+    correlation: Array
+    loop_area: Mapping[str, Array]
+    loop_width: Mapping[str, Array]
+
+    def strongest(self, output: int = 0) -> tuple[float, float]:
+        """(lag, correlation) of the strongest correlation of an output."""
+        index = int(np.argmax(np.abs(self.correlation[output])))
+        return float(self.lag[index]), float(self.correlation[output, index])
+
+
+def input_relation(data: MeasurementSet, residual: Array) -> InputRelation | None:
+    """The relation of a residual (samples,) to the input; None for valve pulses, without course."""
+    if data.experiment == "valve_pulse":
+        return None
+    outputs = len(data.outputs)
+    step = max(float(np.ptp(_time(run, data.has_time))) for run in data.runs) / STEPS or 1.0
+    products = np.zeros((outputs, 2 * FARTHEST + 1))
+    squares, area, width, start = np.zeros((outputs, 2)), {}, {}, 0
+    for run in data.runs:
+        part = residual[start : start + outputs * run.samples].reshape(outputs, run.samples)
+        start += part.size
+        course = driving_input(run, data.experiment)
+        area[run.name], width[run.name] = _loop(part, course)
+        more = _products(part, course, _time(run, data.has_time), step)
+        products, squares = products + more[0], squares + more[1]
+    size = np.sqrt(squares.prod(axis=1, keepdims=True))
+    correlation = np.divide(products, size, out=np.zeros_like(products), where=size > 0.0)
+    lag: Array = step * np.arange(-FARTHEST, FARTHEST + 1, dtype=float)
+    return InputRelation(lag, "s" if data.has_time else "samples", correlation, area, width)
+
+
+def _time(run: Run, has_time: bool) -> Array:
+    return run.columns["time"] if has_time else np.arange(run.samples, dtype=float)
+
+
+def _loop(residual: Array, course: Array) -> tuple[Array, Array]:
+    """Area (outputs,) and mean width of the loops of a residual (outputs, samples)."""
+    if abs(course[-1] - course[0]) > OPEN * np.ptp(course):
+        return np.full(len(residual), np.nan), np.full(len(residual), np.nan)
+    closed = np.append(residual, residual[:, :1], axis=1)
+    steps = np.diff(np.append(course, course[0]))
+    area = -np.sum((closed[:, 1:] + closed[:, :-1]) / 2.0 * steps, axis=1)
+    travelled = float(np.abs(steps).sum())
+    return area, 2.0 * area / travelled if travelled > 0.0 else np.zeros(len(residual))
+
+
+def _products(residual: Array, course: Array, time: Array, step: float) -> tuple[Array, Array]:
+    """Sums of products (outputs, lags) and of squares (outputs, 2) on an even grid of time."""
+    grid = np.arange(time[0], time[-1] + 0.5 * step, step)
+    driving = _about_mean(np.interp(grid, time, course))
+    products, squares = [], []
+    for output in residual:
+        follows = _about_mean(np.interp(grid, time, output))
+        full = np.correlate(follows, driving, "full")
+        products.append(_middle(full, len(grid)))
+        squares.append([np.sum(follows**2), np.sum(driving**2)])
+    return np.array(products), np.array(squares)
+
+
+def _about_mean(values: Array) -> Array:
+    return values - values.mean()
+
+
+def _middle(full: Array, count: int) -> Array:
+    """Lags -FARTHEST..FARTHEST of a full correlation of `count` values; 0 beyond them."""
+    padded = np.pad(full, FARTHEST)
+    center = count - 1 + FARTHEST
+    return padded[center - FARTHEST : center + FARTHEST + 1]

@@ -1,0 +1,246 @@
+"""Where a model fails: its residual against every axis, with bands, a test by runs, and words for
+the part of an axis.
+
+Where a model fails: its residual against every axis, with bands and a test by runs.
+
+The residual is averaged in bins along each axis. Runs are the units that are drawn: the bands, and
+the test whether the means differ by more than chance, come from a wild bootstrap that turns the
+signs of whole runs. With few runs each is cut into blocks, and `basis`
+says so: then what differs between runs by mere scatter counts as found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.localisation.axes import COURSES, Axis, axes_of
+from model_lab.localisation.bins import Bins, BlockSums, Curve, SampleLayout, layout_of, make_bins
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.units import Display, display_of
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+CLEAR = 0.2  # share of the error less share of the samples, from which a part stands out
+INNER_MARGIN = 0.1  # by which a part in the middle must be better than one at an end
+MOST_DIGITS = 6
+NAMED = 3  # categories at most
+ORDINALS = {1: "first", 2: "second", 3: "third"}
+
+
+def where_phrase(bins: Bins, error: Array, count: IntArray) -> str:
+    """Where on an axis the error lies, such as `above 41 kPa`.
+
+    Args:
+        bins: the bins of the axis.
+        error: sum of squares (bins,) of the mean residual in each.
+        count: samples (bins,) in each.
+    """
+    if not error.sum() > 0.0:
+        return "nowhere"
+    excess = error / error.sum() - count / count.sum()
+    if bins.axis.categories:
+        return _category_phrase(bins.axis, excess)
+    part = _part(excess)
+    if part.gain < CLEAR:
+        return "everywhere"
+    if bins.axis.name == "run_order":
+        return _run_phrase(bins, part)
+    below, above = _edge(bins, part.first), _edge(bins, part.last + 1)
+    return _range_phrase(bins.axis, below, above, part.outside)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Neighbouring bins first..last, or all the others (`outside`), and how far they stand out."""
+
+    first: int
+    last: int
+    outside: bool
+    gain: float
+
+
+def _part(excess: Array) -> _Part:
+    """The part of the axis that stands out most; best one that reaches from an end to an edge."""
+    count = len(excess)
+    total = np.concatenate([[0.0], np.cumsum(excess)])
+    parts = [
+        _Part(first, last, outside, float(total[last + 1] - total[first]) * (-1 if outside else 1))
+        for first in range(count)
+        for last in range(first, count)
+        for outside in (False, True)
+        if (first, last) != (0, count - 1) and not (outside and (first == 0 or last == count - 1))
+    ]
+    at_end = [part for part in parts if part.first == 0 or part.last == count - 1]
+    best, simple = (max(some, key=lambda part: part.gain) for some in (parts, at_end))
+    return best if best.gain > simple.gain + INNER_MARGIN else simple
+
+
+def _edge(bins: Bins, index: int) -> float | None:
+    """Value between the bins index - 1 and index; None at the ends of the axis."""
+    if index in (0, bins.count):
+        return None
+    return float(bins.high[index - 1] + bins.low[index]) / 2.0
+
+
+def _range_phrase(axis: Axis, below: float | None, above: float | None, outside: bool) -> str:
+    """A part of an axis with a scale, from `below` to `above`, open where one is None."""
+    if axis.name == "time_since_step" and axis.noun != "pulse duration":
+        return _since_phrase(below, above, outside)
+    named = axis.name in ("pressure", "pressure_rate", "temperature")
+    words = _range_words(display_of(axis.unit), below, above, outside)
+    return words if named else f"{axis.noun} {words}"
+
+
+def _range_words(display: Display, below: float | None, above: float | None, outside: bool) -> str:
+    """Such as `above 41 kPa`; two numbers get as many digits as they need to differ."""
+    digits = 2
+    if below is not None and above is not None:
+        while digits < MOST_DIGITS and display.number(below, digits) == display.number(
+            above, digits
+        ):
+            digits += 1
+    low, high = (
+        None if value is None else display.number(value, digits) for value in (below, above)
+    )
+    if low is None:
+        words = f"below {high}"
+    elif high is None:
+        words = f"above {low}"
+    else:
+        words = f"below {low} or above {high}" if outside else f"between {low} and {high}"
+    return f"{words} {display.unit}".rstrip()
+
+
+def _since_phrase(below: float | None, above: float | None, outside: bool) -> str:
+    if below is None and above is not None:
+        return f"within {above:.2g} s of a step"
+    if above is None and below is not None:
+        return f"later than {below:.2g} s after a step"
+    words = f"between {below:.2g} and {above:.2g} s after a step"
+    return f"except {words}" if outside else words
+
+
+def _run_phrase(bins: Bins, part: _Part) -> str:
+    first, last = round(bins.low[part.first]), round(bins.high[part.last])
+    if first == last:
+        words = f"{ORDINALS[first]} run" if first in ORDINALS else f"run {first}"
+    elif part.first == 0:
+        words = f"first {last} runs"
+    else:
+        words = f"runs {first} to {last}"
+    return f"{'all but ' if part.outside else ''}{words} of each specimen"
+
+
+def _category_phrase(axis: Axis, excess: Array) -> str:
+    order = np.argsort(-excess)
+    chosen = [int(index) for index in order if excess[index] > 0.0][:NAMED]
+    total = 0.0
+    for kept, index in enumerate(chosen, start=1):
+        total += excess[index]
+        if total >= CLEAR and total >= 0.8 * excess[excess > 0.0].sum():
+            return _named(axis, sorted(chosen[:kept]))
+    return "everywhere"
+
+
+def _named(axis: Axis, chosen: list[int]) -> str:
+    names = [axis.categories[index] for index in chosen]
+    listed = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+    if axis.name == "direction":
+        subject = f"{axis.noun} " if axis.categories == COURSES else ""
+        return f"while {subject}{' or '.join(names)}"
+    if axis.name == "mount":
+        return f"mounted {listed.replace('_', ' ')}"
+    return f"{axis.name}{'s' if len(names) > 1 else ''} {listed}"
+
+
+SIGNIFICANCE = 0.05  # over all axes together
+SMALLEST_SHARE = 0.02
+RUNS, RUN_BLOCKS = "runs", "blocks of runs"
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """How a residual varies with one axis.
+
+    where: the part of the axis in which the model fails most. p_value: of the null hypothesis that
+    the residual does not depend on the axis. share_of_error: of the residual's mean square that the
+    bin means explain about the overall mean, less what chance would. basis: what is drawn at
+    random. curves: by output.
+    """
+
+    bins: Bins
+    where: str
+    p_value: float
+    share_of_error: float
+    basis: str
+    curves: Mapping[str, Curve]
+
+    @property
+    def against(self) -> str:
+        """Name of the axis."""
+        return self.bins.axis.name
+
+
+@dataclass(frozen=True)
+class Localisation:
+    """A residual against all axes, the largest share of the error first.
+
+    constant: share of the residual's mean square that its overall mean makes up.
+    """
+
+    axes: tuple[Dependence, ...]
+    constant: float
+
+    @property
+    def failures(self) -> tuple[Dependence, ...]:
+        """The axes against which the residual varies beyond chance, tested all together."""
+        level = SIGNIFICANCE / max(len(self.axes), 1)
+        return tuple(
+            axis
+            for axis in self.axes
+            if axis.p_value <= level and axis.share_of_error >= SMALLEST_SHARE
+        )
+
+
+def localise(data: MeasurementSet, residual: Array, seed: int = 0) -> Localisation:
+    """The residual (samples,) of a model against every axis along which the set varies.
+
+    The samples are laid out run by run, within them output by output. Same seed, same answer.
+    Raises ValueError when the residual does not fit the set.
+    """
+    samples = sum(run.samples for run in data.runs) * len(data.outputs)
+    if residual.shape != (samples,):
+        raise ValueError(f"residual: expected shape ({samples},), got {residual.shape}")
+    layout = layout_of(data)
+    axes = [_dependence(data, layout, axis, residual, seed) for axis in axes_of(data)]
+    axes.sort(key=lambda axis: -axis.share_of_error)
+    means = np.bincount(layout.output, residual) / np.bincount(layout.output)
+    mean_square = float(np.mean(residual**2))
+    constant = float(np.mean(means[layout.output] ** 2)) / mean_square if mean_square else 0.0
+    return Localisation(tuple(axes), constant)
+
+
+def _dependence(
+    data: MeasurementSet, layout: SampleLayout, axis: Axis, residual: Array, seed: int
+) -> Dependence:
+    bins = make_bins(axis)
+    sums = BlockSums.of(bins, layout, residual, len(data.outputs))
+    turned = sums.turned(np.random.default_rng(seed))
+    null = sums.explained(turned)
+    observed = float(sums.explained(sums.total())[0])
+    total = float(np.sum(residual**2))
+    chance = float(null.mean())
+    share = (observed - chance) / (total - chance) if total > chance else 0.0
+    p_value = (1 + int(np.sum(null >= observed * (1.0 - 1e-9)))) / (1 + len(null))
+    basis = RUNS if layout.blocks_are_runs else RUN_BLOCKS
+    curves = sums.curves(data.outputs, turned)
+    counts = np.stack([curve.count for curve in curves.values()])
+    means = np.nan_to_num(np.stack([curve.mean for curve in curves.values()]))
+    energy = np.sum(counts * means**2, axis=0)
+    where = where_phrase(bins, energy, counts.sum(axis=0))
+    return Dependence(bins, where, p_value, max(share, 0.0), basis, curves)

@@ -1,0 +1,1 @@
+"""Measurement sets: in memory, read from CSV files and bags, checked, thinned, written."""

@@ -1,0 +1,340 @@
+"""Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS.
+
+Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.typesys import Stores, get_typestore
+
+from softhand_model.yaml_document import DocumentError
+
+SHOWN_FIELDS = 24  # of those a message has, in an error
+_STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[([^\[\]]+)\]")
+
+
+@dataclass(frozen=True)
+class MessageField:
+    """The path of a number in a message.
+
+    `[key]` selects an element of an array by the name that the message's field `name` gives it, as
+    in a JointState, else by its index from 0.
+    """
+
+    text: str
+    steps: tuple[tuple[str, bool], ...]  # (name or key, whether it is a key)
+
+    @classmethod
+    def parse(cls, text: str) -> MessageField:
+        """The field that a text names; ValueError (expected, got) when it names none."""
+        steps: list[tuple[str, bool]] = []
+        place = 0
+        while place < len(text) or not steps:
+            step = _STEP.match(text, place)
+            if step is None or (place == 0 and not step.group(1)):
+                raise ValueError(f"expected a field such as effort[a] or pose.x, got {text!r}")
+            steps.append((step.group(1) or step.group(2), step.group(1) is None))
+            place = step.end()
+        return cls(text, tuple(steps))
+
+    def value(self, message: Any) -> float:
+        """The number (its unit is the message's); LookupError when the message has none there."""
+        holder = value = message
+        for name, is_key in self.steps:
+            if is_key:
+                value = value[_index(holder, name, len(value))]
+            else:
+                holder, value = value, getattr(value, name, None)
+            if value is None:
+                raise LookupError(f"no {name}")
+        if not isinstance(value, int | float | np.number | np.bool_):
+            raise LookupError("no single number")
+        return float(value)
+
+
+def number_fields(message: Any) -> list[str]:
+    """Fields of a message that hold a number, as they are written, at most SHOWN_FIELDS."""
+    shown: list[str] = []
+    for text in _fields(message, ""):
+        if len(shown) == SHOWN_FIELDS:
+            return [*shown, "..."]
+        shown.append(text)
+    return shown
+
+
+def _index(holder: Any, key: str, length: int) -> int:
+    names = list(getattr(holder, "name", ()))
+    if key in names:
+        index = names.index(key)
+    elif key.isdecimal():
+        index = int(key)
+    else:
+        raise LookupError(f"no {key}")
+    if index >= length:
+        raise LookupError(f"{length} values")
+    return index
+
+
+def _fields(message: Any, prefix: str) -> Iterator[str]:
+    for entry in fields(message):
+        value = getattr(message, entry.name)
+        path = prefix + entry.name
+        if entry.name in ("header", "name", "__msgtype__") or isinstance(value, str):
+            continue
+        if is_dataclass(value):
+            yield from _fields(value, path + ".")
+        elif isinstance(value, list | np.ndarray):
+            yield from _elements(message, path, value)
+        else:
+            yield path
+
+
+def _elements(message: Any, path: str, values: Any) -> Iterator[str]:
+    names = list(getattr(message, "name", ()))
+    for index, value in enumerate(values):
+        element = f"{path}[{names[index] if index < len(names) else index}]"
+        if is_dataclass(value):
+            yield from _fields(value, element + ".")
+        elif not isinstance(value, str):
+            yield element
+
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]  # [ns], as seconds since 1970 with their nanoseconds do not fit a float
+Tell = Callable[[float], None]
+
+TOLD_EVERY = 2000  # messages
+CLOCK = "/clock"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a column comes from: topic and field, and its place in the document for errors."""
+
+    topic: str
+    field: MessageField
+    place: str
+
+
+@dataclass(frozen=True)
+class _Series:
+    """Rising stamps (k,) [ns] of a topic and its columns (k,) by name."""
+
+    stamps: Stamps
+    columns: Mapping[str, Array]
+
+
+def read_bag_columns(
+    folder: Path, sources: Mapping[str, Source], leading: str, tell: Tell = lambda _: None
+) -> dict[str, Array]:
+    """Columns (samples,) of a bag at the stamps of the leading column, with `time` [s] from 0.
+
+    A stamp is that of the message's header, else the time of reception, which /clock turns into
+    simulated time if it was recorded. Other columns are interpolated linearly; samples outside the
+    time that all topics cover are left out. Of messages with the same stamp the last counts.
+
+    Args:
+        folder: the rosbag2 folder.
+        sources: by column.
+        leading: the column at whose stamps the samples lie.
+        tell: is told the part that is done.
+
+    Raises:
+        DocumentError: the bag cannot be read, lacks a topic or field or its messages; a value is
+            not finite; stamps fall; topics do not overlap in time.
+    """
+    by_topic: dict[str, list[str]] = {}
+    for column, source in sources.items():
+        by_topic.setdefault(source.topic, []).append(column)
+    with _opened(folder) as reader:
+        for columns in by_topic.values():
+            _check_topic(folder, reader, sources[columns[0]])
+        clock = _Clock(reader)
+        total = sum(reader.topics[topic].msgcount for topic in by_topic)
+        counted = _counted(tell, total)
+        series = [
+            _read_topic(folder, reader, clock, {name: sources[name] for name in columns}, counted)
+            for columns in by_topic.values()
+        ]
+    return _aligned(folder, series, leading)
+
+
+@contextmanager
+def _opened(folder: Path) -> Iterator[AnyReader]:
+    expected = f"{folder}: expected a rosbag2 folder"
+    if not folder.is_dir():
+        raise DocumentError(f"{expected}, got {'a file' if folder.exists() else 'nothing there'}")
+    if not (folder / "metadata.yaml").is_file():
+        files = ", ".join(sorted(path.name for path in folder.iterdir())) or "an empty folder"
+        raise DocumentError(
+            f"{expected} with metadata.yaml, got {files}; `repair_bag` or `ros2 bag reindex` mends "
+            "a recording that was cut off"
+        )
+    try:
+        reader = AnyReader([folder], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+        reader.open()
+    # besides its own errors rosbags raises those of the database or decompression below it
+    except Exception as reason:
+        got = " ".join(str(reason).split())
+        raise DocumentError(f"{expected}, got one that cannot be read: {got}") from reason
+    try:
+        yield reader
+    finally:
+        reader.close()
+
+
+def _check_topic(folder: Path, reader: AnyReader, source: Source) -> None:
+    topics = {name: topic.msgcount for name, topic in reader.topics.items()}
+    if source.topic not in topics:
+        listed = ", ".join(sorted(topics)) or "none"
+        raise DocumentError(
+            f"{source.place}.topic: expected a topic of the bag {folder}, got {source.topic}; "
+            f"it holds {listed}"
+        )
+    if topics[source.topic] == 0:
+        raise DocumentError(
+            f"{source.place}.topic: expected messages on {source.topic} in the bag {folder}, "
+            "got none; check that its publisher ran while the bag was recorded"
+        )
+
+
+def _counted(tell: Tell, total: int) -> Callable[[], None]:
+    """A function to call for every message, which now and then tells the part that is done."""
+    done = 0
+
+    def count() -> None:
+        nonlocal done
+        done += 1
+        if done % TOLD_EVERY == 0:
+            tell(done / total)
+
+    return count
+
+
+class _Clock:
+    """Simulated time of stamps of reception, from /clock; the stamps themselves without it."""
+
+    def __init__(self, reader: AnyReader) -> None:
+        ticks = [(received, _stamp(message.clock)) for received, message in _all(reader, CLOCK)]
+        self._received = np.array([received for received, _ in ticks], dtype=np.int64)
+        self._time = np.array([time for _, time in ticks], dtype=np.int64)
+
+    def time(self, received: Stamps) -> Stamps:
+        """Times (k,) of stamps (k,), both [ns]."""
+        if len(self._received) == 0:
+            return received
+        since, first = self._received - self._received[0], self._time[0]
+        passed = np.interp(received - self._received[0], since, self._time - first)
+        return first + passed.round().astype(np.int64)
+
+
+def _all(reader: AnyReader, topic: str) -> Iterator[tuple[int, Any]]:
+    """(stamp of reception [ns], message) of a topic, in the order of reception."""
+    connections = [connection for connection in reader.connections if connection.topic == topic]
+    if not connections:  # to the reader, an empty list means all
+        return
+    for connection, stamp, data in reader.messages(connections=connections):
+        yield stamp, reader.deserialize(data, connection.msgtype)
+
+
+def _stamp(stamp: Any) -> int:
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def _read_topic(
+    folder: Path,
+    reader: AnyReader,
+    clock: _Clock,
+    sources: Mapping[str, Source],
+    count: Callable[[], None],
+) -> _Series:
+    received: list[int] = []
+    stamps: list[int] = []
+    rows: list[list[float]] = []
+    fields = [(source, source.field.value) for source in sources.values()]
+    first = next(iter(sources.values()))
+    try:
+        for stamp, message in _all(reader, first.topic):
+            count()
+            received.append(stamp)
+            stamps.append(_stamp(message.header.stamp) if hasattr(message, "header") else 0)
+            rows.append([_value(source, read, message, len(rows)) for source, read in fields])
+    except (AnyReaderError, KeyError) as reason:  # a type without definition is a KeyError
+        raise DocumentError(
+            f"{folder}: topic {first.topic}: expected messages of a type that can be read, "
+            f"got {reason}"
+        ) from reason
+    time = np.array(stamps, dtype=np.int64)
+    if not time.any():  # no header, or one that was never filled in
+        time = clock.time(np.array(received, dtype=np.int64))
+    return _rising(folder, first.topic, time, dict(zip(sources, np.array(rows).T, strict=True)))
+
+
+def _value(source: Source, read: Callable[[Any], float], message: Any, index: int) -> float:
+    try:
+        value = read(message)
+    except LookupError as reason:
+        raise DocumentError(
+            f"{source.place}.field: expected a number in every message of {source.topic}, got "
+            f"{source.field.text} ({reason}) in message {index + 1}; it holds "
+            f"{', '.join(number_fields(message)) or 'no numbers'}"
+        ) from reason
+    if not np.isfinite(value):
+        raise DocumentError(
+            f"{source.place}.field: expected finite numbers, got {value} in message {index + 1} "
+            f"of {source.topic}"
+        )
+    return value
+
+
+def _rising(folder: Path, topic: str, stamps: Stamps, columns: Mapping[str, Array]) -> _Series:
+    """The series without repeated stamps; DocumentError where they fall."""
+    steps = np.diff(stamps)
+    if np.any(steps < 0):
+        index = int(np.argmax(steps < 0)) + 1
+        before, after = (f"{stamp * 1e-9:.6f} s" for stamp in stamps[index - 1 : index + 1])
+        raise DocumentError(
+            f"{folder}: topic {topic}: expected rising stamps, got {after} after {before} in "
+            f"message {index + 1}; record one run in one bag, without resetting the clock"
+        )
+    last = np.append(steps > 0, True)
+    return _Series(stamps[last], {name: column[last] for name, column in columns.items()})
+
+
+def _aligned(folder: Path, series: Sequence[_Series], leading: str) -> dict[str, Array]:
+    lead = next(one for one in series if leading in one.columns)
+    start = max(one.stamps[0] for one in series)
+    stop = min(one.stamps[-1] for one in series)
+    inside = (lead.stamps >= start) & (lead.stamps <= stop)
+    if not inside.any():
+        spans = ", ".join(
+            f"{' and '.join(one.columns)} from "
+            f"{one.stamps[0] * 1e-9:.3f} to {one.stamps[-1] * 1e-9:.3f} s"
+            for one in series
+        )
+        raise DocumentError(
+            f"{folder}: expected topics that overlap in time, got {spans}; give all of them "
+            "header stamps of one clock"
+        )
+    time = lead.stamps[inside]
+    columns = {"time": 1e-9 * (time - time[0])}
+    for one in series:
+        for name, values in one.columns.items():
+            columns[name] = values[inside] if one is lead else _at(time, one, values)
+    return columns
+
+
+def _at(time: Stamps, series: _Series, values: Array) -> Array:
+    """Values (k,) of a series interpolated at stamps (samples,)."""
+    first = series.stamps[0]
+    return np.interp(time - first, series.stamps - first, values)

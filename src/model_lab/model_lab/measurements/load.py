@@ -1,0 +1,298 @@
+"""Reading of measurement sets: `experiment.yaml` with one CSV file or rosbag2 folder per run.
+
+Checks of what a run holds, by row: time rises, and no value lies where none can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.measurements.bag import MessageField, Source, read_bag_columns
+from model_lab.measurements.csv_file import read_columns
+from model_lab.measurements.measurement_set import (
+    DEFLATE,
+    INFLATE,
+    INPUTS,
+    OUTPUTS,
+    ROOM_TEMPERATURE,
+    MeasurementSet,
+    Run,
+    Specimen,
+)
+from model_lab.measurements.specimens import document_of, read_specimens
+from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit
+from softhand_model.yaml_document import (
+    DocumentError,
+    Node,
+    named_entries,
+    open_fields,
+    read_document,
+)
+
+Array = NDArray[np.float64]
+Tell = Callable[[float], None]
+Units = dict[str, Unit]
+
+FORMAT = "softhand-measurement/1"
+TOP_KEYS = ("format", "experiment", "specimens", "runs")
+RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
+TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
+WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
+
+
+def load_measurements(path: str | Path, tell: Tell = lambda _: None) -> MeasurementSet:
+    """The measurement set of a folder (or of its experiment.yaml), all in SI units.
+
+    Runs keep the order of the document. The columns of a run are those that the experiment needs
+    and whatever else `columns` or `topics` name; `direction` is 1 (inflate) or -1 (deflate). A run
+    without `protocol` is its own, one without `temperature` was at 293.15 K.
+
+    Args:
+        path: the folder.
+        tell: is told the part that is done, for sets that take long.
+
+    Raises:
+        DocumentError (a ValueError): with file, row or key, expected, got, and the mend.
+    """
+    document = document_of(Path(path))
+    fields = open_fields(read_document(document, FORMAT), TOP_KEYS, ("title", "columns", "noise"))
+    experiment = fields["experiment"].choice(OUTPUTS)
+    title = fields["title"].text() if "title" in fields else ""
+    specimens = read_specimens(fields["specimens"])
+    units = _units(fields["columns"]) if "columns" in fields else {}
+    reader = _RunReader(document.parent, experiment, specimens, units)
+    runs = reader.runs(fields["runs"], tell)
+    noise = _noise(fields["noise"], {**reader.bag_units, **units}) if "noise" in fields else {}
+    return MeasurementSet(experiment, title, specimens, runs, noise, document.parent)
+
+
+def _units(node: Node) -> Units:
+    return {
+        name: _unit(open_fields(entry, ["unit"])["unit"], name)
+        for name, entry in named_entries(node).items()
+    }
+
+
+def _unit(node: Node, column: str) -> Unit:
+    if not isinstance(node.value, str):
+        raise node.error("a unit as text ('' for none)")
+    try:
+        return column_unit(column, node.value)
+    except ValueError as reason:
+        raise DocumentError(f"{node.file}: {node.key}: {reason}") from reason
+
+
+def _noise(node: Node, units: Mapping[str, Unit]) -> dict[str, float]:
+    """One sigma by column in SI units, given in the unit of the column."""
+    entries = named_entries(node)
+    for name, entry in entries.items():
+        if name not in units:
+            raise DocumentError(
+                f"{entry.file}: {entry.key}: expected a column ({', '.join(units)}), got {name}"
+            )
+    return {name: entry.positive() * units[name].scale for name, entry in entries.items()}
+
+
+class _RunReader:
+    """Reads the runs of one document; `bag_units` holds the units of columns met in bags."""
+
+    def __init__(
+        self, folder: Path, experiment: str, specimens: Mapping[str, Specimen], units: Units
+    ) -> None:
+        self._folder, self._experiment = folder, experiment
+        self._specimens, self._units = specimens, units
+        self._files: dict[Path, str] = {}
+        self.bag_units: Units = {}
+
+    def runs(self, node: Node, tell: Tell) -> tuple[Run, ...]:
+        """The runs of the document, in its order."""
+        entries = named_entries(node)
+        if not entries:
+            raise node.error("at least one run")
+        return tuple(
+            self._run(name, entry, _share(tell, index, len(entries)))
+            for index, (name, entry) in enumerate(entries.items())
+        )
+
+    def _run(self, name: str, node: Node, tell: Tell) -> Run:
+        fields = open_fields(node, ["specimen"], RUN_KEYS)
+        specimen = fields["specimen"].choice(self._specimens)
+        temperature = _temperature(fields)
+        protocol = fields["protocol"].text() if "protocol" in fields else name
+        virgin = "virgin" in fields and fields["virgin"].choice([True, False])
+        initial = fields["initial"].choice(["rest", "steady"]) if "initial" in fields else "rest"
+        columns = self._columns(node, fields, tell)
+        tell(1.0)
+        return Run(name, specimen, protocol, temperature, columns, virgin, initial == "steady")
+
+    def _columns(self, node: Node, fields: Mapping[str, Node], tell: Tell) -> dict[str, Array]:
+        if ("file" in fields) == ("bag" in fields):
+            raise DocumentError(
+                f"{node.file}: {node.key}: expected either file (CSV) or bag (rosbag2), "
+                f"got {'both' if 'file' in fields else 'neither'}"
+            )
+        if "file" in fields:
+            path = self._folder / fields["file"].text()
+            columns = self._csv(fields["file"], path)
+            check_rows(path, columns)
+            return columns
+        if "topics" not in fields:
+            raise DocumentError(
+                f"{node.file}: {node.key}: expected the key topics beside bag, got none; add "
+                "topics: {column: {topic: ..., field: ...}}"
+            )
+        path = self._folder / fields["bag"].text()
+        columns = self._bag(path, fields["topics"], tell)
+        check_rows(path, columns)
+        return columns
+
+    # ---------------------------------------------------------------- CSV
+    def _csv(self, node: Node, path: Path) -> dict[str, Array]:
+        names = self._csv_columns(node)
+        other = self._files.setdefault(path.resolve(), node.key)
+        if other != node.key:
+            raise DocumentError(
+                f"{node.file}: {node.key}: expected a file of its own, got {node.value} as in "
+                f"{other}; a run that is given twice looks like a perfect repeat"
+            )
+        columns = read_columns(path, names, WORDS)
+        return {
+            name: self._units[name].to_si(values) if name in self._units else values
+            for name, values in columns.items()
+        }
+
+    def _csv_columns(self, node: Node) -> list[str]:
+        """Columns to read from a CSV file; those that the experiment needs must have a unit."""
+        for name in self._needed():
+            if name not in self._units and name not in WORDS:
+                raise DocumentError(
+                    f"{node.file}: columns: expected the column {name}, which {self._experiment} "
+                    f"needs, got {', '.join(self._units) or 'none'}; "
+                    f"add {name}: {{unit: {COLUMN_UNITS[name] or repr('')}}}, or the unit it has"
+                )
+        words = [name for name in self._needed() if name in WORDS and name not in self._units]
+        return [*self._units, *words]
+
+    def _needed(self) -> tuple[str, ...]:
+        return (*INPUTS[self._experiment], *OUTPUTS[self._experiment])
+
+    # ---------------------------------------------------------------- bags
+    def _bag(self, path: Path, node: Node, tell: Tell) -> dict[str, Array]:
+        topics = named_entries(node)
+        for name in self._needed():
+            if name not in topics and name != "time":
+                raise DocumentError(
+                    f"{node.file}: {node.key}: expected the column {name}, which "
+                    f"{self._experiment} needs, got {', '.join(topics) or 'none'}"
+                )
+        if "time" in topics:
+            raise DocumentError(
+                f"{node.file}: {node.key}: expected no time, got time; "
+                "it is that of the messages, take it out"
+            )
+        entries = {
+            name: open_fields(entry, ["topic", "field"], ["unit"]) for name, entry in topics.items()
+        }
+        units = {
+            name: _unit(entry["unit"], name) if "unit" in entry else Unit()
+            for name, entry in entries.items()
+        }
+        sources = {name: _source(topics[name], entry) for name, entry in entries.items()}
+        columns = read_bag_columns(path, sources, OUTPUTS[self._experiment][0], tell)
+        self.bag_units.update(units)
+        return {
+            name: units[name].to_si(values) if name in units else values
+            for name, values in columns.items()
+        }
+
+
+def _share(tell: Tell, index: int, count: int) -> Tell:
+    """What the run of that index tells its part to."""
+    return lambda part: tell((index + part) / count)
+
+
+def _source(node: Node, entry: Mapping[str, Node]) -> Source:
+    try:
+        field = MessageField.parse(entry["field"].text())
+    except ValueError as reason:
+        raise DocumentError(f"{node.file}: {entry['field'].key}: {reason}") from reason
+    topic = entry["topic"].text()
+    return Source(f"/{topic.lstrip('/')}", field, f"{node.file}: {node.key}")
+
+
+def _temperature(fields: Mapping[str, Node]) -> float:
+    if "temperature" not in fields:
+        return ROOM_TEMPERATURE
+    node = fields["temperature"]
+    value = node.number()
+    if not TEMPERATURES[0] <= value <= TEMPERATURES[1]:
+        raise DocumentError(
+            f"{node.file}: {node.key}: expected a temperature in K from {TEMPERATURES[0]:g} to "
+            f"{TEMPERATURES[1]:g}, got {value:g}; 20 degC are 293.15"
+        )
+    return value
+
+
+Mask = NDArray[np.bool_]
+
+# by column: which values (in SI units) are wrong, what was expected, the mend
+_RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
+    "stretch": (
+        lambda values: values <= 0.0,
+        "a number above 0",
+        "stretch is 1 at rest, that is strain + 1",
+    ),
+    "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
+    "p_out": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
+    "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
+    "direction": (
+        lambda values: np.abs(values) != 1.0,
+        "1 (inflate) or -1 (deflate)",
+        "take the row out",
+    ),
+}
+
+
+def row_name(index: int) -> str:
+    """How a row is called in errors, given its index from 0 in a file without blank lines.
+
+    >>> row_name(0)
+    'row 1 (line 2 of the file)'
+    """
+    return f"row {index + 1} (line {index + 2} of the file)"
+
+
+def check_rows(path: Path, columns: Mapping[str, Array]) -> None:
+    """Raise DocumentError where time does not rise or a column leaves its range.
+
+    Args:
+        path: the file, for the error.
+        columns: (rows,) in SI units by name.
+    """
+    if "time" in columns:
+        _check_time(path, columns["time"])
+    for name in columns.keys() & _RANGES.keys():
+        is_wrong, expected, mend = _RANGES[name]
+        wrong = is_wrong(columns[name])
+        if wrong.any():
+            index = int(np.argmax(wrong))
+            raise DocumentError(
+                f"{path}: {row_name(index)}, column {name}: expected {expected} in SI units, "
+                f"got {columns[name][index]:g}; {mend}"
+            )
+
+
+def _check_time(path: Path, time: Array) -> None:
+    wrong = np.diff(time) <= 0.0
+    if wrong.any():
+        index = int(np.argmax(wrong)) + 1
+        same = time[index] == time[index - 1]
+        mend = "keep one row for each time" if same else "sort the rows, one run in each file"
+        raise DocumentError(
+            f"{path}: {row_name(index)}, column time: expected a time after "
+            f"{time[index - 1]:.9g} s, got {time[index]:.9g} s{' again' if same else ''}; {mend}"
+        )

@@ -1,0 +1,98 @@
+"""Writing a measurement set to a folder in the layout that `loading` reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run, Specimen
+from model_lab.measurements.units import COLUMN_UNITS, Display, display_of
+
+FORMAT = "softhand-measurement/1"
+
+
+def check_folder(folder: Path, force: bool = False) -> None:
+    """Raise ValueError when a folder holds something already, or is a file, unless `force`.
+
+    To be asked before long work, so that its result is not lost.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder}: expected the name of a folder, got a file")
+    if folder.exists() and any(folder.iterdir()) and not force:
+        raise ValueError(
+            f"{folder}: expected an empty or new folder, got one with files; --force overwrites"
+        )
+
+
+def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
+    """Write experiment.yaml and a CSV a run, in the units that people read at the bench.
+
+    Raises ValueError as `check_folder` does.
+    """
+    check_folder(folder, force)
+    folder.mkdir(parents=True, exist_ok=True)
+    document = {
+        "format": FORMAT,
+        "experiment": data.experiment,
+        "title": data.title,
+        "specimens": {name: specimen_entry(entry) for name, entry in data.specimens.items()},
+        "columns": column_entries(data.runs[0].columns),
+        "noise": {name: float(level * shown_as(name).factor) for name, level in data.noise.items()},
+        "runs": {run.name: run_entry(run) for run in data.runs},
+    }
+    text = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
+    (folder / "experiment.yaml").write_text(text, encoding="utf-8")
+    for run in data.runs:
+        write_csv(run, folder / f"{run.name}.csv")
+
+
+def shown_as(name: str) -> Display:
+    """How a column is written: in the unit that people read; as it is if its unit is unknown."""
+    return display_of(COLUMN_UNITS.get(name, ""))
+
+
+def column_entries(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Entries `columns` of experiment.yaml for CSV files with columns of these names."""
+    return {name: {"unit": shown_as(name).unit} for name in names}
+
+
+def specimen_entry(specimen: Specimen) -> dict:
+    """Entry of a specimen in experiment.yaml."""
+    values = {
+        key: value.tolist() if isinstance(value, np.ndarray) else value
+        for key, value in specimen.values.items()
+    }
+    return {**values, "mount": specimen.mount, "batch": specimen.batch}
+
+
+def run_entry(run: Run) -> dict:
+    """Entry of a run in experiment.yaml."""
+    entry = {
+        "specimen": run.specimen,
+        "temperature": float(run.temperature),
+        "protocol": run.protocol,
+        "file": f"{run.name}.csv",
+    }
+    return (
+        entry
+        | ({"virgin": True} if run.virgin else {})
+        | ({"initial": "steady"} if run.steady else {})
+    )
+
+
+def write_csv(run: Run, path: Path) -> None:
+    """Write a run's columns, in the units of `column_entries`."""
+    names = list(run.columns)
+    columns = [_texts(name, run.columns[name]) for name in names]
+    lines = [",".join(names), *(",".join(row) for row in zip(*columns, strict=True))]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _texts(name: str, values: np.ndarray) -> list[str]:
+    if name == "direction":
+        return ["deflate" if value == DEFLATE else "inflate" for value in values]
+    shown = shown_as(name)
+    return [f"{shown.factor * value + shown.offset:.8g}" for value in values]

@@ -1,0 +1,136 @@
+"""Specimens of a measurement set, and what a model asks of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_lab.measurements.measurement_set import MeasurementSet, Specimen
+from softhand_model.hand.actuator import read_profile
+from softhand_model.yaml_document import DocumentError, Node, named_entries, open_fields
+
+Array = NDArray[np.float64]
+
+DOCUMENT = "experiment.yaml"
+UNITS = {
+    "length": "m",
+    "height": "m",
+    "width": "m",
+    "wall": "m",
+    "side_wall": "m",
+    "shear_modulus": "Pa",
+    "mass": "kg",
+    "gauge_length": "m",
+}  # of the keys that models know
+PROFILES = ("height", "width")  # may vary along the specimen
+TAPER_POINTS = 65  # of a taper; straight lines between them miss that of P10 by 0.1 %
+MAY_VANISH = ("side_wall", "mass")
+MOUNTS = ("bending_plane_level", "base_up", "base_down")
+EXAMPLES = {
+    "length": "0.09",
+    "height": "0.02",
+    "width": "0.02",
+    "wall": "0.0025",
+    "side_wall": "0.0025",
+    "shear_modulus": "67000.0",
+    "mass": "0.035",
+    "gauge_length": "0.033",
+}
+
+
+def read_specimens(node: Node) -> dict[str, Specimen]:
+    """Specimens by name; raises DocumentError naming file, key, expected and got."""
+    specimens = {name: _specimen(name, entry) for name, entry in named_entries(node).items()}
+    if not specimens:
+        raise node.error("at least one specimen")
+    return specimens
+
+
+def require_keys(data: MeasurementSet, specimen: Specimen, keys: Iterable[str], why: str) -> None:
+    """Raise DocumentError unless a specimen has numbers for all the keys; why: who needs them."""
+    for key in keys:
+        if key not in specimen.values:
+            unit = f" [{UNITS[key]}]" if key in UNITS else ""
+            raise DocumentError(
+                f"{data.folder / DOCUMENT}: specimens.{specimen.name}: expected the key {key}{unit}"
+                f", which {why} needs, got {', '.join(specimen.values) or 'none'}; {_mend(key)}"
+            )
+
+
+def _mend(key: str) -> str:
+    add = f"add it, such as {key}: {EXAMPLES[key]}" if key in EXAMPLES else "add it"
+    other = "take --model linear for an actuator of another kind"
+    return add if key == "mass" else f"{add}, or {other}"
+
+
+def require_columns(data: MeasurementSet, columns: Iterable[str], why: str) -> None:
+    """Raise DocumentError unless every run has all the columns; why: who needs them."""
+    for run in data.runs:
+        for column in columns:
+            if column not in run.columns:
+                raise DocumentError(
+                    f"{data.folder / DOCUMENT}: runs.{run.name}: expected the column {column}, "
+                    f"which {why} needs, got {', '.join(run.columns)}; record it, and name it "
+                    "under `columns` (CSV) or `topics` (bag)"
+                )
+
+
+def document_of(folder: Path) -> Path:
+    """Path of the document of a measurement set, given its folder or the document itself."""
+    return (
+        folder / DOCUMENT if folder.is_dir() or folder.suffix not in (".yaml", ".yml") else folder
+    )
+
+
+def _specimen(name: str, node: Node) -> Specimen:
+    entries = open_fields(node, optional=[*UNITS, "mount", "batch"])
+    values: dict[str, float | Array] = {}
+    notes: dict[str, object] = {}
+    for key, entry in entries.items():
+        if key in UNITS:
+            values[key] = _known(key, entry, entries.get("length"))
+        elif _is_number(entry.value):
+            values[key] = entry.number()
+        elif key not in ("mount", "batch"):
+            notes[key] = entry.value
+    mount = entries["mount"].choice(MOUNTS) if "mount" in entries else MOUNTS[0]
+    batch = entries["batch"].text() if "batch" in entries else "all"
+    return Specimen(name, values, mount, batch, notes)
+
+
+def _known(key: str, node: Node, length: Node | None) -> float | Array:
+    if key in PROFILES and isinstance(node.value, dict) and length is not None:
+        return _taper(node, length.positive())
+    if key in PROFILES:
+        return _size(node)
+    return node.number(low=0.0) if key in MAY_VANISH else node.positive()
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _taper(node: Node, length: float) -> Array:
+    """A taper as of a hand's actuators, as a profile (n, 2) of [x, value] [m]."""
+    x = np.linspace(0.0, length, TAPER_POINTS)
+    return np.stack([x, read_profile(node, length)(x)], axis=1)
+
+
+def _size(node: Node) -> float | Array:
+    """A size [m], or a profile (n, 2) of [x, value] with rising x."""
+    if not isinstance(node.value, list):
+        if not _is_number(node.value):
+            raise node.error("a number or a list of [x, value]")
+        return node.positive()
+    points = [entry.vector(2) for entry in node.items()]
+    if not points:
+        raise node.error("a number or a list of [x, value]")
+    profile = np.array(points)
+    if np.any(np.diff(profile[:, 0]) <= 0.0):
+        raise node.error("a list of [x, value] with rising x")
+    if np.any(profile[:, 1] <= 0.0):
+        raise node.error("a list of [x, value] with values above 0")
+    return profile

@@ -1,0 +1,294 @@
+"""A comparison as text that a person reads, and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from model_lab.comparison.compare import Accuracy, Comparison, Part
+from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
+from model_lab.localisation.axes import DRIVING
+from model_lab.localisation.localise import SIGNIFICANCE, Dependence
+from model_lab.measurements.units import Display, display_of
+from model_lab.report.text import text_table
+
+FORMAT = "softhand-comparison/1"
+MOST_RUNS = 24  # that are listed; of more only the worst
+WORST_RUNS = 12
+MANY_TIMES = 10.0
+SOURCES = {
+    REPEATS: "from repeats",
+    STATED: "as the set states it",
+    SPLINE: "what smoothing splines leave: no repeats, none stated",
+}
+
+
+def comparison_text(found: Comparison, model_name: str) -> str:
+    """What `compare` prints."""
+    sections = [
+        _head(found, model_name),
+        _errors(found),
+        _failures(found),
+        _parts("output", found.outputs, found) if len(found.outputs) > 1 else "",
+        _parts("specimen", found.specimens, found) if len(found.specimens) > 1 else "",
+        _run_table(found),
+    ]
+    return "\n\n".join(section for section in sections if section) + "\n"
+
+
+def comparison_json(found: Comparison, model_name: str) -> dict[str, Any]:
+    """What `compare --json` writes; all in SI units."""
+    return {
+        "format": FORMAT,
+        "experiment": found.data.experiment,
+        "title": found.data.title,
+        "model": model_name,
+        "base": found.errors.model.base,
+        "effects": [effect.name for effect in found.errors.model.effects],
+        "calibration": found.errors.calibration,
+        "calibration_fitted": found.errors.calibrated,
+        "unit": found.data.unit,
+        "holdout": found.errors.holdout,
+        "samples": found.errors.as_is.samples,
+        "rmse": found.errors.as_is.rmse,
+        "rmse_heldout": found.errors.held_out.rmse,
+        "fit_percent": found.errors.as_is.fit,
+        "fit_percent_heldout": found.errors.held_out.fit,
+        "as_it_is": _accuracy_json(found.errors.as_is),
+        "held_out": _accuracy_json(found.errors.held_out),
+        "noise_floor": found.errors.floor.total,
+        "noise_floor_upper": found.errors.floor.upper,
+        "noise_floor_parts": {
+            "within": found.errors.floor.within,
+            "between": found.errors.floor.between,
+        },
+        "noise_floor_source": found.errors.floor.source,
+        "outputs": [_part_json(part) for part in found.outputs],
+        "specimens": [_part_json(part) for part in found.specimens],
+        "runs": [_run_json(found, index) for index in range(len(found.runs))],
+        "constant_share_of_error": found.localisation.constant,
+        "failures": [_failure_json(axis) for axis in found.localisation.failures],
+        "axes": [_axis_json(axis) for axis in found.localisation.axes],
+        "input_relation": _relation_json(found),
+    }
+
+
+# ---------------------------------------------------------------------- text
+def _head(found: Comparison, model_name: str) -> str:
+    data = found.data
+    title = [data.title] if data.title else []
+    counts = ", ".join(
+        [
+            _counted(len(data.runs), "run"),
+            _counted(len(found.specimens), "specimen"),
+            _counted(len(data.protocols()), "protocol"),
+            _counted(found.errors.as_is.samples, "sample"),
+        ]
+    )
+    effects = ", ".join(effect.name for effect in found.errors.model.effects) or "no effects"
+    how = "fitted to these data" if found.errors.calibrated else "of the file"
+    return "\n".join(
+        [
+            *title,
+            f"{data.experiment.replace('_', ' ')}: {counts}",
+            f"model {model_name}: base {found.errors.model.base}, {effects}",
+            f"calibration {how}: {_calibration(found.errors.calibration)}",
+        ]
+    )
+
+
+def _calibration(calibration: Mapping[str, Any]) -> str:
+    shown = []
+    for name, value in calibration.items():
+        if isinstance(value, Mapping):
+            shown += [f"{name}[{key}] {entry:.4g}" for key, entry in value.items()]
+        else:
+            shown.append(f"{name} {value:.4g}")
+    return ", ".join(shown) or "none"
+
+
+def _errors(found: Comparison) -> str:
+    display, floor = display_of(found.data.unit), found.errors.floor
+    kept = "protocols" if found.errors.holdout == "protocols" else "blocks of the runs"
+    how = "fitted to all the data" if found.errors.calibrated else "as its file has it"
+    rows = [
+        ["", f"error [{display.unit}]", "fit", ""],
+        ["all data", *_accuracy(found.errors.as_is, display), how],
+        [
+            "held out",
+            *_accuracy(found.errors.held_out, display),
+            f"fitted to the other {kept} each time",
+        ],
+        ["noise floor", display.number(floor.total), "", SOURCES[floor.source]],
+    ]
+    return f"{text_table(rows)}\n{_judgement(found)}"
+
+
+def _judgement(found: Comparison) -> str:
+    floor, display = found.errors.floor, display_of(found.data.unit)
+    if found.errors.held_out.rmse <= floor.upper:
+        error = "The held-out error lies within the noise floor."
+    else:
+        times = found.errors.held_out.rmse / floor.total
+        shown = f"{times:.0f}" if times >= MANY_TIMES else f"{times:.2g}"
+        error = f"The held-out error is {shown} times the noise floor."
+    within, between, upper = (display.number(v) for v in (floor.within, floor.between, floor.upper))
+    parts = (
+        f"The floor is {within} within a run and {between} between runs, {upper} at most (95 %)."
+    )
+    return f"{error}\n{parts}"
+
+
+def _accuracy(accuracy: Accuracy, display: Display) -> list[str]:
+    return [display.number(accuracy.rmse), f"{accuracy.fit:.1f} %"]
+
+
+def _failures(found: Comparison) -> str:
+    localisation = found.localisation
+    lines = []
+    if localisation.constant > SIGNIFICANCE:
+        share = f"{100.0 * localisation.constant:.0f} %"
+        lines.append([share, "", "a constant error", _signed(found)])
+    for axis in localisation.failures:
+        share = f"{100.0 * axis.share_of_error:.0f} %"
+        lines.append(
+            [share, f"{axis.p_value:.2g}", _axis_name(axis, found.data.experiment), axis.where]
+        )
+    clean = [a.against for a in localisation.axes if a not in localisation.failures]
+    quiet = f"nothing beyond chance against {_listed(clean)}" if clean else ""
+    if not lines:
+        return f"Where it fails: {quiet or 'no axis varies in this set'}."
+    head = ["share of error", "p", "against", "where"]
+    basis = f" (drawn at random: {localisation.axes[0].basis})" if localisation.axes else ""
+    text = f"Where it fails{basis}\n{text_table([head, *lines])}"
+    return "\n".join(filter(None, [text, _loops(found), quiet and f"{quiet.capitalize()}."]))
+
+
+def _signed(found: Comparison) -> str:
+    word = "more" if found.errors.held_out.bias > 0.0 else "less"
+    shown = display_of(found.data.unit).shown(abs(found.errors.held_out.bias))
+    return f"{shown} {word} is measured than predicted, on the average"
+
+
+def _axis_name(axis: Dependence, experiment: str) -> str:
+    """The name, and what stands for it where no pressure drives the runs."""
+    name = axis.against.replace("_", " ")
+    stands = experiment in DRIVING and not axis.bins.axis.of_run and name != "direction"
+    return f"{name} ({axis.bins.axis.noun})" if stands else name
+
+
+def _loops(found: Comparison) -> str:
+    """How much the error differs between the way up and the way down, if by much."""
+    if found.relation is None:
+        return ""
+    widths = np.array([float(width[0]) for width in found.relation.loop_width.values()])
+    closed = widths[np.isfinite(widths)]
+    middle = float(np.median(closed)) if len(closed) else 0.0
+    if abs(middle) < found.errors.floor.total:
+        return ""
+    shown = display_of(found.data.unit).shown(abs(middle))
+    word = "more" if middle > 0.0 else "less"
+    return f"On the way down {shown} {word} is measured than on the way up."
+
+
+def _run_table(found: Comparison) -> str:
+    if len(found.runs) <= MOST_RUNS:
+        return _parts("run", found.runs, found)
+    worst = sorted(found.runs, key=lambda part: -part.held_out.rmse)[:WORST_RUNS]
+    return f"{_parts('worst runs', worst, found)}\n(all {len(found.runs)} runs: --json)"
+
+
+def _parts(noun: str, parts: Iterable[Part], found: Comparison) -> str:
+    display = display_of(found.data.unit)
+    protocols = {run.name: run.protocol for run in found.data.runs}
+    unit = f"[{display.unit}]"
+    head = [noun, "samples", f"all data {unit}", "fit", f"held out {unit}", "fit", f"bias {unit}"]
+    rows = [
+        [
+            part.name,
+            str(part.as_is.samples),
+            *_accuracy(part.as_is, display),
+            *_accuracy(part.held_out, display),
+            display.number(part.held_out.bias, 2),
+            protocols.get(part.name, ""),
+        ]
+        for part in parts
+    ]
+    return text_table([[*head, "protocol" if any(row[-1] for row in rows) else ""], *rows])
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number:,} {noun}{'' if number == 1 else 's'}".replace(",", " ")
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(name.replace("_", " ") for name in names)
+
+
+# ---------------------------------------------------------------------- JSON
+def _accuracy_json(accuracy: Accuracy) -> dict[str, Any]:
+    return {
+        "rmse": accuracy.rmse,
+        "fit_percent": accuracy.fit,
+        "bias": accuracy.bias,
+        "largest": accuracy.largest,
+    }
+
+
+def _part_json(part: Part) -> dict[str, Any]:
+    return {
+        "name": part.name,
+        "samples": part.as_is.samples,
+        "as_it_is": _accuracy_json(part.as_is),
+        "held_out": _accuracy_json(part.held_out),
+    }
+
+
+def _run_json(found: Comparison, index: int) -> dict[str, Any]:
+    run = found.data.runs[index]
+    about = {"specimen": run.specimen, "protocol": run.protocol, "temperature": run.temperature}
+    loops = {} if found.relation is None else {
+        "loop_area": found.relation.loop_area[run.name],
+        "loop_width": found.relation.loop_width[run.name],
+    }  # fmt: skip
+    return {**_part_json(found.runs[index]), **about, **loops}
+
+
+def _failure_json(axis: Dependence) -> dict[str, Any]:
+    return {
+        "against": axis.against,
+        "where": axis.where,
+        "p_value": axis.p_value,
+        "share_of_error": axis.share_of_error,
+    }
+
+
+def _axis_json(axis: Dependence) -> dict[str, Any]:
+    bins = axis.bins
+    return {
+        **_failure_json(axis),
+        "noun": bins.axis.noun,
+        "unit": bins.axis.unit,
+        "basis": axis.basis,
+        "categories": bins.axis.categories,
+        "center": bins.center,
+        "curves": {
+            name: {"mean": curve.mean, "low": curve.low, "high": curve.high, "count": curve.count}
+            for name, curve in axis.curves.items()
+        },
+    }
+
+
+def _relation_json(found: Comparison) -> dict[str, Any] | None:
+    if found.relation is None:
+        return None
+    relation = found.relation
+    strongest = [relation.strongest(output) for output in range(len(found.data.outputs))]
+    return {
+        "lag_unit": relation.lag_unit,
+        "lag": relation.lag,
+        "correlation": relation.correlation,
+        "strongest": [{"lag": lag, "correlation": value} for lag, value in strongest],
+    }

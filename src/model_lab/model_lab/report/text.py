@@ -1,0 +1,272 @@
+"""A diagnosis, and an effect that was added, as text that a person reads.
+
+A diagnosis as text that a person reads.
+
+What `add` says of the effect that it added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from model_lab.comparison.add import NOT_PHYSICS, Addition
+from model_lab.diagnosis.next_experiment import BREAKS
+from model_lab.diagnosis.result import ADEQUATE, Diagnosis
+from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run, Specimen
+from model_lab.measurements.save import (
+    column_entries,
+    run_entry,
+    shown_as,
+    specimen_entry,
+    write_csv,
+)
+from model_lab.measurements.units import display_of
+from model_lab.report.sentences import effect_words, listed, tie_sentences, verdict_sentence
+
+
+def text_table(rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
+    """Rows of cells, the first a header; columns of numbers are aligned to the right.
+
+    >>> print(text_table([["run", "error"], ["a", "1.5"], ["b", "10"]]))
+      run  error
+      a      1.5
+      b       10
+    """
+    columns = [[row[place] for row in rows] for place in range(len(rows[0]))]
+    padded = [_padded(column) for column in columns]
+    return "\n".join(indent + "  ".join(cells).rstrip() for cells in zip(*padded, strict=True))
+
+
+def _padded(column: Sequence[str]) -> list[str]:
+    width = max(len(cell) for cell in column)
+    numbers = all(_is_number(cell) for cell in column[1:]) and len(column) > 1
+    return [cell.rjust(width) if numbers else cell.ljust(width) for cell in column]
+
+
+def _is_number(cell: str) -> bool:
+    text = cell.removesuffix("%").strip()
+    return (
+        not text or text.lstrip("-").replace(".", "", 1).replace("e-", "").isdigit() or text == "-"
+    )
+
+
+MOST_RANKED = 8
+
+
+def diagnosis_text(diagnosis: Diagnosis) -> str:
+    """What `diagnose` prints."""
+    sections = [
+        "\n".join([verdict_sentence(diagnosis), *tie_sentences(diagnosis)]),
+        _effects(diagnosis),
+        _failures(diagnosis),
+        _ranking(diagnosis),
+        _not_visible(diagnosis),
+        _next_experiment(diagnosis),
+    ]
+    return "\n\n".join(section for section in sections if section) + "\n"
+
+
+def _effects(diagnosis: Diagnosis) -> str:
+    rows = [
+        [
+            effect.name,
+            name,
+            f"{e.value:.4g}",
+            f"{e.std:.2g}",
+            *(f"{end:.4g}" for end in e.interval),
+            e.unit,
+        ]
+        for effect in diagnosis.effects
+        for name, e in effect.parameters.items()
+    ]
+    head = ["effect", "parameter", "value", "std", "95 % from", "to", "unit"]
+    return text_table([head, *rows]) if rows else ""
+
+
+def _failures(diagnosis: Diagnosis) -> str:
+    rows = [
+        [f"{100.0 * f.share_of_error:.0f} %", f"{f.p_value:.2g}", f.against, f.where]
+        for f in diagnosis.failures
+    ]
+    head = ["share of error", "p", "against", "where"]
+    return f"Where it fails\n{text_table([head, *rows])}" if rows else ""
+
+
+def _ranking(diagnosis: Diagnosis) -> str:
+    display = display_of(diagnosis.unit)
+    rows = [
+        [
+            entry.name,
+            display.number(entry.rmse_heldout),
+            f"{entry.delta_bic:.0f}",
+            f"{entry.p_value:.2g}",
+            "" if entry.plausible else "parameters at a limit, or not known",
+        ]
+        for entry in diagnosis.ranking[:MOST_RANKED]
+    ]
+    head = ["effect alone", f"held out [{display.unit}]", "delta BIC", "p", ""]
+    return text_table([head, *rows]) if rows else ""
+
+
+def _not_visible(diagnosis: Diagnosis) -> str:
+    rows = [[entry.name, entry.reason] for entry in diagnosis.not_visible]
+    return text_table([["not visible", "because"], *rows]) if rows else ""
+
+
+def _next_experiment(diagnosis: Diagnosis) -> str:
+    planned = diagnosis.next_experiment
+    return "" if planned is None else proposal_text(planned)
+
+
+FORMAT = "softhand-addition/1"
+
+
+def addition_text(addition: Addition, path: Path) -> str:
+    """What is printed."""
+    display = display_of(addition.question.data.unit)
+    before, after = addition.before.held_out.rmse, addition.after.held_out.rmse
+    floor = display.shown(addition.question.floor.total)
+    if after < before:
+        error = (
+            f"The held-out error falls from {display.shown(before)} to {display.shown(after)}; "
+            f"the noise floor is {floor}."
+        )
+    else:
+        error = (
+            f"The held-out error does not fall: {display.shown(before)} before, "
+            f"{display.shown(after)} after; the noise floor is {floor}."
+        )
+    return f"{path}: added {_added(addition)}\n{error}\n"
+
+
+def _added(addition: Addition) -> str:
+    """The effect with its values; of a generic term they say nothing."""
+    name = addition.effect.name
+    if addition.question.classes[name].physical:
+        return effect_words(addition.effect)
+    return f"{name}, {NOT_PHYSICS}: it says how far the model is off, not why"
+
+
+def addition_json(addition: Addition, path: str) -> dict[str, Any]:
+    """What `--json` writes; all in SI units."""
+    return {
+        "format": FORMAT,
+        "model": path,
+        "effect": asdict(addition.effect),
+        "physical": addition.question.classes[addition.effect.name].physical,
+        "calibration": addition.model.calibration,
+        "rmse_before": addition.before.held_out.rmse,
+        "rmse_after": addition.after.held_out.rmse,
+        "noise_floor": addition.question.floor.total,
+        "unit": addition.question.data.unit,
+    }
+
+
+FORMAT = "softhand-plan/1"
+COURSE, PART = "next.csv", "experiment-part.yaml"
+REPEATS = ("next_a", "next_b")
+
+
+def plan_text(diagnosis: Diagnosis) -> str:
+    """What is printed."""
+    said = [verdict_sentence(diagnosis), *tie_sentences(diagnosis)]
+    if diagnosis.next_experiment is None:
+        return "\n".join([*said, _nothing(diagnosis)]) + "\n"
+    return "\n".join([*said, "", proposal_text(diagnosis.next_experiment)]) + "\n"
+
+
+def proposal_text(planned: Mapping[str, Any]) -> str:
+    """A proposed experiment, as `Experiment.as_json` gives it, in the units of the bench."""
+    rows = [["next experiment", ""], *(list(row) for row in _facts(planned))]
+    return f"{text_table(rows, indent='')}\n\n{_promise(planned)}"
+
+
+def plan_json(diagnosis: Diagnosis, files: list[Path]) -> dict[str, Any]:
+    """What `--json` writes; all in SI units."""
+    return {
+        "format": FORMAT,
+        "experiment": diagnosis.experiment,
+        "verdict": diagnosis.verdict,
+        "effects": [effect.name for effect in diagnosis.effects],
+        "tied": [list(names) for names in diagnosis.tied],
+        "next_experiment": diagnosis.next_experiment,
+        "files": [str(path) for path in files],
+    }
+
+
+def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Path) -> list[Path]:
+    """Write the course of the inputs, and what experiment.yaml gets when it has been measured.
+
+    planned: `next_experiment` of a diagnosis. The folder must exist. Returns the files.
+    """
+    specimen = _specimen(planned, data)
+    columns = {name: np.array(values) for name, values in planned["inputs"].items()}
+    run = Run("", specimen.name, planned["protocol"], planned["temperature"], columns)
+    write_csv(run, folder / COURSE)
+    outputs = OUTPUTS[data.experiment]
+    entries = column_entries([*columns, *outputs])
+    document: dict[str, Any] = {"columns": entries}
+    if specimen.name not in data.specimens:
+        document["specimens"] = {specimen.name: specimen_entry(specimen)}
+    document["runs"] = {name: run_entry(replace(run, name=name)) for name in REPEATS}
+    measured = [f"{name} [{entries[name]['unit']}]" for name in outputs]
+    comment = [
+        f"To be merged into experiment.yaml once {COURSE} has been played twice and recorded as",
+        f"{listed([f'{name}.csv' for name in REPEATS])}, each with the measured columns besides:",
+        f"{listed(measured)}.",
+    ]
+    text = "".join(f"# {line}\n" for line in comment)
+    text += yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
+    (folder / PART).write_text(text, encoding="utf-8")
+    return [folder / COURSE, folder / PART]
+
+
+def _specimen(planned: Mapping[str, Any], data: MeasurementSet) -> Specimen:
+    """The specimen of the set, or the new one that is like its first."""
+    name = planned["specimen"]
+    if name in data.specimens:
+        return data.specimens[name]
+    first = data.specimens[data.runs[0].specimen]
+    values = {**first.values, "wall": planned["wall"]}
+    return replace(first, name=name, mount=planned["mount"], values=values)
+
+
+def _nothing(diagnosis: Diagnosis) -> str:
+    if any(diagnosis.tied):
+        return "No experiment of the bank can be done with these specimens."
+    if diagnosis.verdict == ADEQUATE:
+        return "Nothing is tied: more of the same runs would only show smaller effects."
+    return "Nothing is tied: there is no experiment to propose."
+
+
+def _facts(planned: Mapping[str, Any]) -> list[tuple[str, str]]:
+    inputs = planned["inputs"]
+    rows = [
+        ("protocol", f"{planned['protocol']}: {planned['description']}"),
+        ("specimen", planned["specimen"]),
+        *([("mount", planned["mount"].replace("_", " "))] if "pressure" in inputs else []),
+        ("temperature", display_of("K").shown(planned["temperature"])),
+    ]
+    if planned["duration"] is not None:
+        rows.append(("duration", f"{planned['duration']:.3g} s"))
+    if planned["peak"] is not None:
+        driving = next(name for name in ("pressure", "stretch") if name in inputs)
+        rows.append((f"peak {driving}", shown_as(driving).shown(planned["peak"])))
+    return [*rows, ("what is new", "; ".join(planned["changes"]) or "the protocol alone")]
+
+
+def _promise(planned: Mapping[str, Any]) -> str:
+    groups = "; ".join(listed(names) for names in planned["separates"])
+    apart = f"It keeps {groups} {planned['separation']:.2g} sigma of the noise of a run apart"
+    if planned["breaks"]:
+        return f"{apart}, and so breaks the tie. Do it twice."
+    return (
+        f"{apart}, which is too little to rely on ({BREAKS:g} break a tie): within these limits "
+        "they do not differ more."
+    )

@@ -1,0 +1,1 @@
+"""The node `monitor`: all of this package that imports ROS."""

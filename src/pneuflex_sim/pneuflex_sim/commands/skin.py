@@ -1,0 +1,140 @@
+"""The command `pneuflex-skin`: a hand that closes in free air, as meshes or pictures."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuflex_sim.pictures.hand_picture import closing_hand
+from pneuflex_sim.pictures.render import Camera, HandState, Renderer
+from pneuflex_sim.scene.mesh import write_obj, write_stl
+from softhand_model.hand.hand import HandDescription, load_hand
+from softhand_model.output_file import check_new
+
+Array = NDArray[np.float64]
+
+OUT = Path("out/skin")
+VIEWS = ((90.0, -12.0), (35.0, -15.0))  # yaw and pitch [deg]: on the palm, from the side
+SHARE = 0.4  # of the pressure limits, where no pressure is given
+SIZE = (480, 480)
+CAMERA = {"target": (0.0, 0.0, 0.10), "distance": 0.52, "view_angle": 32.0}
+UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    found = argparse.ArgumentParser(
+        prog="pneuflex-skin",
+        description="Close a hand in free air, without weight, and write its smooth surface frame "
+        "by frame: one mesh file [m] or picture a frame.",
+    )
+    add = found.add_argument
+    add("hand", help="name of a shipped hand or path of its YAML")
+    add(
+        "--pressure",
+        nargs="+",
+        type=float,
+        metavar="PA",
+        help="gauge pressure [Pa] of every channel, or one for all "
+        f"({SHARE:.0%} of their limits)".replace("%", "%%"),
+    )
+    add("--frames", type=int, default=5, help="from open to closed (%(default)s)")
+    add("--format", choices=("stl", "obj", "png"), default="obj", help="(%(default)s)")
+    add("--segments", type=int, default=10, help="an actuator (%(default)s)")
+    add("--out", type=Path, default=OUT, help="folder (%(default)s)")
+    add("--figure", type=Path, help="write one picture (PNG) of first and last frame instead")
+    add("--force", action="store_true", help="overwrite frames or figure of an earlier run")
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the frames; 0, or 2 when the options cannot be used."""
+    options = parser().parse_args(arguments)
+    try:
+        hand = load_hand(options.hand)
+        gauge = pressures(hand, options.pressure)
+        if options.figure is not None:
+            return _figure(hand, gauge, options)
+        return _frames(hand, gauge, options)
+    except ValueError as error:
+        print(f"pneuflex-skin: {error}", file=sys.stderr)
+        return 2
+
+
+def pressures(
+    hand: HandDescription, given: list[float] | None, scale: float = 1.0, unit: str = "Pa"
+) -> Array:
+    """Gauge pressures (channels,) [Pa] from numbers in a unit of `scale` Pa; raises ValueError for
+    a wrong number of them, or one that is negative or above its channel's limit.
+    """
+    limits = hand.max_pressures()
+    if given is None:
+        return SHARE * limits
+    if len(given) not in (1, len(limits)):
+        raise ValueError(f"pressure: expected 1 or {len(limits)} numbers, got {len(given)}")
+    gauge = scale * (np.full(len(limits), given[0]) if len(given) == 1 else np.array(given))
+    if not np.all((gauge >= 0.0) & (gauge <= limits)):
+        allowed, got = (", ".join(f"{x:.6g}" for x in row) for row in (limits / scale, given))
+        raise ValueError(f"pressure: expected 0 to [{allowed}] {unit}, got [{got}]")
+    return gauge
+
+
+def _frames(hand: HandDescription, gauge: Array, options: argparse.Namespace) -> int:
+    """One file a frame."""
+    kind, folder = options.format, options.out
+    paths = [folder / f"{hand.name}_{k:03d}.{kind}" for k in range(options.frames)]
+    taken = [path for path in paths if path.exists()]
+    if taken and not options.force:
+        raise ValueError(f"{taken[0]}: expected no earlier run, got one; --force overwrites it")
+    folder.mkdir(parents=True, exist_ok=True)
+    write = _writer(kind, Renderer(hand, None, "stand", options.segments))
+    frames = closing_hand(hand, gauge, options.frames, options.segments)
+    for path, joints in zip(paths, frames, strict=True):
+        write(path, joints)
+        print(path)
+    return 0
+
+
+def _writer(kind: str, renderer: Renderer) -> Callable[[Path, Array], None]:
+    """What writes joints (n, 4) as a file of a kind."""
+    if kind == "png":
+        return lambda path, joints: _save(path, _views(renderer, joints))
+    files = {"stl": write_stl, "obj": write_obj}
+    return lambda path, joints: files[kind](
+        path, {name: mesh for name, (_, mesh) in renderer.skin.parts(joints).items()}
+    )
+
+
+def _figure(hand: HandDescription, gauge: Array, options: argparse.Namespace) -> int:
+    """Open and closed side by side."""
+    check_new(options.figure, options.force, (".png",))
+    renderer = Renderer(hand, None, "stand", options.segments)
+    first, *_, last = closing_hand(hand, gauge, 3, options.segments)
+    options.figure.parent.mkdir(parents=True, exist_ok=True)
+    _save(options.figure, np.hstack([_views(renderer, first), _views(renderer, last)]))
+    print(options.figure)
+    return 0
+
+
+def _views(renderer: Renderer, joints: Array) -> NDArray[np.uint8]:
+    """Pictures from the palm and from the side, in a row."""
+    state = HandState(joints, *UPRIGHT)
+    views = [
+        renderer.frame(state, SIZE, Camera(yaw=yaw, pitch=pitch, **CAMERA)) for yaw, pitch in VIEWS
+    ]
+    return np.hstack(views)
+
+
+def _save(path: Path, picture: NDArray[np.uint8]) -> None:
+    from matplotlib.image import imsave  # an extra: meshes need no matplotlib
+
+    imsave(path, picture)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

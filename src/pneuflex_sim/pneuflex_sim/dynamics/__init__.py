@@ -1,0 +1,1 @@
+"""Compiled dynamics of serial chains: spatial vectors, articulated bodies, implicit springs."""

@@ -1,0 +1,223 @@
+"""Dynamics of serial chains of spherical joints, in a number of operations linear in the joints.
+
+The solve is the articulated-body recursion. Vectors are written in the axes of the chain's base and
+referred to the origin of each joint, so that the motion subspace of a spherical joint is the
+identity and no six-dimensional transform is needed: a spatial inertia is three matrices, angular A,
+coupling B and linear C, in [A B; B^T C].
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneuflex_sim.dynamics.spatial import (
+    UNIT_MATRIX,
+    ZERO,
+    ZERO_MATRIX,
+    apply,
+    apply_transposed,
+    cross,
+    invert_symmetric,
+    minus,
+    minus_matrix,
+    multiply,
+    plus,
+    plus_matrix,
+    rotate_diagonal,
+    rotation_matrix,
+    rows,
+    transposed,
+    write,
+    write_matrix,
+)
+from softhand_model.numerics.compiled import compiled
+
+
+@compiled
+def place_joints(first, last, q, offset, com, inertia, frame, arm, center, world_inertia):
+    """Forward kinematics of joints first..last-1 in base axes: frame (n,3,3), arm from the joint
+    before, centre of mass, inertia.
+    """
+    turn = UNIT_MATRIX
+    for i in range(first, last):
+        write(apply(turn, offset[i]), arm[i])
+        turn = multiply(turn, rotation_matrix(q[i]))
+        write_matrix(turn, frame[i])
+        write(apply(turn, com[i]), center[i])
+        write_matrix(rotate_diagonal(turn, inertia[i]), world_inertia[i])
+
+
+@compiled
+def inertial_torque(first, last, rate, mass, frame, arm, center, world_inertia, out):
+    """M @ rate for the placed joints: rate and out (n, 3) in child axes; joint velocities other
+    than rate are zero.
+    """
+    force, moment = np.empty((last, 3)), np.empty((last, 3))
+    spin, linear = ZERO, ZERO
+    for i in range(first, last):
+        turning = apply(rows(frame[i]), rate[i])
+        if i > first:
+            linear = plus(linear, cross(spin, arm[i]))
+            turning = plus(turning, spin)
+        spin = turning
+        along = plus(linear, cross(spin, center[i]))
+        pull = (mass[i] * along[0], mass[i] * along[1], mass[i] * along[2])
+        write(pull, force[i])
+        write(plus(apply(rows(world_inertia[i]), spin), cross(center[i], pull)), moment[i])
+    for i in range(last - 1, first - 1, -1):
+        write(apply_transposed(rows(frame[i]), moment[i]), out[i])
+        if i > first:
+            handed = plus(moment[i], cross(arm[i], force[i]))
+            write(plus(force[i - 1], force[i]), force[i - 1])
+            write(plus(moment[i - 1], handed), moment[i - 1])
+
+
+@compiled
+def solve_chains(start, added, right, mass, frame, arm, center, world_inertia, out):
+    """Solve (M + diag(added)) out = right for the placed joints of all chains; chain f has the
+    joints start[f]..start[f+1]-1. added, right and out (n, 3) in child axes.
+    """
+    n = len(mass)
+    folded = (np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3)))
+    for f in range(len(start) - 1):
+        first, last = start[f], start[f + 1]
+        _fold(first, last, added, right, mass, frame, arm, center, world_inertia, *folded)
+        _accelerate(first, last, frame, arm, *folded, out)
+
+
+@compiled
+def _fold(
+    first,
+    last,
+    added,
+    right,
+    mass,
+    frame,
+    arm,
+    center,
+    world_inertia,
+    angular,
+    coupling,
+    inverse,
+    drive,
+):
+    """The way of the recursion from the tip to the base. For each joint, with all that hangs on it:
+    angular and coupling inertia, the inverse S of the angular one, and the torque `drive` that is
+    left for it.
+    """
+    a, b, c = ZERO_MATRIX, ZERO_MATRIX, ZERO_MATRIX
+    moment, force = ZERO, ZERO  # that the joints further out need
+    for i in range(last - 1, first - 1, -1):
+        a, b, c = _add_link(mass[i], center[i], rows(world_inertia[i]), a, b, c)
+        turn = rows(frame[i])
+        s = invert_symmetric(plus_matrix(rotate_diagonal(turn, added[i]), a))
+        left = minus(apply(turn, right[i]), moment)
+        write_matrix(a, angular[i])
+        write_matrix(b, coupling[i])
+        write_matrix(s, inverse[i])
+        write(left, drive[i])
+        if i > first:
+            sa, sb = multiply(s, a), multiply(s, b)
+            force = _plus_transposed(force, sb, left)
+            moment = plus(_plus_transposed(moment, sa, left), cross(arm[i], force))
+            a, b, c = (
+                minus_matrix(a, multiply(a, sa)),
+                minus_matrix(b, multiply(a, sb)),
+                minus_matrix(c, multiply(transposed(b), sb)),
+            )
+            a, b = _shift_to_parent(arm[i], a, b, c)
+
+
+@compiled
+def _plus_transposed(start, a, vector):
+    """start + a^T @ vector, added up in this order."""
+    return (
+        start[0] + a[0][0] * vector[0] + a[1][0] * vector[1] + a[2][0] * vector[2],
+        start[1] + a[0][1] * vector[0] + a[1][1] * vector[1] + a[2][1] * vector[2],
+        start[2] + a[0][2] * vector[0] + a[1][2] * vector[1] + a[2][2] * vector[2],
+    )
+
+
+@compiled
+def _add_link(mass, com, own, a, b, c):
+    """The spatial inertia [a b; b^T c] and that of one link about its joint origin."""
+    (axx, axy, axz), (ayx, ayy, ayz), (azx, azy, azz) = a
+    (bxx, bxy, bxz), (byx, byy, byz), (bzx, bzy, bzz) = b
+    (cxx, cxy, cxz), (cyx, cyy, cyz), (czx, czy, czz) = c
+    square = mass * (com[0] * com[0] + com[1] * com[1] + com[2] * com[2])
+    x, y, z = mass * com[0], mass * com[1], mass * com[2]
+    about = ((axx + square, axy, axz), (ayx, ayy + square, ayz), (azx, azy, azz + square))
+    shifted = (
+        _minus_scaled(own[0], x, com),
+        _minus_scaled(own[1], y, com),
+        _minus_scaled(own[2], z, com),
+    )
+    return (
+        plus_matrix(about, shifted),
+        ((bxx, bxy - z, bxz + y), (byx + z, byy, byz - x), (bzx - y, bzy + x, bzz)),
+        ((cxx + mass, cxy, cxz), (cyx, cyy + mass, cyz), (czx, czy, czz + mass)),
+    )
+
+
+@compiled
+def _minus_scaled(row, factor, vector):
+    """row - factor * vector."""
+    return row[0] - factor * vector[0], row[1] - factor * vector[1], row[2] - factor * vector[2]
+
+
+@compiled
+def _shift_to_parent(r, a, b, c):
+    """Angular and coupling inertia of [a b; b^T c], of a joint origin at `r`, at the parent's
+    origin; the linear one stays c.
+
+    With R the cross-product matrix of r: b'' = b + R c, a'' = a - b'' R + R b^T.
+    """
+    coupling = _plus_crossed(b, r, c)
+    angular = _plus_crossed(a, r, transposed(b))
+    turned = (cross(coupling[0], r), cross(coupling[1], r), cross(coupling[2], r))
+    return minus_matrix(angular, turned), coupling
+
+
+@compiled
+def _plus_crossed(a, r, b):
+    """a + R b, R the cross-product matrix of r."""
+    return (
+        _plus_two(a[0], -r[2], b[1], r[1], b[2]),
+        _plus_two(a[1], r[2], b[0], -r[0], b[2]),
+        _plus_two(a[2], -r[1], b[0], r[0], b[1]),
+    )
+
+
+@compiled
+def _plus_two(row, f, a, g, b):
+    """row + f * a + g * b."""
+    return (
+        row[0] + f * a[0] + g * b[0],
+        row[1] + f * a[1] + g * b[1],
+        row[2] + f * a[2] + g * b[2],
+    )
+
+
+@compiled
+def _accelerate(first, last, frame, arm, angular, coupling, inverse, drive, out):
+    """The way back of the recursion, from the base to the tip."""
+    spin, shift = ZERO, ZERO
+    for i in range(first, last):
+        if i > first:
+            shift = plus(shift, cross(spin, arm[i]))
+        left = (
+            _left(drive[i, 0], angular[i, 0], coupling[i, 0], spin, shift),
+            _left(drive[i, 1], angular[i, 1], coupling[i, 1], spin, shift),
+            _left(drive[i, 2], angular[i, 2], coupling[i, 2], spin, shift),
+        )
+        total = apply(rows(inverse[i]), left)
+        write(apply_transposed(rows(frame[i]), total), out[i])
+        spin = plus(spin, total)
+
+
+@compiled
+def _left(drive, angular, coupling, spin, shift):
+    """What the motion of the joints before leaves of a torque; a row of both inertias."""
+    for s in range(3):
+        drive -= angular[s] * spin[s] + coupling[s] * shift[s]
+    return drive

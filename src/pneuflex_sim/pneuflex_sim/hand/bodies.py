@@ -1,0 +1,349 @@
+"""A hand as PyBullet bodies: one floating multibody per serial chain, all carried rigidly by the
+wrist.
+
+A hand as PyBullet bodies: one floating multibody per serial chain, all carried rigidly by the
+wrist.
+
+Each base is a heavy free body that is pushed to the velocity of the wrist in every step; what its
+velocity gains beyond that push is the load of the chain on the wrist, at no cost. (A base that is
+moved by resetting its pose has no velocity in the contact solver, and a held object would not
+follow it.)
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from pneuflex_sim.dynamics import joint_springs as spring_kernel
+from pneuflex_sim.hand import step as hand_kernel
+from pneuflex_sim.hand.air import AirCoupling
+from pneuflex_sim.hand.collision import (
+    PALM,
+    PIECES,
+    collides_with,
+    collision_groups,
+    link_shapes,
+    set_margin,
+)
+from pneuflex_sim.hand.kinematics import HandShape
+from pneuflex_sim.hand.layout import Body, HandLayout
+from pneuflex_sim.hand.palm_pad import PalmPad
+from pneuflex_sim.hand.wrist import Wrist
+from pneuflex_sim.hand.wrist_drive import BASE_INERTIA, BASE_MASS, DrivenBases
+from pneuflex_sim.world import World
+
+Array = NDArray[np.float64]
+
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+
+
+class JointStates:
+    """Orientations q (n, 4) and velocities v (n, 3) [rad/s] of the spherical joints of some bodies,
+    each with `counts` joints and no others. The arrays stay the same ones.
+    """
+
+    def __init__(self, bodies: list[int], counts: list[int], client: int) -> None:
+        self._bodies = [
+            (body, list(range(count))) for body, count in zip(bodies, counts, strict=True)
+        ]
+        self._client, n = client, sum(counts)
+        self.q, self.v = np.tile(IDENTITY, (n, 1)), np.zeros((n, 3))
+        self._orientations, self._velocities = (
+            struct.Struct(f"{4 * n}d"),
+            struct.Struct(f"{3 * n}d"),
+        )
+
+    def read(self) -> None:
+        """Fill the arrays; with lists, struct and no keywords: each costs time in every step."""
+        client, orientations, velocities = self._client, [], []
+        for body, joints in self._bodies:
+            for q, v, _, _ in pybullet.getJointStatesMultiDof(body, joints, client):
+                orientations += q
+                velocities += v
+        self._orientations.pack_into(self.q, 0, *orientations)
+        self._velocities.pack_into(self.v, 0, *velocities)
+
+    def push(self, torque: Array) -> None:
+        """Apply torques (n, 3) [N m] to the joints in the next step, in their child frames."""
+        torques, first = torque.tolist(), 0
+        for body, joints in self._bodies:
+            last = first + len(joints)
+            pybullet.setJointMotorControlMultiDofArray(
+                body,
+                joints,
+                pybullet.TORQUE_CONTROL,
+                forces=torques[first:last],
+                physicsClientId=self._client,
+            )
+            first = last
+
+
+SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
+SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
+LONGEST_BLOW = 0.1  # [s]
+
+
+class HandBodies:
+    """The chains of one hand in a world; all arrays have one row a joint, in the order of the
+    layout.
+    """
+
+    def __init__(
+        self,
+        layout: HandLayout,
+        world: World,
+        wrist: Wrist,
+        rigid: bool,
+        weight_scale: float,
+        collision: str = PIECES,
+        friction: float = 1.0,
+        finger_contact: bool = False,
+    ) -> None:
+        self.layout, self.world, self.rigid = layout, world, rigid
+        self.collision, self.friction = collision, friction
+        self.finger_contact = finger_contact
+        self._create()
+        n = len(layout.mass)
+        self.torque, self.turned = np.zeros((n, 3)), np.zeros((n, 3))
+        self._rest = np.ascontiguousarray(layout.rest)
+        self._joints = (
+            layout.starts,
+            self.q,
+            self.v,
+            self._rest,
+            layout.stiffness,
+            layout.stretching,
+            layout.damping,
+            layout.offset,
+            layout.center,
+            layout.inertia(world.step_size),
+            layout.mass,
+        )
+        self._carried = (
+            np.zeros((n, 3)),
+            np.zeros((n, 3, 3)),
+            np.zeros((n, 3)),
+            np.zeros((n, 3)),
+            np.zeros((n, 3, 3)),
+            self.torque,
+        )
+        self.bases = self._driven_bases(weight_scale)
+        self.reset(wrist)
+
+    # ---------------------------------------------------------------- creation
+    def _create(self) -> None:
+        self.ids = [self._create_body(body) for body in self.layout.bodies]
+        sheet = self.layout.description.sheet
+        self.pad = None if sheet is None else PalmPad(sheet)
+        counts = [body.joints.stop - body.joints.start for body in self.layout.bodies]
+        self._states = JointStates(self.ids, counts, self.world.client)
+        self.q, self.v = self._states.q, self._states.v
+
+    def _driven_bases(self, weight_scale: float) -> DrivenBases:
+        layout, ids = self.layout, self.ids
+        places = [body.position for body in layout.bodies]
+        turns = [body.orientation for body in layout.bodies]
+        if self.pad is not None:
+            ids = [*ids, self._create_pad(self.pad)]
+            places, turns = [*places, self.pad.place], [*turns, self.pad.turn]
+        return DrivenBases(
+            ids,
+            np.array(places, float),
+            np.array(turns, float),
+            self.pad,
+            float(layout.mass.sum()),
+            HandShape(layout).center_of_mass(layout.rest),
+            weight_scale,
+            self.world.client,
+        )
+
+    def _create_body(self, body: Body) -> int:
+        layout, client, joints = self.layout, self.world.client, body.joints
+        count = joints.stop - joints.start
+        shapes = link_shapes(layout, body, self.collision, client)
+        base = pybullet.createMultiBody(
+            0.0 if self.rigid else BASE_MASS,
+            -1,
+            -1,
+            linkMasses=layout.mass[joints].tolist(),
+            linkCollisionShapeIndices=shapes,
+            linkVisualShapeIndices=[-1] * count,
+            linkPositions=layout.offset[joints].tolist(),
+            linkOrientations=[IDENTITY] * count,
+            linkInertialFramePositions=layout.center[joints].tolist(),
+            linkInertialFrameOrientations=[IDENTITY] * count,
+            linkParentIndices=list(range(count)),
+            linkJointTypes=[pybullet.JOINT_SPHERICAL] * count,
+            linkJointAxis=[(0, 0, 1)] * count,
+            physicsClientId=client,
+        )
+        self._set_dynamics(base, body)
+        return base
+
+    @property
+    def pad_id(self) -> int | None:
+        """PyBullet id of the palm sheet, None for a hand without one."""
+        return None if self.pad is None else self.bases.ids[-1]
+
+    def _create_pad(self, pad: PalmPad) -> int:
+        client = self.world.client
+        base = pad.create(0.0 if self.rigid else BASE_MASS, client)
+        self._set_base_dynamics(base)
+        pybullet.changeDynamics(base, -1, lateralFriction=self.friction, physicsClientId=client)
+        pybullet.setCollisionFilterGroupMask(
+            base, -1, PALM, collides_with(PALM), physicsClientId=client
+        )
+        return base
+
+    def _set_base_dynamics(self, base: int) -> None:
+        client = self.world.client
+        pybullet.changeDynamics(
+            base,
+            -1,
+            linearDamping=0,
+            angularDamping=0,
+            maxJointVelocity=SPEED_CLAMP,
+            physicsClientId=client,
+        )
+        if not self.rigid:
+            pybullet.changeDynamics(
+                base,
+                -1,
+                mass=BASE_MASS,
+                localInertiaDiagonal=[BASE_INERTIA] * 3,
+                physicsClientId=client,
+            )
+
+    def _set_dynamics(self, base: int, body: Body) -> None:
+        layout, client = self.layout, self.world.client
+        inertia = layout.inertia(self.world.step_size)
+        self._set_base_dynamics(base)
+        pybullet.setCollisionFilterGroupMask(base, -1, PALM, 0, physicsClientId=client)
+        groups = collision_groups(layout, body)
+        for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
+            pybullet.changeDynamics(
+                base,
+                link,
+                mass=layout.mass[joint],
+                localInertiaDiagonal=inertia[joint].tolist(),
+                linearDamping=0,
+                angularDamping=0,
+                jointDamping=0,
+                lateralFriction=self.friction,
+                physicsClientId=client,
+            )
+            set_margin(base, link, self.collision, client)
+            mask = collides_with(groups[link], self.finger_contact)
+            pybullet.setCollisionFilterGroupMask(
+                base, link, groups[link], mask, physicsClientId=client
+            )
+            pybullet.setJointMotorControlMultiDof(
+                base,
+                link,
+                pybullet.POSITION_CONTROL,
+                targetPosition=IDENTITY,
+                positionGain=0,
+                velocityGain=0,
+                force=[0, 0, 0],
+                physicsClientId=client,
+            )
+
+    # ---------------------------------------------------------------- state
+    def reset(self, wrist: Wrist, joints: Array | None = None) -> None:
+        """Put every base at the wrist and every joint at its orientation in `joints` (n, 4), or at
+        rest without pressure; nothing moves.
+        """
+        joints = self.layout.rest if joints is None else joints
+        self.bases.reset(wrist)
+        for body, base in zip(self.layout.bodies, self.ids, strict=True):
+            for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
+                pybullet.resetJointStateMultiDof(
+                    base,
+                    link,
+                    joints[joint].tolist(),
+                    [0, 0, 0],
+                    physicsClientId=self.world.client,
+                )
+        self._first, self._fast_time = True, 0.0
+        self.read()
+
+    def read(self) -> None:
+        """Take joint orientations and velocities from PyBullet; raises RuntimeError when the run
+        has diverged.
+        """
+        self._states.read()
+        if not self.rigid:
+            self.bases.read()
+        fastest = spring_kernel.look_at_joints(self._rest, self.q, self.v, self.turned)
+        self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
+        if not math.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
+            raise RuntimeError(self._diverged(fastest))
+
+    def _diverged(self, fastest: float) -> str:
+        """What to say of a joint that stays fast; a blow may make one fast for an instant."""
+        joint = self.layout.names[int(np.argmax(np.abs(self.v).max(axis=1)))]
+        return (
+            f"the simulation diverged: joint {joint} turns at {fastest:.0f} rad/s for "
+            f"{1e3 * self._fast_time:.0f} ms (expected below {SPEED_LIMIT:.0f}); "
+            "a smaller step or slower commands are needed"
+        )
+
+    def rotations(self) -> Array:
+        """Rotation vector (n, 3) [rad] of each joint against its rest without pressure; y is the
+        bend.
+        """
+        return self.turned.copy()
+
+    def save(self) -> tuple[Any, ...]:
+        """The Python side of the state; PyBullet's own is saved by the world."""
+        return (self._first, self._fast_time, *(array.copy() for array in self._arrays()))
+
+    def restore(self, state: tuple[Any, ...]) -> None:
+        """Return to a saved state, after PyBullet has been restored."""
+        self._first, self._fast_time = state[:2]
+        for array, saved in zip(self._arrays(), state[2:], strict=True):
+            array[:] = saved
+
+    def _arrays(self) -> tuple[Array, ...]:
+        return (self.q, self.v, self.turned, *self._carried, *self.bases.arrays())
+
+    # ---------------------------------------------------------------- forces
+    def drive(
+        self, air: AirCoupling, ambient: float, pressures_abs: Array, volumes: Array, wrist: Wrist
+    ) -> None:
+        """Apply the torques of all joints at these pressures [Pa] and volumes [m3] of the channels;
+        advance the wrist under the load of the last step, and push the bases along.
+        """
+        step, springs = self.world.step_size, wrist.springs
+        common = (
+            step,
+            self._first,
+            ambient,
+            pressures_abs,
+            air.by_tables,
+            air.arrays(volumes),
+            air.actuated,
+            self._joints,
+            self._carried,
+        )
+        if self.rigid:
+            hand_kernel.joint_torques(*common)
+        else:
+            bases = self.bases
+            hand_kernel.drive_hand(
+                *common,
+                bases.constants,
+                bases.pad_arrays,
+                bases.kernel_arrays,
+                springs,
+                wrist.arrays,
+            )
+            bases.push()
+        self._first = False
+        self._states.push(self.torque)

@@ -1,0 +1,199 @@
+"""Collision shapes of a hand's links, and which parts of a hand meet which.
+
+Collision pieces: one convex hull a link, eroded by MARGIN, which the engine dilates again.
+
+The thesis shrinks its skin by 1 mm and lets it touch at a distance of 1 mm (5.1.4), which rounds
+edges off. Here the engine's collision margin does the second half. A piece reaches from joint to
+joint; faces at joints are not eroded, so that the passive layer runs on from link to link and
+neighbours overlap by the margin. They meet on the axis of the joint, so on bending no gap opens in
+the passive layer; wedges open on the back, as they do between boxes.
+
+Collision shapes of the links in PyBullet: pieces that follow the outline, or boxes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+from pneuflex_sim.hand.layout import SMALLEST_EDGE, Body, HandLayout
+from pneuflex_sim.hand.outline import ChainOutline, piece_section
+from softhand_model.hand.hand import WRIST, ChainDescription, HandDescription
+from softhand_model.numerics.rotations import rotate
+
+ENVIRONMENT, FINGER, THUMB, PALM = 1, 2, 4, 8  # collision groups
+FACING = 16  # and its doubles: fingers that face those of the group FINGER, and one another
+# [-], cosine of 60 deg; no more than 12 directions are that far apart, so there are bits enough
+SAME_SIDE = 0.5
+
+
+def collision_groups(layout: HandLayout, body: Body) -> list[int]:
+    """Collision group of each joint's link: one for all fingers that bend to the same side, within
+    60 deg, as `bending_sides` has it; arcs are the palm, what rides on them is the thumb.
+    """
+    groups, sides = [], bending_sides(layout.description)
+    for name in body.chains:
+        joints = layout.chain_joints[name]
+        group = _collision_group(layout.description, name, sides)
+        groups += [group] * (joints.stop - joints.start)
+    return groups
+
+
+def collides_with(group: int, neighbours: bool = False) -> int:
+    """Mask of the groups that meet a group, its own among them if neighbouring fingers meet."""
+    if group == PALM:
+        return ENVIRONMENT
+    return ~PALM if neighbours else ~(PALM | group)
+
+
+def bending_sides(hand: HandDescription) -> dict[str, int]:
+    """Index of the side to which each chain on the wrist bends, in the order of the chains;
+    a chain is of the first side whose first chain bends within 60 deg of where it does.
+    """
+    sides: dict[str, int] = {}
+    firsts: list[NDArray[np.float64]] = []
+    for chain in hand.chains:
+        if chain.mount.parent != WRIST or chain.turn:
+            continue
+        bending = rotate(chain.mount.quaternion, np.array([1.0, 0.0, 0.0]))
+        near = [k for k, first in enumerate(firsts) if bending @ first > SAME_SIDE - 1e-9]
+        sides[chain.name] = near[0] if near else len(firsts)
+        if not near:
+            firsts.append(bending)
+    return sides
+
+
+def _collision_group(hand: HandDescription, name: str, sides: dict[str, int]) -> int:
+    """Group of a chain; what rides on a finger is part of it."""
+    chain = hand.chain(name)
+    if chain.turn:
+        return PALM
+    parent = chain.mount.parent
+    if parent == WRIST:
+        return FACING << (sides[name] - 1) if sides[name] else FINGER
+    return THUMB if hand.chain(parent).turn else _collision_group(hand, parent, sides)
+
+
+Array = NDArray[np.float64]
+
+MARGIN = 0.001  # [m]
+STEEPEST = 2.0  # with it, a section of SMALLEST_EDGE is never used up
+
+
+def chain_pieces(description: ChainDescription, segments: int) -> list[Array]:
+    """Vertices (k, 3) [m] of each joint's piece in its link's frame, from a strut's to the tip's.
+
+    A strut's link carries the half segment at the base of the rubber; the strut itself has no
+    piece. The base of a chain without strut is part of what carries it and has none either.
+    Sections thinner than SMALLEST_EDGE count as that thick, behind the passive layer.
+    """
+    outline, pieces = ChainOutline(description, segments), []
+    if description.strut is not None:
+        lift = np.array([0.0, 0.0, description.strut.length / 2.0 + outline.edge / 2.0])
+        pieces.append(_piece(outline, 0) + lift)
+    return pieces + [_piece(outline, bone) for bone in range(1, segments + 1)]
+
+
+def _piece(outline: ChainOutline, bone: int) -> Array:
+    """Vertices (k, 3) [m] of a bone's piece in its frame: hull of the sections at both ends."""
+    ends = outline.range(bone)
+    shapes = [np.vstack(outline.outlines(place, piece_section(), SMALLEST_EDGE)) for place in ends]
+    around = ConvexHull(shapes[0]).vertices  # counterclockwise; parallel actuators share a piece
+    start, stop = (shape[around] for shape in shapes)
+    steepness = _slopes(start, stop, ends[1] - ends[0])
+    at_tip = MARGIN if bone == outline.segments else 0.0
+    share = at_tip / (ends[1] - ends[0])
+    stop, place = (1.0 - share) * stop + share * start, ends[1] - at_tip
+    rings = []
+    for ring, at in ((start, ends[0]), (stop, place)):
+        point, turn = outline.section(bone, at)
+        flat = inset(ring, MARGIN * steepness)
+        rings.append(point + np.column_stack([flat, np.zeros(len(flat))]) @ turn.T)
+    return np.vstack(rings)
+
+
+def _normals(ring: Array) -> Array:
+    """Outward unit normals (n, 2) of the edges from each vertex to the next, counterclockwise."""
+    edge = np.roll(ring, -1, axis=0) - ring
+    normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1)
+    return normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def _slopes(start: Array, stop: Array, length: float) -> Array:
+    """By how much more (n,) [-] each edge must move in the plane of the section for its tapered
+    face to move by 1 along the face's normal.
+    """
+    normal = _normals(start)
+    rise = np.einsum("ij,ij->i", normal, stop - start) / length
+    return np.minimum(np.sqrt(1.0 + rise**2), STEEPEST)
+
+
+def inset(ring: Array, distances: Array) -> Array:
+    """Corners (k, 2) of a convex polygon (n, 2) with every edge moved inwards by its distance (n,)
+    [m]; edges that are used up vanish.
+
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> sorted(inset(square, np.full(4, 0.25)).tolist())
+    [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]]
+    """
+    normal = _normals(ring)
+    level = np.einsum("ij,ij->i", normal, ring) - distances
+    halfplanes = np.column_stack([normal, -level])
+    return np.unique(HalfspaceIntersection(halfplanes, ring.mean(axis=0)).intersections, axis=0)
+
+
+PIECES, BOXES = "pieces", "boxes"
+KINDS = (PIECES, BOXES)
+
+
+def check_kind(kind: str) -> None:
+    """Raise ValueError for anything but a kind of collision shapes."""
+    if kind not in KINDS:
+        raise ValueError(f"collision: expected one of {', '.join(KINDS)}, got {kind!r}")
+
+
+def link_shapes(layout: HandLayout, body: Body, kind: str, client: int) -> list[int]:
+    """Create the collision shape of every link of a body; their PyBullet ids.
+
+    Each is centred where the link's mass is: PyBullet then needs no compound around it.
+    """
+    return _boxes(layout, body, client) if kind == BOXES else _pieces(layout, body, client)
+
+
+def _boxes(layout: HandLayout, body: Body, client: int) -> list[int]:
+    joints = body.joints
+    return [
+        pybullet.createCollisionShape(
+            pybullet.GEOM_BOX,
+            halfExtents=(size / 2).tolist(),
+            collisionFramePosition=center.tolist(),
+            physicsClientId=client,
+        )
+        for size, center in zip(layout.size[joints], layout.center[joints], strict=True)
+    ]
+
+
+def _pieces(layout: HandLayout, body: Body, client: int) -> list[int]:
+    """Hulls; the engine's own margin around them is that of `pieces` (see `set_margin`)."""
+    pieces = [
+        piece
+        for name in body.chains
+        for piece in chain_pieces(layout.models[name].description, layout.segments)
+    ]
+    return [
+        pybullet.createCollisionShape(
+            pybullet.GEOM_MESH,
+            vertices=(piece - center).tolist(),
+            collisionFramePosition=center.tolist(),
+            physicsClientId=client,
+        )
+        for piece, center in zip(pieces, layout.center[body.joints], strict=True)
+    ]
+
+
+def set_margin(body: int, link: int, kind: str, client: int) -> None:
+    """Dilate a link's piece by the margin it was eroded by; boxes hold theirs within."""
+    if kind == PIECES:
+        pybullet.changeDynamics(body, link, collisionMargin=MARGIN, physicsClientId=client)

@@ -1,0 +1,91 @@
+"""Tells when pressure asks joints to bend beyond their stops, where the simulator cuts them off."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuflex_sim.dynamics.joint_springs import STOP_ANGLE
+from pneuflex_sim.hand.layout import HandLayout
+from softhand_model.chain.chain import ChainModel, discretise
+
+Array = NDArray[np.float64]
+
+SEARCHED_TO = 3.0  # times the largest pressure limit, where the tables of the rest shape end
+TOLERANCE = 1.0  # [Pa] of the pressure that is sought
+
+
+class JointStops:
+    """The stops of a hand's joints: no pressure turns the rest of a joint beyond STOP_ANGLE.
+
+    lowest [Pa]: gauge pressure in all channels at which the first joint comes to its stop, infinite
+    where none does. told: the warning, once it has been given, else empty. Effects of the model
+    file are left out.
+    """
+
+    def __init__(self, layout: HandLayout) -> None:
+        self._layout, hand = layout, layout.description
+        self._channels = {
+            chain.name: [hand.channel_of(name) for name in chain.actuators] for chain in hand.chains
+        }
+        self.lowest, self.told = self._lowest_pressure(), ""
+
+    def _lowest_pressure(self) -> float:
+        hand = self._layout.description
+        low, high = 0.0, SEARCHED_TO * float(hand.max_pressures().max())
+        if self._farthest(np.full(len(hand.channels), high))[0] <= STOP_ANGLE:
+            return float("inf")
+        while high - low > TOLERANCE:
+            middle = (low + high) / 2.0
+            beyond = self._farthest(np.full(len(hand.channels), middle))[0] > STOP_ANGLE
+            low, high = (low, middle) if beyond else (middle, high)
+        return low
+
+    def _farthest(self, pressures: Array) -> tuple[float, str, int]:
+        """Bend [rad], chain and joint of it that pressures (channels,) [Pa] ask for most."""
+        found = []
+        for name, fed in self._channels.items():
+            asked = np.abs(self._layout.models[name].rest_rotation(pressures[fed])).max(axis=1)
+            found.append((float(asked.max()), name, int(asked.argmax())))
+        return max(found)
+
+    def look(self, pressures: Array) -> None:
+        """Warn (RuntimeWarning), once, when gauge pressures (channels,) [Pa] ask for more than a
+        joint can bend.
+        """
+        highest = max(pressures.tolist())  # a list is quicker, and this is asked in every step
+        if self.told or highest <= self.lowest:
+            return
+        asked, chain, joint = self._farthest(pressures)
+        if asked > STOP_ANGLE:
+            self.told = self._words(asked, chain, joint, pressures)
+            warnings.warn(self.told, RuntimeWarning, stacklevel=4)
+
+    def _words(self, asked: float, chain: str, joint: int, pressures: Array) -> str:
+        layout, hand, fed = self._layout, self._layout.description, self._channels[chain]
+        limits = hand.max_pressures()
+        filled = " and ".join(
+            f"{pressures[k] / 1e3:.0f} kPa in channel {hand.channels[k]}" for k in sorted(set(fed))
+        )
+        enough = self.segments_within(chain, np.maximum(pressures, limits))
+        return (
+            f"joint {layout.names[layout.chain_joints[chain].start + joint]}: {filled} would bend "
+            f"it by {np.degrees(asked):.0f} deg, but joints stop at {np.degrees(STOP_ANGLE):.0f} "
+            f"deg: beyond, the hand bends and presses too little; with {enough} segments "
+            f"instead of {layout.segments} no joint would stop up to {limits[fed].max() / 1e3:.0f} "
+            "kPa"
+        )
+
+    def segments_within(self, chain: str, pressures: Array) -> int:
+        """Segments an actuator, at least, with which no joint of a chain stops at pressures
+        (channels,) [Pa].
+        """
+        description = self._layout.description.chain(chain)
+        segments, fed = self._layout.segments, pressures[self._channels[chain]]
+        model: ChainModel = self._layout.models[chain]
+        while (asked := np.abs(model.rest_rotation(fed)).max()) > STOP_ANGLE:
+            segments = max(segments + 1, int(segments * asked / STOP_ANGLE))
+            model = discretise(description, segments, model.model)
+        return segments

@@ -1,0 +1,126 @@
+"""Tips and angles of a hand from its joint orientations, and what the angle sensors at the tips
+show.
+
+What the angle sensors at the actuators' tips show under the effects of a model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.dynamics.chain import place_joints
+from pneuflex_sim.hand.layout import HandLayout
+from softhand_model.effects.pipeline import StagedEffects
+from softhand_model.model_file import Model
+
+Array = NDArray[np.float64]
+
+
+class HandShape:
+    """Forward kinematics of a layout."""
+
+    def __init__(self, layout: HandLayout) -> None:
+        self.layout = layout
+        n = len(layout.mass)
+        self._inertia = np.ones((n, 3))
+
+    def frames(self, q: Array) -> tuple[Array, Array, Array]:
+        """Positions (n, 3) [m] and rotation matrices (n, 3, 3) of the joints, centres of mass (n,
+        3), in the wrist frame.
+        """
+        layout, n = self.layout, len(q)
+        frame, arm, center = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
+        scratch, position = np.empty((n, 3, 3)), np.empty((n, 3))
+        for body in layout.bodies:
+            first, last = body.joints.start, body.joints.stop
+            place_joints(
+                first,
+                last,
+                q,
+                layout.offset,
+                layout.center,
+                self._inertia,
+                frame,
+                arm,
+                center,
+                scratch,
+            )
+            turn = Rotation.from_quat(body.orientation).as_matrix()
+            position[first:last] = np.cumsum(arm[first:last], axis=0) @ turn.T + body.position
+            frame[first:last] = turn @ frame[first:last]
+            center[first:last] = center[first:last] @ turn.T + position[first:last]
+        return position, frame, center
+
+    def fingertips(self, q: Array) -> dict[str, tuple[Array, Array]]:
+        """Position [m] and quaternion of each fingertip in the wrist frame, in the order of the
+        hand's `tips`.
+        """
+        position, frame, _ = self.frames(q)
+        tips = {}
+        for name in self.layout.description.tips:
+            last = self.layout.chain_joints[name].stop - 1
+            turn = frame[last]
+            tips[name] = (
+                position[last] + turn @ self.layout.chain_tips[name],
+                Rotation.from_matrix(turn).as_quat(),
+            )
+        return tips
+
+    def tip_angles(self, bend: Array) -> dict[str, float]:
+        """Angle of the tip of each actuator against its base [rad]: the sum of its joints' bends
+        (n,), strut left out.
+        """
+        angles = {}
+        for chain in self.layout.description.chains:
+            joints = self.layout.chain_joints[chain.name]
+            first = joints.start + (1 if chain.strut is not None else 0)
+            angle = float(bend[first : joints.stop].sum())
+            angles.update(dict.fromkeys(chain.actuators, angle))
+        return angles
+
+    def center_of_mass(self, q: Array) -> Array:
+        """Centre of mass (3,) of the chains in the wrist frame [m]."""
+        center = self.frames(q)[2]
+        return self.layout.mass @ center / self.layout.mass.sum()
+
+
+QUANTITY = "tip_angle"
+
+
+class TipSensors:
+    """One sensor an actuator, with the memory of the model's output effects.
+
+    active: whether the model has effects that act on it; else readings are the true angles.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self.active = any(
+            getattr(effect, "quantity", "") == QUANTITY for effect in model.stage("output")
+        )
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything: straight for long."""
+        self._sensors: dict[str, StagedEffects] = {}
+        self._readings: dict[str, float] = {}
+
+    def step(self, dt: float, angles: Mapping[str, float]) -> None:
+        """Advance the sensors by dt [s] to the true angles [rad] at its end, by actuator."""
+        for name, angle in angles.items():
+            sensor = self._sensors.setdefault(name, StagedEffects(self._model.stage("output")))
+            self._readings[name] = float(sensor.reading(QUANTITY, np.asarray(angle), dt))
+
+    def readings(self, angles: Mapping[str, float]) -> dict[str, float]:
+        """Readings [rad] by actuator after the last step; before the first one those of a step that
+        takes no time to the true angles [rad].
+        """
+        if not self.active:
+            return dict(angles)
+        if not self._readings:
+            self.step(0.0, angles)
+        return dict(self._readings)

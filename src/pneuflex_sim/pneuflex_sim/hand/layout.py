@@ -1,0 +1,188 @@
+"""The joints of a whole hand in one set of arrays, in the order in which the kernel and PyBullet
+walk them.
+
+Chains that ride on another one (the thumb on the palm) continue the serial body of their parent;
+every other chain starts a body of its own at its mount on the wrist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.hand.hand import HandDescription
+from softhand_model.model_file import Model
+
+Array = NDArray[np.float64]
+
+MAX_SPHERICAL_JOINTS = 30  # beyond that PyBullet returns empty joint states without an error
+DAMPING_TIME = 0.01  # Kelvin-Voigt: damping = DAMPING_TIME * stiffness [s]
+ADDED_INERTIA = 0.2  # at a step of 1 ms [-]
+TIP_SHARE = 0.3
+SMALLEST_EDGE = 0.006  # collision boxes are never thinner than this [m]
+
+
+@dataclass(frozen=True)
+class Body:
+    """One serial PyBullet body: name, pose of its base in the wrist frame, its joints and the
+    chains it carries.
+    """
+
+    name: str
+    position: Array
+    orientation: Array
+    joints: slice
+    chains: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class HandLayout:
+    """All joints of a hand: arrays of shape (n, ...) as in `SegmentChain`, and
+    their bodies.
+    """
+
+    description: HandDescription
+    segments: int  # an actuator
+    models: dict[str, ChainModel]
+    bodies: tuple[Body, ...]
+    chain_joints: dict[str, slice]
+    chain_tips: dict[str, Array]
+    names: tuple[str, ...]
+    offset: Array
+    rest: Array
+    stiffness: Array
+    stretching: Array
+    size: Array
+    center: Array
+    mass: Array
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """First joint of each body, and the number of joints at the end."""
+        return np.array([body.joints.start for body in self.bodies] + [len(self.mass)])
+
+    @property
+    def damping(self) -> Array:
+        """Joint damping (n, 3) [N m s/rad]."""
+        return DAMPING_TIME * self.stiffness
+
+    def inertia(self, step: float) -> Array:
+        """Principal inertia (n, 3) [kg m2] of the links, as boxes, with the rotary inertia that a
+        step needs.
+
+        PyBullet's contact solver sees links without their springs, so each gets c*(step**2*k +
+        step*d), with c = 0.2 at 1 ms, in proportion to the step: statics unchanged, motion slower.
+        Tips, whose stiffness goes to zero, get at least TIP_SHARE of the chain's median: with less
+        of either, grasps that jam a fingertip between table and object diverged. No axis gets less
+        than that of bending: else hands softer sideways diverged when they hit the table hard.
+        """
+        x, y, z = self.size.T
+        box = np.stack([y**2 + z**2, x**2 + z**2, x**2 + y**2], axis=1) * self.mass[:, None] / 12
+        stiffness = self.stiffness.copy()
+        for joints in self.chain_joints.values():
+            own = stiffness[joints]
+            own[:-1] = np.maximum(own[:-1], own[1:])
+            np.maximum(own, TIP_SHARE * np.median(own[:, 1]), out=own)
+            np.maximum(own, own[:, 1:2], out=own)
+        share = ADDED_INERTIA * step / 1e-3
+        return box + share * (step**2 + step * DAMPING_TIME) * stiffness
+
+
+def build_layout(description: HandDescription, segments: int, model: Model) -> HandLayout:
+    """Discretise every chain of a hand into `segments` segments an actuator and line the joints up.
+
+    Raises ValueError if a serial body would have more joints than PyBullet can report.
+    """
+    models = {chain.name: discretise(chain, segments, model) for chain in description.chains}
+    order = _bodies_in_order(description)
+    parts: list[ChainModel] = []
+    offsets, rests, bodies = [], [], []
+    chain_joints: dict[str, slice] = {}
+    count = 0
+    for chain_names in order:
+        start = count
+        for name in chain_names:
+            chain = models[name]
+            offset, rest = _mounted(description, models, name)
+            offsets.append(offset)
+            rests.append(rest)
+            parts.append(chain)
+            chain_joints[name] = slice(count, count + len(rest))
+            count += len(rest)
+        if count - start > MAX_SPHERICAL_JOINTS:
+            raise ValueError(
+                f"segments of {' + '.join(chain_names)}: expected at most {MAX_SPHERICAL_JOINTS} "
+                f"joints in one body, got {count - start}"
+            )
+        bodies.append(_body(description, chain_names, slice(start, count)))
+    stacked = _stacked(parts)
+    return HandLayout(
+        description,
+        segments,
+        models,
+        tuple(bodies),
+        chain_joints,
+        {name: np.asarray(models[name].segments.tip_offset) for name in models},
+        tuple(
+            f"{name}_{i}"
+            for name, joints in chain_joints.items()
+            for i in range(joints.stop - joints.start)
+        ),
+        np.concatenate(offsets),
+        np.concatenate(rests),
+        stacked["stiffness"],
+        stacked["stretching"],
+        np.maximum(stacked["body_size"], [SMALLEST_EDGE, SMALLEST_EDGE, 0.0]),
+        stacked["body_center"],
+        stacked["mass"],
+    )
+
+
+def _body(description: HandDescription, chain_names: tuple[str, ...], joints: slice) -> Body:
+    """The serial body of some chains, mounted as the first of them."""
+    mount = description.chain(chain_names[0]).mount
+    place = np.asarray(mount.position)
+    return Body(chain_names[0], place, mount.quaternion, joints, chain_names)
+
+
+def _stacked(parts: list[ChainModel]) -> dict[str, Array]:
+    """What the segments of all chains have, one row a joint."""
+    keys = ("stiffness", "stretching", "body_size", "body_center", "mass")
+    return {key: np.concatenate([getattr(part.segments, key) for part in parts]) for key in keys}
+
+
+def _bodies_in_order(description: HandDescription) -> list[tuple[str, ...]]:
+    """Serial chains of chains: each list starts at the wrist."""
+    serial: dict[str, list[str]] = {}
+    root: dict[str, str] = {}
+    for chain in description.chains:
+        parent = chain.mount.parent
+        root[chain.name] = chain.name if parent == "wrist" else root[parent]
+        serial.setdefault(root[chain.name], []).append(chain.name)
+        if parent != "wrist" and serial[root[parent]][-2] != parent:
+            raise ValueError(
+                f"mount of {chain.name}: expected a parent with no other chain on it, got {parent}"
+            )
+    return [tuple(names) for names in serial.values()]
+
+
+def _mounted(
+    description: HandDescription, models: dict[str, ChainModel], name: str
+) -> tuple[Array, Array]:
+    """Joint offsets and rest orientations of a chain; the first ones carry the mount on the parent
+    chain.
+    """
+    segments = models[name].segments
+    offset, rest = np.array(segments.offset, float), np.array(segments.rest, float)
+    mount = description.chain(name).mount
+    if mount.parent != "wrist":
+        turn = Rotation.from_quat(mount.quaternion)
+        offset[0] = (
+            models[mount.parent].segments.tip_offset + mount.position + turn.apply(offset[0])
+        )
+        rest[0] = (turn * Rotation.from_quat(rest[0])).as_quat()
+    return offset, rest

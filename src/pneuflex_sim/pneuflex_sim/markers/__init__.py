@@ -1,1 +1,0 @@
-"""What RViz and Foxglove show of a simulation: surfaces, contacts and forces."""

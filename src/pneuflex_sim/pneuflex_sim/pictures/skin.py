@@ -1,0 +1,217 @@
+"""Smooth surface of a hand by linear blend skinning: the outline at rest, carried by the links.
+
+A point of the surface is where the links near it would carry it, in the mean by their weights
+(thesis 5.1.4). At rest that is exact. Where links turn against each other by an angle, blending
+flattens the sections by about its half's cosine: by 5 % where a finger of five segments is bent by
+180 deg.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.hand.kinematics import HandShape
+from pneuflex_sim.hand.outline import ChainOutline, cross_section
+from pneuflex_sim.scene.mesh import Mesh, box, mesh_of, tube, tube_triangles
+from softhand_model.hand.hand import WRIST
+from softhand_model.hand.palm_sheet import PalmSheet
+from softhand_model.numerics.rotations import from_rpy
+
+Array = NDArray[np.float64]
+Frames = tuple[Array, Array]  # origins (b, 3) [m] and rotation matrices (b, 3, 3)
+
+TIP_ROUNDING = 0.4  # radius at the tip, as a share of height or width there
+ARCH_POINTS = 25
+RUBBER, SCAFFOLD, SHEET = "rubber", "scaffold", "sheet"  # materials
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How fine a skin is: rings a segment, rings around the tip, and points of `cross_section`."""
+
+    rings: int
+    tip_rings: int
+    corner_points: int
+    back_points: int
+
+
+FINE, COARSE = Fineness(6, 5, 3, 11), Fineness(2, 2, 2, 5)
+
+
+@dataclass(frozen=True)
+class BoundSkin:
+    """A surface bound to bones: weights (v, b), places (v, b, 3) [m] of the vertices in the bones'
+    frames at rest, and triangles.
+    """
+
+    weights: Array
+    places: Array
+    indices: NDArray[np.int32]
+
+    def mesh(self, frames: Frames) -> Mesh:
+        """The surface for the frames of all bones."""
+        origin, turn = frames
+        moved = origin + np.einsum("bij,vbj->vbi", turn, self.places)
+        return mesh_of(np.einsum("vb,vbi->vi", self.weights, moved), self.indices)
+
+
+def bind(rings: Array, along: Array, frames: Frames) -> BoundSkin:
+    """Bind rings (r, k, 3) [m] to bones at rest; ring i lies at along[i] (r,), counted in bones."""
+    origin, turn = frames
+    count, points = rings.shape[:2]
+    vertices = np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0), rings[-1].mean(axis=0)])
+    place = np.concatenate([np.repeat(along, points), along[[0, -1]]])
+    local = np.einsum("bji,vbj->vbi", turn, vertices[:, None] - origin)
+    return BoundSkin(blend_weights(place, len(origin)), local, tube_triangles(count, points))
+
+
+def blend_weights(place: Array, bones: int) -> Array:
+    """Weights (v, bones) [-] of bones at 0, 1, ... on points at places (v,): quadratic B-splines,
+    clamped so that both ends belong to their bones alone.
+
+    With straight lines for weights a bent finger looks wavy: its line would touch that of the
+    links in their middles and pass through the joints.
+
+    >>> blend_weights(np.array([3.0]), 7).round(3).tolist()[0]
+    [0.0, 0.0, 0.125, 0.75, 0.125, 0.0, 0.0]
+    """
+    last, degree = bones - 1.0, min(2, bones - 1)
+    inner = np.arange(1.5, last - 1.0) if degree == 2 else np.array([])
+    knots = np.concatenate([np.zeros(degree + 1), inner, np.full(degree + 1, last)])
+    inside = np.clip(place, 0.0, last)
+    return np.asarray(BSpline.design_matrix(inside, knots, degree).toarray())
+
+
+class HandSkin:
+    """Surfaces of all parts of one hand, in the frame of the wrist."""
+
+    def __init__(self, shape: HandShape, fineness: Fineness = FINE) -> None:
+        self.shape = shape
+        self._rubber: dict[str, tuple[str, BoundSkin]] = {}
+        self._struts: dict[str, BoundSkin] = {}
+        rest = np.asarray(shape.layout.rest)
+        links = shape.frames(rest)
+        for chain in shape.layout.description.chains:
+            outline = ChainOutline(chain, shape.layout.segments)
+            bones = bone_frames(shape, chain.name, rest, links)
+            for k, actuator in enumerate(chain.actuators):
+                skin = bind(*rest_rings(outline, k, bones, fineness), bones)
+                self._rubber[actuator] = (chain.name, skin)
+            if chain.strut is not None:
+                bones = strut_frames(shape, chain.name, rest, links)
+                size = (chain.strut.thickness, chain.strut.width, chain.strut.length)
+                self._struts[chain.name] = bind(*_strut_rings(size, bones, fineness), bones)
+        self._fixed = _fixed_parts(shape)
+
+    def actuator(self, name: str, q: Array) -> Mesh:
+        """Surface of an actuator for the joint orientations `q` (n, 4)."""
+        chain, skin = self._rubber[name]
+        return skin.mesh(bone_frames(self.shape, chain, q, self.shape.frames(q)))
+
+    def parts(self, q: Array) -> dict[str, tuple[str, Mesh]]:
+        """Material and surface of every part by name: actuators, struts, plate and palm sheet."""
+        links = self.shape.frames(q)
+        rubber = {
+            name: (RUBBER, skin.mesh(bone_frames(self.shape, chain, q, links)))
+            for name, (chain, skin) in self._rubber.items()
+        }
+        struts = {
+            f"{name}_strut": (SCAFFOLD, skin.mesh(strut_frames(self.shape, name, q, links)))
+            for name, skin in self._struts.items()
+        }
+        return rubber | struts | self._fixed
+
+
+def bone_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...]) -> Frames:
+    """Frames of a chain's bones (see `outline`) for the joint orientations `q` (n, 4), which put
+    the links of the hand at `links`, as `HandShape.frames` tells it.
+    """
+    chain, joints = shape.layout.description.chain(name), shape.layout.chain_joints[name]
+    first = joints.start + (chain.strut is not None)
+    position, frame, _ = links
+    before = frame[first] @ Rotation.from_quat(q[first]).as_matrix().T
+    if chain.strut is None and chain.mount.parent != WRIST:
+        before = before @ Rotation.from_quat(chain.mount.quaternion).as_matrix()
+    links = slice(first, joints.stop)
+    return (
+        np.concatenate([position[first : first + 1], position[links]]),
+        np.concatenate([before[None], frame[links]]),
+    )
+
+
+def strut_frames(shape: HandShape, name: str, q: Array, links: tuple[Array, ...]) -> Frames:
+    """Frames of the mount and of the link of a chain's strut, both at its joint in the middle; `q`
+    and `links` as in `bone_frames`.
+    """
+    joint = shape.layout.chain_joints[name].start
+    position, frame, _ = links
+    mount = frame[joint] @ Rotation.from_quat(q[joint]).as_matrix().T
+    return np.repeat(position[joint][None], 2, axis=0), np.stack([mount, frame[joint]])
+
+
+def rest_rings(
+    outline: ChainOutline, actuator: int, bones: Frames, fineness: Fineness = FINE
+) -> tuple[Array, Array]:
+    """Rings (r, k, 3) [m] of an actuator at rest from base to rounded tip, and where they lie (r,),
+    counted in segments.
+    """
+    unit, rings = cross_section(fineness.corner_points, fineness.back_points), []
+    rounding = TIP_ROUNDING * outline.extents(outline.length)[actuator].min()
+    turned = np.linspace(0.0, 0.5 * np.pi, fineness.tip_rings + 1)
+    body = np.linspace(0.0, outline.length, fineness.rings * outline.segments + 1)
+    body = body[body < outline.length - 1.01 * rounding]
+    places = np.append(body, outline.length - rounding * (1.0 - np.sin(turned)))
+    insets = np.append(np.zeros(len(body)), rounding * (1.0 - np.cos(turned)))
+    for place, lost in zip(places, insets, strict=True):
+        flat = outline.outlines(place, unit)[actuator]
+        height, width = outline.extents(place)[actuator]
+        middle = np.array([-0.5 * height, outline.places[actuator]])
+        flat = middle + (flat - middle) * (1.0 - 2.0 * lost / np.array([height, width]))
+        bone = int(np.clip(place / outline.edge + 0.5, 0, outline.segments))
+        point, turn = outline.section(bone, place)
+        local = point + np.column_stack([flat, np.zeros(len(flat))]) @ turn.T
+        rings.append(bones[0][bone] + local @ bones[1][bone].T)
+    return np.array(rings), places / outline.edge
+
+
+def _strut_rings(
+    size: tuple[float, float, float], bones: Frames, fineness: Fineness
+) -> tuple[Array, Array]:
+    """Rings of a straight strut of thickness, width and length [m], and where they lie, from 0 to
+    1.
+    """
+    along = np.linspace(0.0, 1.0, fineness.rings + 1)
+    flat = cross_section(fineness.corner_points, fineness.back_points) * size[:2]
+    rings = [
+        np.column_stack([flat, np.full(len(flat), (share - 0.5) * size[2])]) for share in along
+    ]
+    return bones[0][0] + np.array(rings) @ bones[1][0].T, along
+
+
+def _fixed_parts(shape: HandShape) -> dict[str, tuple[str, Mesh]]:
+    """Plate and palm sheet; the sheet as it is without load."""
+    description, parts = shape.layout.description, {}
+    if description.plate is not None:
+        plate = description.plate
+        parts["plate"] = (SCAFFOLD, box(plate.size, np.array(plate.position)))
+    if description.sheet is not None:
+        parts["sheet"] = (SHEET, sheet_mesh(description.sheet))
+    return parts
+
+
+def sheet_mesh(sheet: PalmSheet) -> Mesh:
+    """Surface of a palm sheet in the frame of the wrist; its outer side is that of the pieces."""
+    arch, heading = sheet.profile(ARCH_POINTS), np.linspace(-0.5, 0.5, ARCH_POINTS) * sheet.angle
+    inner = arch - sheet.thickness * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    half = 0.5 * sheet.width
+    corners = ((arch, -half), (arch, half), (inner, half), (inner, -half))
+    rings = [
+        np.column_stack([line[:, 0], np.full(len(line), y), line[:, 1]]) for line, y in corners
+    ]
+    turn = Rotation.from_quat(from_rpy(sheet.rpy)).as_matrix()
+    return tube(np.stack(rings, axis=1)).moved(np.array(sheet.position), turn)

@@ -1,0 +1,143 @@
+"""Surfaces of hand, object and scene as triangles, coloured by pressure, and arrows of contact
+forces.
+
+Lines and arrows of contact forces, in the world: along the normal, and friction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.pictures.render import COLORS, OBJECT, TABLE, Color, surroundings
+from pneuflex_sim.pictures.skin import COARSE, HandSkin
+from pneuflex_sim.scene.contacts import Contact
+from pneuflex_sim.scene.mesh import Mesh, box, tube
+from pneuflex_sim.scene.object_shapes import hull_mesh
+from pneuflex_sim.scene.objects import ObjectDescription
+from pneuflex_sim.simulation import Simulation
+from softhand_model.hand.hand import HandDescription
+
+Array = NDArray[np.float64]
+
+EMPTY, FULL = (0.96, 0.86, 0.68, 1.0), (0.80, 0.08, 0.08, 1.0)  # no pressure, and the limit
+OPACITY = 0.6  # of actuators: contacts lie between them and the object
+MOST_TRIANGLES = 5000  # of an object; above, its hull is shown
+MERIDIANS, PARALLELS = 24, 12
+
+
+class SceneSurfaces:
+    """Triangles of all that is to be seen in a simulation; how many there are does not change."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._skin = HandSkin(simulation.shape, COARSE)
+        self._still = {
+            name: (_corners(box(2 * np.array(half), np.zeros(3)), middle, turn), TABLE)
+            for name, (half, middle, turn) in surroundings(simulation.scene).items()
+        }
+        description = simulation.object
+        self._object = None if description is None else object_mesh(description)
+
+    def now(self) -> dict[str, tuple[Array, Color]]:
+        """Corners (3 t, 3) [m] of the triangles and colour of every part by name."""
+        simulation = self._simulation
+        filled = actuator_colors(simulation.hand, simulation.pressures())
+        colors = {name: (*color[:3], OPACITY) for name, color in filled.items()}
+        pose = simulation.wrist_pose()
+        shown = {
+            name: (_corners(mesh, *pose), colors.get(name, COLORS[material]))
+            for name, (material, mesh) in self._skin.parts(simulation.bodies.q).items()
+        }
+        if self._object is not None:
+            shown["object"] = _corners(self._object, *simulation.object_pose()), OBJECT
+        return shown | self._still
+
+
+def actuator_colors(hand: HandDescription, pressures: Array) -> dict[str, Color]:
+    """Colour of every actuator of a hand at gauge pressures (channels,) [Pa]."""
+    shares = pressures / hand.max_pressures()
+    return {
+        name: pressure_color(float(shares[hand.channel_of(name)])) for name in hand.actuator_names
+    }
+
+
+def pressure_color(share: float) -> Color:
+    """Colour of rubber at a share [-] of its pressure limit: from sand to red.
+
+    >>> pressure_color(0.5)
+    (0.88, 0.47, 0.38, 1.0)
+    """
+    part = min(1.0, max(0.0, share))
+    red, green, blue, opacity = (
+        round((1.0 - part) * a + part * b, 6) for a, b in zip(EMPTY, FULL, strict=True)
+    )
+    return red, green, blue, opacity
+
+
+def object_mesh(description: ObjectDescription) -> Mesh:
+    """Surface of an object in its own axes; a sheet as if it were flat, a very fine mesh as its
+    hull.
+    """
+    surface = description.geometry.surface
+    if surface is not None:
+        coarse = len(surface.indices) <= 3 * MOST_TRIANGLES
+        return surface if coarse else hull_mesh(surface.vertices)
+    half = np.array(description.half_extents)
+    if description.shape in ("box", "sheet"):
+        return box(2.0 * half, np.zeros(3))
+    around = np.linspace(0.0, 2.0 * np.pi, MERIDIANS, endpoint=False)
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    if description.shape == "cylinder":
+        radii, heights = np.ones(2), np.array([-1.0, 1.0])
+    else:
+        polar = np.linspace(np.pi, 0.0, PARALLELS + 2)[1:-1]
+        radii, heights = np.sin(polar), np.cos(polar)
+    rings = [
+        np.column_stack([radius * circle, np.full(MERIDIANS, height)])
+        for radius, height in zip(radii, heights, strict=True)
+    ]
+    return tube(np.array(rings) * half)
+
+
+def _corners(mesh: Mesh, position: Array, orientation: Array) -> Array:
+    """Corners (3 t, 3) [m] in the world of a mesh at a pose."""
+    turn = Rotation.from_quat(orientation).as_matrix()
+    return (mesh.vertices @ turn.T + position)[mesh.indices]
+
+
+METRES_PER_NEWTON = 0.02  # length of lines and arrows
+
+
+def contact_lines(contacts: list[Contact]) -> Array:
+    """Start, the contact point, and end (k, 2, 3) [m] of a line a contact, along the force on the
+    first side.
+
+    >>> one = Contact("thumb", "thumb_4", "object", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), 2.0)
+    >>> contact_lines([one]).tolist()
+    [[[0.0, 0.0, 0.1], [0.0, 0.0, 0.14]]]
+    """
+    start = np.array([contact.position for contact in contacts])
+    return np.stack([start, start + METRES_PER_NEWTON * _forces(contacts)], axis=1)
+
+
+def total_arrow(contacts: list[Contact]) -> Array:
+    """Start and end (2, 3) [m] of the arrow of the summed force on the first side; it starts at the
+    mean of the contact points, weighted by their normal forces.
+    """
+    weight = np.array([contact.force for contact in contacts])
+    start = weight @ np.array([contact.position for contact in contacts]) / weight.sum()
+    return np.stack([start, start + METRES_PER_NEWTON * _forces(contacts).sum(axis=0)])
+
+
+def total_force(contacts: list[Contact]) -> float:
+    """Sum of the normal forces [N]."""
+    return sum(contact.force for contact in contacts)
+
+
+def _forces(contacts: list[Contact]) -> Array:
+    """Whole forces (k, 3) [N] on the first side."""
+    return np.array(
+        [contact.force * np.array(contact.normal) + contact.friction for contact in contacts]
+    )

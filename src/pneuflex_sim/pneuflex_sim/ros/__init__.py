@@ -1,0 +1,1 @@
+"""The node `hand_sim`: all of this package that imports ROS."""

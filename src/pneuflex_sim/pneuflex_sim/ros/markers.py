@@ -1,0 +1,172 @@
+"""Publishes what is to be seen: `hand/contacts` and `hand/markers`.
+
+A skin has thousands of points, and rclpy takes some 5 us to turn each into bytes; all that changes
+from one message to the next are numbers, at the same places.
+
+Publishes what is to be seen: `hand/contacts` and `hand/markers`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from visualization_msgs.msg import Marker, MarkerArray
+
+from pneuflex_sim.pictures.render import Color
+from pneuflex_sim.pictures.surfaces import SceneSurfaces, contact_lines, total_arrow, total_force
+from pneuflex_sim.scene.contacts import Contact, by_pair
+from pneuflex_sim.simulation import Simulation
+
+
+class SerialisedMessage:
+    """The bytes of a message (CDR), with views of numbers in them."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = bytearray(data)
+
+    def view(self, numbers: NDArray[Any]) -> NDArray[Any]:
+        """What stands where these numbers are now; writing to it changes the message.
+
+        Raises ValueError unless the numbers are in the message exactly once.
+
+        >>> message = SerialisedMessage(np.arange(4.0).tobytes())
+        >>> message.view(np.array([[1.0, 2.0]]))[:] = 7.0
+        >>> np.frombuffer(message.data).tolist()
+        [0.0, 7.0, 7.0, 3.0]
+        """
+        wanted = numbers.tobytes()
+        count = self._data.count(wanted)
+        if count != 1:
+            raise ValueError(f"numbers: expected once in the message, got {count} times")
+        start = self._data.find(wanted)
+        found = np.frombuffer(self._data, numbers.dtype, numbers.size, start)
+        return found.reshape(numbers.shape)
+
+    @property
+    def data(self) -> bytes:
+        """The message now."""
+        return bytes(self._data)
+
+
+WORLD = "world"
+FORCE_COLOR: Color = (0.9, 0.2, 0.0, 1.0)
+LINE_WIDTH, BALL, SHAFT, HEAD = 0.002, 0.004, 0.004, 0.010  # [m]
+
+
+class SeenScene:
+    """Markers of one simulation. Nothing is made that nobody has subscribed to."""
+
+    def __init__(self, node: Node, simulation: Simulation, qos: QoSProfile) -> None:
+        self._simulation = simulation
+        self._contacts = node.create_publisher(MarkerArray, "hand/contacts", qos)
+        self._markers = node.create_publisher(MarkerArray, "hand/markers", qos)
+        self._surfaces = SurfaceMarkers(SceneSurfaces(simulation))
+        self._arrows: set[str] = set()
+
+    def publish_contacts(self, stamp: Time) -> None:
+        """Contacts now."""
+        if self._contacts.get_subscription_count():
+            self._contacts.publish(self._contact_markers(stamp))
+
+    def publish_markers(self, stamp: Time) -> None:
+        """Surfaces and forces now."""
+        if self._markers.get_subscription_count():
+            self._markers.publish(self._surfaces.message(stamp))
+            self._markers.publish(self._force_markers(stamp))
+
+    def _contact_markers(self, stamp: Time) -> MarkerArray:
+        """Lines for each pair of bodies; their text is the sum of its normal forces [N].
+
+        The sequencer reads them 50 times a second, so there is nothing more.
+        """
+        markers = [_marker(stamp, "", Marker.CUBE, Marker.DELETEALL)]
+        for pair, contacts in by_pair(self._simulation.contacts()).items():
+            lines = _marker(stamp, pair, Marker.LINE_LIST)
+            lines.scale.x, lines.text = LINE_WIDTH, f"{total_force(contacts):.4f}"
+            lines.points = _points(contact_lines(contacts).reshape(-1, 3))
+            _paint(lines, FORCE_COLOR)
+            markers.append(lines)
+        return MarkerArray(markers=markers)
+
+    def _force_markers(self, stamp: Time) -> MarkerArray:
+        """The contact points, and an arrow for each pair of bodies that touch; arrows of pairs that
+        have parted are deleted.
+        """
+        found = self._simulation.contacts()
+        pairs = by_pair(found)
+        markers = [
+            _marker(stamp, f"force/{pair}", Marker.ARROW, Marker.DELETE)
+            for pair in sorted(self._arrows - set(pairs))
+        ]
+        markers.append(_contact_points(stamp, found))
+        for pair, contacts in pairs.items():
+            arrow = _marker(stamp, f"force/{pair}", Marker.ARROW)
+            arrow.scale.x, arrow.scale.y, arrow.scale.z = SHAFT, HEAD, HEAD
+            arrow.points = _points(total_arrow(contacts))
+            _paint(arrow, FORCE_COLOR)
+            markers.append(arrow)
+        self._arrows = set(pairs)
+        return MarkerArray(markers=markers)
+
+
+class SurfaceMarkers:
+    """A marker for each part of hand, object and scene, `ns` = its name, all of triangles."""
+
+    def __init__(self, surfaces: SceneSurfaces) -> None:
+        self._surfaces = surfaces
+        draw, markers, fields = np.random.default_rng(0), [], {}
+        for name, (corners, _) in surfaces.now().items():
+            color = draw.uniform(0.1, 0.9, 4).astype(np.float32)
+            corner, time = draw.uniform(size=3), draw.integers(1, 2**30, 2, dtype=np.int32)
+            marker = _marker(
+                Time(sec=int(time[0]), nanosec=int(time[1])), name, Marker.TRIANGLE_LIST
+            )
+            marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+            marker.points = _points(corner[None]) * len(corners)
+            _paint(marker, tuple(color.tolist()))
+            markers.append(marker)
+            fields[name] = (time, color, np.tile(corner, (len(corners), 1)))
+        self._message = SerialisedMessage(serialize_message(MarkerArray(markers=markers)))
+        self._fields = {
+            name: tuple(map(self._message.view, numbers)) for name, numbers in fields.items()
+        }
+
+    def message(self, stamp: Time) -> bytes:
+        """The MarkerArray of now, serialised."""
+        for name, (corners, color) in self._surfaces.now().items():
+            time, shown_color, shown = self._fields[name]
+            time[:], shown_color[:], shown[:] = (stamp.sec, stamp.nanosec), color, corners
+        return self._message.data
+
+
+def _contact_points(stamp: Time, contacts: list[Contact]) -> Marker:
+    """A ball at each contact; without any the marker is deleted."""
+    action = Marker.ADD if contacts else Marker.DELETE
+    balls = _marker(stamp, "contacts", Marker.SPHERE_LIST, action)
+    balls.scale.x = balls.scale.y = balls.scale.z = BALL
+    balls.points = _points(np.array([contact.position for contact in contacts]))
+    _paint(balls, FORCE_COLOR)
+    return balls
+
+
+def _marker(stamp: Time, namespace: str, kind: int, action: int = Marker.ADD) -> Marker:
+    """A marker in the world; it is the only one of its namespace."""
+    marker = Marker(ns=namespace, type=kind, action=action)
+    marker.header.stamp, marker.header.frame_id = stamp, WORLD
+    marker.pose.orientation.w = 1.0
+    return marker
+
+
+def _points(places: np.ndarray) -> list[Point]:
+    return [Point(x=x, y=y, z=z) for x, y, z in places.tolist()]
+
+
+def _paint(marker: Marker, color: Color) -> None:
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = map(float, color)

@@ -1,0 +1,395 @@
+"""The simulator node `hand_sim`: one thread steps the world and serves ROS.
+
+The simulator node `hand_sim`: one thread steps the world and serves ROS.
+"""
+
+from __future__ import annotations
+
+import array
+import math
+import signal
+import sys
+import threading
+import time
+from types import FrameType
+
+import numpy as np
+import pybullet
+import rclpy
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped, WrenchStamped
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import ParameterException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+from pneuflex_sim.ros.markers import SeenScene
+from pneuflex_sim.ros.parameters import PARAMETERS, Parameter, configuration
+from pneuflex_sim.simulation import Simulation
+from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
+from softhand_model.pneumatics.valves import CommandWatch
+
+
+class Pace:
+    """Sleeps so that simulated over wall time stays at `limit` or below; 0 never sleeps."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit = limit
+        self.restart(0.0)
+
+    def restart(self, simulated: float) -> None:
+        """Begin to count at this simulated time [s]."""
+        self._wall, self._simulated, self._now = time.monotonic(), simulated, simulated
+
+    def wait(self, simulated: float) -> None:
+        """Sleep until the wall clock has caught up; time that was lost is not made up for."""
+        self._now = simulated
+        if not self.limit:
+            return
+        ahead = (simulated - self._simulated) / self.limit - (time.monotonic() - self._wall)
+        if ahead > 0:
+            time.sleep(ahead)
+        elif ahead < -0.1:
+            self.restart(simulated)
+
+    def factor(self) -> float:
+        """Simulated over wall time since the last restart."""
+        wall = time.monotonic() - self._wall
+        return (self._now - self._simulated) / wall if wall > 0 else 0.0
+
+
+RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+LATCHED = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
+SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
+SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
+FAST_PERIOD = 0.01  # clock, wrist, object [s]
+
+
+def _descriptor(parameter: Parameter) -> ParameterDescriptor:
+    """Read-only parameter with its description, unit and range."""
+    descriptor = ParameterDescriptor(description=parameter.text, read_only=True)
+    if parameter.bounds and isinstance(parameter.default, int):
+        low, high = map(int, parameter.bounds)
+        descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=1)]
+    elif parameter.bounds:
+        low, high = parameter.bounds
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    return descriptor
+
+
+def _stamp(seconds: float) -> Time:
+    nanoseconds = round(seconds * 1e9)
+    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+
+
+def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:
+    pose.position.x, pose.position.y, pose.position.z = map(float, position)
+    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = map(
+        float, orientation
+    )
+    return pose
+
+
+class HandSim(Node):
+    """Publishes what the hand does and senses; obeys valves and wrist targets."""
+
+    def __init__(self) -> None:
+        super().__init__("hand_sim")
+        for parameter in PARAMETERS:
+            self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
+        self.simulation = Simulation(configuration(self._value))
+        self._compile()
+        self.lockstep, self.paused, self.single_steps = self._value("lockstep"), False, 0
+        self.watch = CommandWatch(len(self.simulation.channels))
+        self.driver_seen = False
+        self.answered_stamp, self.missed_answers = -1, 0
+        self.refused: list[str] = []
+        self.pace = Pace(self._value("real_time_factor"))
+        self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
+        self._create_interfaces()
+        self._prepare_messages()
+        self.seen = SeenScene(self, self.simulation, RELIABLE)
+        self.marker_period = 1.0 / self._value("marker_rate")
+        self.description.publish(String(data=write_urdf(self.simulation.bodies.layout)))
+
+    def _compile(self) -> None:
+        """Take one step and go back: it compiles what is not cached yet.
+
+        Done later, between two samples, the seconds this takes look like a dead simulator, and the
+        driver vents.
+        """
+        self.simulation.step(np.zeros(len(self.simulation.channels)))
+        self.simulation.read_sensors()
+        self.simulation.reset()
+
+    def _value(self, name: str) -> object:
+        return self.get_parameter(name).value
+
+    def _create_interfaces(self) -> None:
+        make = self.create_publisher
+        self.clock_out = make(Clock, "/clock", RELIABLE)
+        self.sensors = make(JointState, "pneumaticbox/sensors", RELIABLE)
+        self.joints = make(JointState, "hand/joint_states", RELIABLE)
+        self.description = make(String, "robot_description", LATCHED)
+        self.fingertips = make(PoseArray, "hand/fingertips", RELIABLE)
+        self.tip_angles = make(JointState, "hand/tip_angles", RELIABLE)
+        self.wrench = make(WrenchStamped, "wrist/wrench", RELIABLE)
+        self.wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
+        self.object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
+        self.diagnostics = make(DiagnosticArray, "/diagnostics", RELIABLE)
+        self.create_subscription(JointState, "pneumaticbox/valves", self._on_valves, RELIABLE)
+        self.create_subscription(PoseStamped, "wrist/target_pose", self._on_target, RELIABLE)
+        self.create_service(Trigger, "sim/reset", self._on_reset)
+        self.create_service(Trigger, "sim/step", self._on_step)
+        self.create_service(SetBool, "sim/pause", self._on_pause)
+
+    def _prepare_messages(self) -> None:
+        """Messages that are sent hundreds of times a second are made once."""
+        self._sensor_message = JointState(name=[*self.simulation.channels, "supply"])
+        self._joint_message = JointState(name=joint_names(self.simulation.bodies.layout))
+        self._joint_message.header.frame_id = "wrist"
+        self._wrist_message, self._object_message = PoseStamped(), PoseStamped()
+        self._wrist_message.header.frame_id = self._object_message.header.frame_id = "world"
+        self._wrench_message = WrenchStamped()
+        self._wrench_message.header.frame_id = "world"
+
+    # ---------------------------------------------------------------- what comes in
+    def _refuse(self, reason: str) -> None:
+        """A message that cannot be used is refused whole, named in the log and in /diagnostics."""
+        self.refused = [reason]
+        self.get_logger().warning(reason, throttle_duration_sec=1.0)
+
+    def _on_valves(self, message: JointState) -> None:
+        try:
+            if tuple(message.name) != self.simulation.channels:
+                raise ValueError(
+                    f"name: expected {list(self.simulation.channels)}, got {list(message.name)}"
+                )
+            self.watch.receive(self.simulation.time, message.position)
+        except ValueError as error:
+            self._refuse(f"pneumaticbox/valves: {error}")
+            return
+        self.driver_seen = True
+        self.answered_stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+    def _on_target(self, message: PoseStamped) -> None:
+        p, o = message.pose.position, message.pose.orientation
+        if message.header.frame_id not in ("", "world"):
+            self._refuse(
+                f"wrist/target_pose: header.frame_id: expected world, got {message.header.frame_id}"
+            )
+            return
+        try:
+            self.simulation.command_wrist(np.array([p.x, p.y, p.z]), np.array([o.x, o.y, o.z, o.w]))
+        except ValueError as error:
+            self._refuse(f"wrist/target_pose: {error}")
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.simulation.reset()
+        self.watch.reset(0.0)
+        self.answered_stamp = -1
+        self.pace.restart(self.simulation.time)
+        response.success, response.message = True, "the simulation is back at its start, time 0"
+        return response
+
+    def _on_step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self.paused
+        response.message = (
+            "one sample further" if self.paused else "pause the simulation first (sim/pause)"
+        )
+        self.single_steps += int(self.paused)
+        return response
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self.paused = request.data
+        self.pace.restart(self.simulation.time)
+        response.success, response.message = True, "paused" if self.paused else "running"
+        return response
+
+    # ---------------------------------------------------------------- what goes out
+    def _publish_sensors(self) -> int:
+        """Publish one sensor sample; returns its stamp [ns]."""
+        message = self._sensor_message
+        message.header.stamp = _stamp(self.simulation.time)
+        message.effort = array.array("d", self.simulation.read_sensors().tolist())
+        self.sensors.publish(message)
+        return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+    def publish_clock(self) -> None:
+        """Publish the simulated time; while paused it goes on to be published, standing still."""
+        self.clock_out.publish(Clock(clock=_stamp(self.simulation.time)))
+
+    def _publish_fast(self, stamp: Time) -> None:
+        simulation = self.simulation
+        self._wrist_message.header.stamp = self._wrench_message.header.stamp = stamp
+        _fill_pose(self._wrist_message.pose, *simulation.wrist_pose())
+        self.wrist_pose.publish(self._wrist_message)
+        force, torque = simulation.wrist_wrench()
+        wrench = self._wrench_message.wrench
+        wrench.force.x, wrench.force.y, wrench.force.z = map(float, force)
+        wrench.torque.x, wrench.torque.y, wrench.torque.z = map(float, torque)
+        self.wrench.publish(self._wrench_message)
+        if simulation.object is not None:
+            self._object_message.header.stamp = stamp
+            _fill_pose(self._object_message.pose, *simulation.object_pose())
+            self.object_pose.publish(self._object_message)
+
+    def _publish_slow(self, stamp: Time) -> None:
+        simulation = self.simulation
+        self._joint_message.header.stamp = stamp
+        self._joint_message.position = array.array(
+            "d", joint_positions(simulation.bodies.q).tolist()
+        )
+        self.joints.publish(self._joint_message)
+        angles = simulation.read_tip_angles()
+        tips = JointState(name=list(angles), position=array.array("d", angles.values()))
+        tips.header.stamp = stamp
+        self.tip_angles.publish(tips)
+        poses = PoseArray(
+            poses=[_fill_pose(Pose(), *tip) for tip in simulation.fingertips().values()]
+        )
+        poses.header.stamp, poses.header.frame_id = stamp, "wrist"
+        self.fingertips.publish(poses)
+        self.seen.publish_contacts(stamp)
+
+    def _warnings(self) -> list[str]:
+        """What a user should know now; refused messages are named once."""
+        warnings, self.refused = self.refused, []
+        if self.watch.silent(self.simulation.time):
+            warnings.append("no pneumaticbox/valves: outlets are open")
+        if self.count_publishers("pneumaticbox/sensors") > 1:
+            text = "a second simulator publishes pneumaticbox/sensors on this domain"
+            self.get_logger().warning(text + ": stop one, or give each its ROS_DOMAIN_ID")
+            warnings.append(text)
+        if self.simulation.stops.told:
+            warnings.append(self.simulation.stops.told)
+        return warnings
+
+    def publish_diagnostics(self) -> None:
+        """Once a second of wall time: state of the simulation and warnings."""
+        warnings = self._warnings()
+        level = DiagnosticStatus.WARN if warnings else DiagnosticStatus.OK
+        text = "; ".join(warnings) or ("paused" if self.paused else "running")
+        values = {
+            "simulated time [s]": f"{self.simulation.time:.3f}",
+            "real-time factor": f"{self.pace.factor():.3f}",
+            "answers missed in lockstep": str(self.missed_answers),
+            "hand": self.simulation.hand.name,
+        }
+        status = DiagnosticStatus(
+            level=level,
+            name="hand_sim: simulation",
+            message=text,
+            hardware_id="pneuflex_sim",
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = _stamp(self.simulation.time)
+        self.diagnostics.publish(message)
+
+    # ---------------------------------------------------------------- one sample
+    def advance(self, executor: SingleThreadedExecutor) -> None:
+        """Publish a sample, simulate to the next one while the driver thinks, take its answer."""
+        simulation = self.simulation
+        before = simulation.time
+        sample = self._publish_sensors()
+        stale = self.watch.silent(before)
+        valves = self.watch.valves(before)
+        for _ in range(self.substeps):
+            simulation.step(valves)
+        self._wait_for_answer(executor, sample, stale)
+        stamp = _stamp(simulation.time)
+        if _crossed(before, simulation.time, FAST_PERIOD):
+            self.publish_clock()
+            self._publish_fast(stamp)
+        if _crossed(before, simulation.time, SLOW_PERIOD):
+            self._publish_slow(stamp)
+        if _crossed(before, simulation.time, self.marker_period):
+            self.seen.publish_markers(stamp)
+
+    def _wait_for_answer(self, executor: SingleThreadedExecutor, sample: int, stale: bool) -> None:
+        """In lockstep, up to 50 ms for the valves of this sample; else what has come."""
+        executor.spin_once(timeout_sec=0)
+        if not self.lockstep or stale:
+            return
+        deadline = time.monotonic() + LOCKSTEP_WAIT
+        while self.answered_stamp < sample:
+            left = deadline - time.monotonic()
+            if left <= 0 or not self.driver_seen:
+                self.missed_answers += int(left <= 0)
+                return
+            executor.spin_once(timeout_sec=left)
+
+
+def _crossed(before: float, after: float, period: float) -> bool:
+    """True when a multiple of `period` lies in (before, after]."""
+    return int(after / period + 1e-6) > int(before / period + 1e-6)
+
+
+def run(node: HandSim, stop: threading.Event) -> None:
+    """Step and serve until `stop`; raises RuntimeError when the simulation diverges."""
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    told = 0.0
+    try:
+        while not stop.is_set():
+            if node.paused and not node.single_steps:
+                node.publish_clock()
+                executor.spin_once(timeout_sec=0.1)
+            else:
+                node.single_steps = max(0, node.single_steps - 1)
+                node.advance(executor)
+                node.pace.wait(node.simulation.time)
+            if time.monotonic() - told >= 1.0:
+                node.publish_diagnostics()
+                told = time.monotonic()
+    finally:
+        executor.shutdown()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM: 0; 1 after an error, 2 for unusable parameters."""
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    stop = threading.Event()
+
+    def end(_: int, __: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    node, status = None, 0
+    try:
+        node = HandSim()
+        node.get_logger().info(
+            f"{node.simulation.hand.name}: {len(node.simulation.bodies.layout.mass)} joints, "
+            f"step {1e3 * node.simulation.step_size:g} ms"
+        )
+        run(node, stop)
+    except (ValueError, ParameterException) as error:
+        print(f"hand_sim: {error}", file=sys.stderr)
+        status = 2
+    except (RuntimeError, pybullet.error) as error:  # diverged, or the window was closed
+        print(f"hand_sim: {error}", file=sys.stderr)
+        status = 1
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
+        if node is not None:
+            node.simulation.close()
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

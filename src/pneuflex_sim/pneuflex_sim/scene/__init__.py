@@ -1,0 +1,1 @@
+"""What surrounds the hand: scenes, objects, their meshes, friction and contacts."""

@@ -1,0 +1,99 @@
+"""Friction of pairs of materials, and the coefficients that make PyBullet use them.
+
+PyBullet multiplies the coefficients of the two bodies that touch, so a table of pairs cannot be
+kept by one number a material. What a hand, an object and fixed bodies need can: rubber gets the
+root of its own pair, the object the rest of its pair with rubber, and a fixed body one coefficient
+towards the hand and another towards the object (see `scenes`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from softhand_model.yaml_document import DocumentError, Node, read_document
+
+FORMAT = "pneuflex-friction/1"
+RUBBER = "rubber"
+LARGEST = 10.0  # PyBullet cuts off above
+
+
+@dataclass(frozen=True)
+class FrictionTable:
+    """Coefficients of friction [-] by pair of materials (a set of one or two names), from files
+    that `source` names.
+    """
+
+    pairs: Mapping[frozenset[str], float]
+    source: str = "the table of friction"
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Names of all materials, sorted."""
+        return tuple(sorted({name for pair in self.pairs for name in pair}))
+
+    def pair(self, first: str, second: str) -> float:
+        """Coefficient [-] of two materials, in either order; raises ValueError when the table has
+        no such pair.
+        """
+        found = self.pairs.get(frozenset((first, second)))
+        if found is None:
+            raise ValueError(
+                f"friction: expected a table with the pair {first} and {second}, got one of "
+                f"{', '.join(self.materials)} without it ({self.source})"
+            )
+        return found
+
+    def check_material(self, node: Node) -> None:
+        """Raise DocumentError for what is no material of the table."""
+        if node.text() not in self.materials:
+            raise node.error(f"one of {', '.join(self.materials)} (of {self.source})")
+
+    @property
+    def hand(self) -> float:
+        """PyBullet's coefficient of the hand: times itself that of rubber on rubber."""
+        return math.sqrt(self.pair(RUBBER, RUBBER))
+
+    def towards_hand(self, material: str) -> float:
+        """PyBullet's coefficient of anything that the hand touches: of the object, or of a fixed
+        body towards the hand.
+        """
+        return self.pair(material, RUBBER) / self.hand
+
+    def towards_object(self, material: str, of_object: str) -> float:
+        """PyBullet's coefficient of a fixed body towards an object of a material."""
+        return self.pair(material, of_object) / self.towards_hand(of_object)
+
+
+def load_friction(path: str | Path | None = None) -> FrictionTable:
+    """The shipped table, with the pairs of a file of one's own in place of its pairs or beside
+    them.
+
+    Raises ValueError naming file, key, expected and got.
+
+    >>> load_friction().pair("cardboard", "wood") == load_friction().pair("wood", "cardboard")
+    True
+    """
+    file = Path(str(resources.files("pneuflex_sim").joinpath("data/friction.yaml")))
+    shipped = _pairs(file)
+    if path is None:
+        return FrictionTable(shipped, str(file))
+    return FrictionTable(shipped | _pairs(Path(path)), f"{file} and {path}")
+
+
+def _pairs(path: Path) -> dict[frozenset[str], float]:
+    document = read_document(path, FORMAT)
+    pairs: dict[frozenset[str], float] = {}
+    for first, row in document.fields(["format", "pairs"])["pairs"].mapping().items():
+        for second, value in row.mapping().items():
+            _add(pairs, frozenset((first, second)), value)
+    return pairs
+
+
+def _add(pairs: dict[frozenset[str], float], pair: frozenset[str], value: Node) -> None:
+    if pair in pairs:
+        raise DocumentError(f"{value.file}: {value.key}: expected every pair once, got it twice")
+    pairs[pair] = value.number(high=LARGEST, above=0.0)

@@ -1,0 +1,196 @@
+"""Geometry of the objects: what they touch with, where their mass is, and how they are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from pneuflex_sim.hand.collision import MARGIN
+from pneuflex_sim.scene.mesh import Mesh, box, creased, mesh_of, open_edges, read_mesh, tube
+from pneuflex_sim.scene.solids import (
+    Solid,
+    box_solid,
+    convex_pieces,
+    cylinder_solid,
+    ellipsoid_solid,
+    eroded,
+    hull_solid,
+    joined,
+    polyhedron_solid,
+)
+
+Array = NDArray[np.float64]
+Dimensions = Mapping[str, Any]
+
+STAVES = 16  # of a cup's wall
+ROUND = 24  # points around an ellipsoid
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """A shape about its centre of mass.
+
+    solid: mass properties. pieces: vertices (k, 3) [m] of the convex pieces that it touches with,
+    eroded by MARGIN, which the engine adds; none for the engine's own shapes. surface: what is
+    drawn, None for the engine's own shapes.
+    """
+
+    solid: Solid
+    pieces: tuple[Array, ...] = ()
+    surface: Mesh | None = None
+
+
+def geometry(shape: str, dimensions: Dimensions) -> Geometry:
+    """Geometry of a shape in `SHAPES`; raises ValueError for a mesh that cannot be used."""
+    return SHAPES[shape](dimensions)
+
+
+def _of_pieces(outlines: Sequence[Array], solid: Solid, surface: Mesh) -> Geometry:
+    """Pieces, solid and surface moved so that the centre of mass is the origin."""
+    center = solid.center
+    return Geometry(
+        Solid(solid.volume, np.zeros(3), solid.inertia),
+        tuple(eroded(outline, MARGIN) - center for outline in outlines),
+        surface.moved(-center, np.eye(3)),
+    )
+
+
+def _cylinder(dimensions: Dimensions) -> Geometry:
+    return Geometry(cylinder_solid(dimensions["diameter"], dimensions["length"]))
+
+
+def _box(dimensions: Dimensions) -> Geometry:
+    return Geometry(box_solid(dimensions["size"]))
+
+
+def _sphere(dimensions: Dimensions) -> Geometry:
+    return Geometry(ellipsoid_solid([dimensions["diameter"]] * 3))
+
+
+def _sheet(dimensions: Dimensions) -> Geometry:
+    return Geometry(box_solid(dimensions["size"]))
+
+
+def _boxes(dimensions: Dimensions) -> Geometry:
+    meshes = [box(part["size"], np.array(part["position"])) for part in dimensions["boxes"]]
+    outlines = [np.unique(mesh.vertices, axis=0) for mesh in meshes]
+    return _of_pieces(outlines, joined([hull_solid(points) for points in outlines]), merged(meshes))
+
+
+def _ellipsoid(dimensions: Dimensions) -> Geometry:
+    """The neck, if there is one, is a cylinder along x at the ellipsoid's end, without mass."""
+    size = np.array(dimensions["size"])
+    directions = _directions()
+    normals = directions / size
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    outline = 0.5 * size * directions
+    pieces, meshes = [outline - MARGIN * normals], [hull_mesh(outline)]
+    if "neck" in dimensions:
+        neck = _neck(dimensions["neck"], 0.5 * size[0])
+        pieces.append(eroded(neck, MARGIN))
+        meshes.append(hull_mesh(neck))
+    return Geometry(ellipsoid_solid(size), tuple(pieces), merged(meshes))
+
+
+def _directions() -> Array:
+    """Unit vectors (k, 3) over the sphere, both poles of z among them."""
+    around = 2.0 * np.pi * np.arange(ROUND) / ROUND
+    height = np.pi * np.arange(1, ROUND // 2) / (ROUND // 2)
+    turn, tilt = (grid.ravel() for grid in np.meshgrid(around, height))
+    rings = np.stack([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), np.cos(tilt)], -1)
+    return np.vstack([rings, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
+
+
+def _neck(neck: Dimensions, start: float) -> Array:
+    """Corners of a slender prism from a start [m] along x; it overlaps the body a little."""
+    ring = 0.5 * neck["diameter"] * _circle(8)
+    ends = (start - neck["diameter"], start + neck["length"])
+    return np.array([[x, *point] for x in ends for point in ring])
+
+
+def _circle(points: int) -> Array:
+    around = 2.0 * np.pi * np.arange(points) / points
+    return np.stack([np.cos(around), np.sin(around)], axis=1)
+
+
+def _cup(dimensions: Dimensions) -> Geometry:
+    """Staves and a bottom of the wall's thickness; open at the top. Raises ValueError for a wall
+    that leaves no room.
+    """
+    wall, length = dimensions["wall"], dimensions["length"]
+    if not 2.0 * wall < min(dimensions["base_diameter"], dimensions["diameter"], length):
+        raise ValueError(f"cup: expected a wall below half its diameters and length, got {wall:g}")
+    radii = 0.5 * dimensions["base_diameter"], 0.5 * dimensions["diameter"]
+    outer = [_ring(radius, z) for radius, z in zip(radii, (0.0, length), strict=True)]
+    inner = [_ring(radius - wall, z) for radius, z in zip(radii, (0.0, length), strict=True)]
+    staves = [
+        np.array([ring[k] for ring in (*outer, *inner) for k in (start, start - 1)])
+        for start in range(STAVES)
+    ]
+    bottom = np.vstack([_ring(radii[0] - wall, z) for z in (0.0, wall)])
+    outlines = [*staves, bottom]
+    surface = tube(np.array([*outer, *inner[::-1], _ring(radii[0] - wall, wall)]))
+    return _of_pieces(outlines, joined([hull_solid(points) for points in outlines]), surface)
+
+
+def _ring(radius: float, z: float) -> Array:
+    return np.column_stack([radius * _circle(STAVES), np.full(STAVES, z)])
+
+
+def _mesh(dimensions: Dimensions) -> Geometry:
+    """An open mesh can be used by its hull alone: it has no volume of its own. Drawn is what it
+    touches with: the hull, where that is asked for.
+    """
+    path, whole = Path(dimensions["file"]), dimensions.get("pieces") != "hull"
+    surface = read_mesh(path, dimensions.get("scale", 1.0))
+    gaps = open_edges(surface)
+    if gaps and whole:
+        raise ValueError(
+            f"{path}: expected a closed surface, got {gaps} open edges; close it, or give "
+            "`pieces: hull`"
+        )
+    if not whole:
+        hull = creased(hull_mesh(surface.vertices))
+        return _of_pieces([surface.vertices], hull_solid(surface.vertices), hull)
+    return _of_pieces(convex_pieces(surface), polyhedron_solid(surface.corners), creased(surface))
+
+
+def hull_mesh(points: Array) -> Mesh:
+    """The convex hull of points (k, 3) [m]."""
+    hull = ConvexHull(points)
+    corners = points[hull.simplices]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inwards = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
+    faces = hull.simplices.copy()
+    faces[inwards] = faces[inwards, ::-1]
+    return mesh_of(points, faces.astype(np.int32).ravel())
+
+
+def merged(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
+    return Mesh(
+        np.vstack([mesh.vertices for mesh in meshes]),
+        np.vstack([mesh.normals for mesh in meshes]),
+        np.concatenate(
+            [mesh.indices + np.int32(start) for mesh, start in zip(meshes, starts, strict=True)]
+        ),
+    )
+
+
+SHAPES: dict[str, Callable[[Dimensions], Geometry]] = {
+    "cylinder": _cylinder,
+    "box": _box,
+    "sphere": _sphere,
+    "boxes": _boxes,
+    "ellipsoid": _ellipsoid,
+    "cup": _cup,
+    "sheet": _sheet,
+    "mesh": _mesh,
+}

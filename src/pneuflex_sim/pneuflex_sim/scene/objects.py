@@ -1,0 +1,217 @@
+"""Objects to grasp as data: the shipped ones of data/objects.yaml, YAML and mesh files by path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.hand.collision import MARGIN
+from pneuflex_sim.scene.friction import FrictionTable
+from pneuflex_sim.scene.mesh import SUFFIXES
+from pneuflex_sim.scene.object_shapes import Geometry, geometry
+from softhand_model.yaml_document import DocumentError, Node, read_document
+
+FORMAT, ALL_FORMAT = "pneuflex-object/1", "pneuflex-objects/1"
+MESH_DENSITY, MESH_MATERIAL = 500.0, "polyolefin"  # [kg/m3], of a mesh file without YAML
+PIECES = ("decomposed", "hull")
+
+REQUIRED = {
+    "cylinder": ("diameter", "length"),
+    "box": ("size",),
+    "sphere": ("diameter",),
+    "boxes": ("boxes",),
+    "ellipsoid": ("size",),
+    "cup": ("diameter", "base_diameter", "length", "wall"),
+    "sheet": ("size", "strips", "contact_thickness", "hinge_friction"),
+    "mesh": ("file",),
+}
+OPTIONAL = {"ellipsoid": ("neck",), "mesh": ("scale", "pieces")}
+
+
+@dataclass(frozen=True)
+class Compliance:
+    """Stiffness [N/m] and damping [N s/m] of each contact point of a surface that yields."""
+
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True)
+class ObjectDescription:
+    """An object: shape with its dimensions [m], mass [kg], material by its name in the table of
+    friction, orientation when it lies in the scene [rad], compliance of its surface, and what the
+    model leaves out. A cylinder's dimensions may tell in how many `parts` it touches (2).
+    """
+
+    name: str
+    shape: str
+    dimensions: Mapping[str, Any]
+    mass: float
+    material: str
+    rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
+    compliance: Compliance | None = None
+    note: str = ""
+
+    @cached_property
+    def geometry(self) -> Geometry:
+        """What it touches with and where its mass is; raises ValueError for a mesh that cannot be
+        used.
+        """
+        return geometry(self.shape, self.dimensions)
+
+    @property
+    def half_extents(self) -> tuple[float, float, float]:
+        """Half the bounding box of a box, cylinder, sphere or sheet along its own axes [m]."""
+        if self.shape in ("box", "sheet"):
+            x, y, z = self.dimensions["size"]
+            thick = self.dimensions.get("contact_thickness", z)
+            return x / 2, y / 2, max(thick, z) / 2
+        radius = self.dimensions["diameter"] / 2
+        return radius, radius, self.dimensions.get("length", 2 * radius) / 2
+
+    @property
+    def rest_height(self) -> float:
+        """Height of the origin of its axes above the surface that the object lies on [m]."""
+        up = Rotation.from_euler("xyz", self.rpy).as_matrix()[2]
+        if self.geometry.pieces:
+            return MARGIN - min(float((piece @ up).min()) for piece in self.geometry.pieces)
+        if self.shape == "sphere":
+            return self.half_extents[0]
+        if self.shape == "cylinder":
+            across = np.sqrt(max(0.0, 1 - up[2] ** 2))
+            return float(self.half_extents[2] * abs(up[2]) + self.half_extents[0] * across)
+        return float(np.abs(up) @ self.half_extents)
+
+
+def load_objects() -> dict[str, ObjectDescription]:
+    """The shipped objects by name."""
+    path = Path(str(resources.files("pneuflex_sim").joinpath("data/objects.yaml")))
+    entries = read_document(path, ALL_FORMAT).fields(["format", "objects"])["objects"].mapping()
+    return {name: _parse(name, entry, entry.mapping()) for name, entry in entries.items()}
+
+
+def load_object(name: str | Path, friction: FrictionTable | None = None) -> ObjectDescription:
+    """The shipped object of that name, or the one in a YAML or mesh file at that path, of a
+    material of `friction`; without a table, as for drawing, of any.
+
+    Raises ValueError naming file, key, expected and got, or listing the names there are.
+
+    >>> load_object("tube").mass
+    0.114
+    """
+    objects = load_objects()
+    if str(name) in objects:
+        return objects[str(name)]
+    path = Path(name)
+    if path.suffix.lower() in SUFFIXES and path.is_file():
+        return _of_mesh_file(path)
+    if path.suffix in (".yaml", ".yml") and path.is_file():
+        document = read_document(path, FORMAT)
+        fields = document.mapping()
+        fields.pop("format")
+        own = fields.pop("name").text() if "name" in fields else path.stem
+        if friction is not None and "material" in fields:
+            friction.check_material(fields["material"])
+        return _checked(_parse(own, document, fields), document)
+    raise ValueError(
+        f"object: expected one of {', '.join(objects)}, or the path of a file .yaml, "
+        f"{', '.join(SUFFIXES)}; got {str(name)!r}"
+    )
+
+
+def _of_mesh_file(path: Path) -> ObjectDescription:
+    """A mesh in metres of a middling density and material; a YAML file says it better."""
+    dimensions = {"file": str(path)}
+    volume = geometry("mesh", dimensions).solid.volume
+    return ObjectDescription(path.stem, "mesh", dimensions, MESH_DENSITY * volume, MESH_MATERIAL)
+
+
+def _checked(description: ObjectDescription, document: Node) -> ObjectDescription:
+    """The description once its geometry has been made: a mesh must be usable."""
+    key = "file" if description.shape == "mesh" else "shape"
+    try:
+        _ = description.geometry
+    except ValueError as reason:
+        raise DocumentError(f"{document.file}: {key}: {reason}") from reason
+    return description
+
+
+def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescription:
+    """An object of the keys in `children`; `entry` is where they stand."""
+    if "shape" not in children:
+        raise entry.error(f"the key shape: one of {', '.join(REQUIRED)}")
+    shape = children["shape"].choice(REQUIRED)
+    sizes, more = REQUIRED[shape], OPTIONAL.get(shape, ())
+    keys = Node(entry.file, entry.key, {key: child.value for key, child in children.items()})
+    fields = keys.fields(
+        ["shape", *sizes, "mass", "material"], [*more, "rpy", "compliance", "note"]
+    )
+    if shape == "sheet" and "compliance" in fields:
+        raise fields["compliance"].error("none for a sheet")
+    return ObjectDescription(
+        name,
+        shape,
+        {key: READERS[key](fields[key]) for key in (*sizes, *more) if key in fields},
+        fields["mass"].positive(),
+        fields["material"].text(),
+        fields["rpy"].vector() if "rpy" in fields else (0.0, 0.0, 0.0),
+        _compliance(fields["compliance"]) if "compliance" in fields else None,
+        fields["note"].text() if "note" in fields else "",
+    )
+
+
+def _compliance(node: Node) -> Compliance:
+    fields = node.fields(["stiffness", "damping"])
+    return Compliance(fields["stiffness"].positive(), fields["damping"].number(low=0.0))
+
+
+def _size(node: Node) -> tuple[float, ...]:
+    if not all(length > 0 for length in node.vector()):
+        raise node.error("3 numbers above 0")
+    return node.vector()
+
+
+def _parts(node: Node) -> list[dict[str, tuple[float, ...]]]:
+    if not node.items():
+        raise node.error("at least one box")
+    parts = [item.fields(["size", "position"]) for item in node.items()]
+    return [{"size": _size(part["size"]), "position": part["position"].vector()} for part in parts]
+
+
+def _neck(node: Node) -> dict[str, float]:
+    return {k: value.positive() for k, value in node.fields(["diameter", "length"]).items()}
+
+
+def _odd(node: Node) -> int:
+    if not isinstance(node.value, int) or node.value < 3 or node.value % 2 == 0:
+        raise node.error("an odd whole number, 3 or more")
+    return node.value
+
+
+def _file(node: Node) -> str:
+    """Path of the mesh, from the folder of the file that names it."""
+    return str(Path(node.file).parent / node.text())
+
+
+READERS: dict[str, Callable[[Node], Any]] = {
+    "diameter": Node.positive,
+    "base_diameter": Node.positive,
+    "length": Node.positive,
+    "wall": Node.positive,
+    "contact_thickness": Node.positive,
+    "hinge_friction": Node.positive,
+    "scale": Node.positive,
+    "size": _size,
+    "boxes": _parts,
+    "neck": _neck,
+    "strips": _odd,
+    "file": _file,
+    "pieces": lambda node: node.choice(PIECES),
+}

@@ -1,0 +1,230 @@
+"""Scenes: what stands around the hand, from data/scenes.yaml, and its fixed bodies in PyBullet.
+
+The fixed bodies of a scene in PyBullet: table and wall, with the friction of every pair.
+
+What hand and object need of a surface may differ by more than the engine's product of two
+coefficients can say; then the surface stands there twice, once for the hand and once for the
+object, each with its own coefficient.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from importlib import resources
+from pathlib import Path
+
+import pybullet
+
+from pneuflex_sim.hand.collision import ENVIRONMENT
+from pneuflex_sim.scene.friction import FrictionTable
+from softhand_model.yaml_document import Node, read_document
+
+FORMAT, ALL_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
+# beyond the latter the wall is where the hand starts [deg]
+LEAST_INCLINATION, MOST_INCLINATION = 5.0, 120.0
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a material with its surface at height 0; it reaches from x = edge [m] on towards
+    +x, or without end when there is no edge. rolling_resistance [m]: moment over normal force that
+    an object has to overcome to roll; the hand does not feel it.
+    """
+
+    material: str
+    edge: float | None = None
+    rolling_resistance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A plane of a material that meets the table along x = distance [m] and rises there towards
+    +x, at an inclination [deg] against the table; 90 is upright, more leans over the table.
+    rolling_resistance [m] as that of a table.
+    """
+
+    material: str
+    distance: float
+    inclination: float
+    rolling_resistance: float = 0.0
+
+    @property
+    def normal(self) -> tuple[float, float, float]:
+        """Unit normal (3,) to the free side."""
+        slope = math.radians(self.inclination)
+        return -math.sin(slope), 0.0, math.cos(slope)
+
+
+@dataclass(frozen=True)
+class SceneDescription:
+    """A scene: table and wall, if there are, whether it has an object, the wrist's pose at the
+    start [m, rad] and whether it is rigid.
+    """
+
+    name: str
+    table: Table | None
+    wall: Wall | None
+    has_object: bool
+    rigid_wrist: bool
+    wrist_position: tuple[float, ...]
+    wrist_rpy: tuple[float, ...]
+
+    def inclined(self, inclination: float | None) -> SceneDescription:
+        """The scene with its wall at another inclination [deg], or as it is for None; raises
+        ValueError without a wall, or for an inclination that cannot be.
+        """
+        if inclination is None:
+            return self
+        if self.wall is None:
+            raise ValueError(f"wall_inclination: expected a scene with a wall, got {self.name}")
+        if not LEAST_INCLINATION <= inclination <= MOST_INCLINATION:
+            raise ValueError(
+                f"wall_inclination: expected {LEAST_INCLINATION:g} to {MOST_INCLINATION:g} deg, "
+                f"got {inclination:g}"
+            )
+        return replace(self, wall=replace(self.wall, inclination=inclination))
+
+
+def load_scenes() -> dict[str, SceneDescription]:
+    """The shipped scenes by name."""
+    path = Path(str(resources.files("pneuflex_sim").joinpath("data/scenes.yaml")))
+    entries = read_document(path, ALL_FORMAT).fields(["format", "scenes"])["scenes"].mapping()
+    return {name: _parse(name, entry) for name, entry in entries.items()}
+
+
+def load_scene(name: str | Path, friction: FrictionTable | None = None) -> SceneDescription:
+    """The shipped scene of that name, or the one in a YAML file at that path, of materials of
+    `friction`; without a table, as for drawing, of any.
+
+    Raises ValueError naming file, key, expected and got, or listing the names there are.
+
+    >>> load_scene("wall").wall.inclination
+    90.0
+    """
+    scenes = load_scenes()
+    if str(name) in scenes:
+        return scenes[str(name)]
+    path = Path(name)
+    if path.suffix in (".yaml", ".yml") and path.is_file():
+        document = read_document(path, FORMAT)
+        own = {key: value for key, value in document.value.items() if key != "format"}
+        node = Node(document.file, "", own)
+        found = _parse(path.stem, node)
+        if friction is not None:
+            for part in (node.mapping().get(key) for key in ("table", "wall")):
+                if part is not None:
+                    friction.check_material(part.mapping()["material"])
+        return found
+    raise ValueError(
+        f"scene: expected one of {', '.join(scenes)}, or the path of a YAML file; got {str(name)!r}"
+    )
+
+
+def _parse(name: str, entry: Node) -> SceneDescription:
+    fields = entry.fields(["object", "wrist", "wrist_position", "wrist_rpy"], ["table", "wall"])
+    return SceneDescription(
+        name,
+        _table(fields["table"]) if "table" in fields else None,
+        _wall(fields["wall"]) if "wall" in fields else None,
+        fields["object"].choice([True, False]),
+        fields["wrist"].choice(["compliant", "rigid"]) == "rigid",
+        fields["wrist_position"].vector(),
+        fields["wrist_rpy"].vector(),
+    )
+
+
+def _table(node: Node) -> Table:
+    fields = node.fields(["material"], ["edge", "rolling_resistance"])
+    edge = fields["edge"].number() if "edge" in fields else None
+    return Table(fields["material"].text(), edge, _rolling_resistance(fields))
+
+
+def _wall(node: Node) -> Wall:
+    fields = node.fields(["material", "distance", "inclination"], ["rolling_resistance"])
+    return Wall(
+        fields["material"].text(),
+        fields["distance"].number(),
+        fields["inclination"].number(LEAST_INCLINATION, MOST_INCLINATION),
+        _rolling_resistance(fields),
+    )
+
+
+def _rolling_resistance(fields: dict[str, Node]) -> float:
+    return fields["rolling_resistance"].number(low=0.0) if "rolling_resistance" in fields else 0.0
+
+
+HAND = ~ENVIRONMENT  # all groups of the hand
+TABLE_SIZE = (1.2, 1.2, 0.04)  # [m] of a table with an edge
+
+
+def build_scene(
+    scene: SceneDescription, friction: FrictionTable, object_material: str | None, client: int
+) -> dict[int, str]:
+    """Create the fixed bodies of a scene around an object of a material (None: no object);
+    returns their names by PyBullet id.
+
+    Raises ValueError for pairs of materials that the table of friction does not have.
+    """
+    names: dict[int, str] = {}
+    if scene.table is not None:
+        for mask, dynamics in _sides(scene.table, friction, object_material):
+            names[_fixed(_table_shape(scene.table, client), mask, dynamics, client)] = "table"
+    if scene.wall is not None:
+        for mask, dynamics in _sides(scene.wall, friction, object_material):
+            names[_wall_body(scene.wall, mask, dynamics, client)] = "wall"
+    return names
+
+
+def _sides(
+    part: Table | Wall, friction: FrictionTable, object_material: str | None
+) -> list[tuple[int, dict[str, float]]]:
+    """Whom each body of a part touches (a mask of collision groups), and its coefficients."""
+    hand = {"lateralFriction": friction.towards_hand(part.material), "rollingFriction": 0.0}
+    if object_material is None:
+        return [(-1, hand)]
+    lateral = friction.towards_object(part.material, object_material)
+    # the engine multiplies it with the object's coefficient of sliding friction
+    rolling = part.rolling_resistance / friction.towards_hand(object_material)
+    if math.isclose(lateral, hand["lateralFriction"]) and not rolling:
+        return [(-1, hand)]
+    of_object = {"lateralFriction": lateral, "rollingFriction": rolling}
+    return [(HAND, hand), (ENVIRONMENT, of_object)]
+
+
+def _table_shape(table: Table, client: int) -> int:
+    """A plane, or a box with an edge, on which a lying cylinder gains speed by itself without
+    rolling resistance.
+    """
+    if table.edge is None:
+        return _plane_shape((0.0, 0.0, 1.0), client)
+    length, width, height = TABLE_SIZE
+    return pybullet.createCollisionShape(
+        pybullet.GEOM_BOX,
+        halfExtents=(length / 2, width / 2, height / 2),
+        collisionFramePosition=(table.edge + length / 2, 0.0, -height / 2),
+        physicsClientId=client,
+    )
+
+
+def _plane_shape(normal: tuple[float, float, float], client: int) -> int:
+    return pybullet.createCollisionShape(
+        pybullet.GEOM_PLANE, planeNormal=normal, physicsClientId=client
+    )
+
+
+def _wall_body(wall: Wall, mask: int, dynamics: dict[str, float], client: int) -> int:
+    return _fixed(_plane_shape(wall.normal, client), mask, dynamics, client, (wall.distance, 0, 0))
+
+
+def _fixed(
+    shape: int,
+    mask: int,
+    dynamics: dict[str, float],
+    client: int,
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> int:
+    body = pybullet.createMultiBody(0, shape, -1, position, physicsClientId=client)
+    pybullet.changeDynamics(body, -1, **dynamics, physicsClientId=client)
+    pybullet.setCollisionFilterGroupMask(body, -1, ENVIRONMENT, mask, physicsClientId=client)
+    return int(body)

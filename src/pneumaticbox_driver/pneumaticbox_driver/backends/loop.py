@@ -1,0 +1,114 @@
+"""A periodic loop on absolute deadlines for a driver without a simulator: its clock and its
+priority.
+
+The clock of a driver that has no simulator: the wall's at the start, never set after it.
+
+Real-time priority for the control loop, where the system grants it (section 4.3).
+"""
+
+import os
+import time
+from collections.abc import Callable
+from threading import Event
+
+
+class DeadlineLoop:
+    """Calls a step at a fixed period; ticks that were missed are dropped and counted.
+
+    `ticks` counts the steps, `missed` the dropped ticks, `lateness` [s] how late the last step
+    began.
+
+    Args:
+        period: from step to step [s].
+        record: gets the lateness of every step; None keeps the last alone.
+
+    Raises:
+        ValueError: the period is not above zero.
+    """
+
+    def __init__(self, period: float, record: list[float] | None = None) -> None:
+        if not period > 0:
+            raise ValueError(f"period must be above 0 s, got {period}")
+        self.period = period
+        self._record = record
+        self.ticks = 0
+        self.missed = 0
+        self.lateness = 0.0
+        self._deadline = 0.0
+
+    @property
+    def slack(self) -> float:
+        """Time from now to the next step, while one runs; below 0 when it is late already [s]."""
+        return self._deadline + self.period - time.monotonic()
+
+    def run(self, step: Callable[[], None], stop: Event) -> None:
+        """Call `step` every period until `stop` is set."""
+        self._deadline = time.monotonic() + self.period
+        while not stop.is_set():
+            left = self._deadline - time.monotonic()
+            if left > 0:
+                time.sleep(left)
+            self.lateness = time.monotonic() - self._deadline
+            if self._record is not None:
+                self._record.append(self.lateness)
+            step()
+            self.ticks += 1
+            self._advance()
+
+    def _advance(self) -> None:
+        late = int(max(0.0, time.monotonic() - self._deadline) / self.period)
+        self.missed += late
+        self._deadline += (late + 1) * self.period
+
+
+class SteadyClock:
+    """Counts on from the wall clock's time at the start, whatever happens to the wall clock.
+
+    The box's times are of this clock, those of messages of the wall clock: a step of the wall
+    clock must not look like a pause or a leap of the sensors, and what has been scheduled before
+    it keeps its moment.
+
+    Args:
+        monotonic: the steady source [s].
+        wall: the wall clock [s].
+
+    >>> clock = SteadyClock(monotonic=lambda: 5.0, wall=lambda: 1000.0)
+    >>> clock.now(), clock.of_stamp(1002.0)
+    (1000.0, 1002.0)
+    """
+
+    def __init__(
+        self,
+        monotonic: Callable[[], float] = time.monotonic,
+        wall: Callable[[], float] = time.time,
+    ) -> None:
+        self._monotonic, self._wall = monotonic, wall
+        self._begin = wall() - monotonic()
+
+    def now(self) -> float:
+        """Present time [s]."""
+        return self._begin + self._monotonic()
+
+    def of_stamp(self, stamp: float) -> float:
+        """Time that a stamp of the present wall clock means [s]; 0 stands for now and stays."""
+        return max(0.0, stamp - self._wall() + self.now()) if stamp else 0.0
+
+
+def set_priority(priority: int) -> bool:
+    """Run this process with a fixed real-time priority, ahead of all ordinary ones.
+
+    Args:
+        priority: of SCHED_FIFO, 1 to 99; 0 goes back to ordinary scheduling.
+
+    Returns:
+        Whether the system granted it; on Linux that needs root or a limit `rtprio`.
+
+    >>> set_priority(0)
+    True
+    """
+    policy = os.SCHED_FIFO if priority else os.SCHED_OTHER
+    try:
+        os.sched_setscheduler(0, policy, os.sched_param(priority))
+    except PermissionError:
+        return False
+    return True

@@ -1,1 +1,0 @@
-"""The box's plant on topics: the simulator, or another node that owns valves and sensors."""

@@ -1,0 +1,1 @@
+"""The box without ROS: sensor samples and commands in, valves and diagnostics out."""

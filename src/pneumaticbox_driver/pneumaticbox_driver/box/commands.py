@@ -1,0 +1,344 @@
+"""Commands to the box: checked as a whole, taken by each channel's mode, followed as setpoints
+over time.
+
+Commands and schedules taken for the channels, each by its control mode, as setpoints.
+"""
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.settings import BoxSettings
+
+Floats = NDArray[np.float64]
+FIELDS = {  # of a trajectory point, by control mode
+    "mass": "positions",
+    "mass_flow": "velocities",
+    "pressure": "effort",
+    "volume": "positions",
+    "time": "positions",
+}
+
+
+@dataclass(frozen=True)
+class TrajectoryPoint:
+    """Targets of the named channels at a time [s] after the start, in SI units of the mode."""
+
+    time_from_start: float
+    positions: Sequence[float] = ()
+    velocities: Sequence[float] = ()
+    effort: Sequence[float] = ()
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A checked command: values (points, channels) at times (points,) [s] after `start` [s].
+
+    `start` is None for now.
+    """
+
+    channels: tuple[int, ...]
+    start: float | None
+    times: Floats
+    values: Floats
+
+
+@dataclass(frozen=True)
+class CommandRules:
+    """Checks commands against the channels' names and their control modes, in order.
+
+    `shortest_pulse` and `shortest_pause` [s] are the least times between the events of a schedule.
+    """
+
+    channels: tuple[str, ...]
+    modes: tuple[str, ...]
+    shortest_pulse: float = 0.0
+    shortest_pause: float = 0.0
+
+    def check(
+        self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float = 0.0
+    ) -> Trajectory:
+        """Turn a message's content into a command, or refuse it whole.
+
+        Args:
+            names: channels that the points are for.
+            points: targets; each mode reads its own field (`FIELDS`).
+            stamp: time at which the trajectory starts [s], 0 for now.
+
+        Raises:
+            ValueError: the message names the field, what was expected and what was found.
+        """
+        indices = self._indices(names)
+        timed = [name for name, i in zip(names, indices, strict=True) if self.modes[i] == "time"]
+        if timed:
+            raise ValueError(
+                f"joint_names: expected channels in a closed-loop mode, got {timed} in mode time, "
+                "which takes pneumaticbox/valve_schedule"
+            )
+        return self._trajectory(indices, points, stamp)
+
+    def check_schedule(
+        self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float = 0.0
+    ) -> Trajectory:
+        """Turn a schedule of valves into a command, or refuse it whole.
+
+        What the valves cannot follow to the sample is refused: pulses and pauses shorter than
+        theirs, and a change from one outlet to the other without a pause.
+
+        Args:
+            names: channels that the points are for, all of them in mode time.
+            points: their positions are +1 inflate, -1 deflate, 0 closed, each until the next.
+            stamp: time at which the schedule starts [s], 0 for now.
+
+        Raises:
+            ValueError: the message names the field, what was expected and what was found.
+        """
+        indices = self._indices(names)
+        for name, index in zip(names, indices, strict=True):
+            if self.modes[index] != "time":
+                mode = self.modes[index]
+                raise ValueError(
+                    f"joint_names: expected channels in mode time, got {name} in {mode}"
+                )
+        schedule = self._trajectory(indices, points, stamp)
+        self._check_events(schedule)
+        return schedule
+
+    def _check_events(self, schedule: Trajectory) -> None:
+        values, times = schedule.values, schedule.times
+        wrong = np.argwhere(~np.isin(values, (-1.0, 0.0, 1.0)))
+        if len(wrong):
+            k, column = wrong[0]
+            got = values[k, column]
+            raise ValueError(f"points[{k}].positions[{column}]: expected -1, 0 or 1, got {got}")
+        for column, events in enumerate(values.T):
+            changes = [0, *(np.flatnonzero(np.diff(events)) + 1).tolist()]
+            for before, after in pairwise(changes):
+                self._check_change(f"points[{after}]", column, events[[before, after]])
+                least = self.shortest_pulse if events[before] else self.shortest_pause
+                lasts = float(times[after] - times[before])
+                if lasts < least - 1e-6:
+                    what = "an open valve" if events[before] else "a closed valve"
+                    raise ValueError(
+                        f"points[{after}].time_from_start: expected {what} to stay so for "
+                        f"{least * 1e3:.0f} ms at least, got {lasts * 1e3:.0f} ms"
+                    )
+
+    def _check_change(self, key: str, column: int, change: Floats) -> None:
+        if change[0] * change[1] < 0 and self.shortest_pause > 0:
+            raise ValueError(
+                f"{key}.positions[{column}]: expected 0 between 1 and -1, for "
+                f"{self.shortest_pause * 1e3:.0f} ms at least, got {change[1]:.0f}"
+            )
+
+    def _trajectory(
+        self, indices: tuple[int, ...], points: Sequence[TrajectoryPoint], stamp: float
+    ) -> Trajectory:
+        if not points:
+            raise ValueError("points: expected at least one, got none")
+        if not (math.isfinite(stamp) and stamp >= 0):
+            raise ValueError(f"header.stamp: expected 0 s or later, got {stamp}")
+        times = _times(points)
+        rows = [self._values(f"points[{k}]", indices, point) for k, point in enumerate(points)]
+        return Trajectory(indices, stamp or None, times, np.array(rows))
+
+    def _indices(self, names: Sequence[str]) -> tuple[int, ...]:
+        if not names:
+            raise ValueError(f"joint_names: expected channels of {list(self.channels)}, got none")
+        for name in names:
+            if name not in self.channels:
+                known = list(self.channels)
+                raise ValueError(f"joint_names: expected channels of {known}, got {name!r}")
+        if len(set(names)) < len(names):
+            raise ValueError(f"joint_names: expected each channel once, got {list(names)}")
+        return tuple(self.channels.index(name) for name in names)
+
+    def _values(self, key: str, indices: Sequence[int], point: TrajectoryPoint) -> list[float]:
+        row = []
+        for column, index in enumerate(indices):
+            name = FIELDS[self.modes[index]]
+            given = getattr(point, name)
+            if len(given) != len(indices):
+                raise ValueError(f"{key}.{name}: expected {len(indices)} values, got {len(given)}")
+            value = float(given[column])
+            if not math.isfinite(value):
+                raise ValueError(f"{key}.{name}[{column}]: expected a finite number, got {value}")
+            row.append(value)
+        return row
+
+
+def _times(points: Sequence[TrajectoryPoint]) -> Floats:
+    before = -math.inf
+    for k, point in enumerate(points):
+        now = point.time_from_start
+        if not (math.isfinite(now) and now >= 0):
+            raise ValueError(f"points[{k}].time_from_start: expected 0 s or later, got {now}")
+        if now <= before:
+            raise ValueError(f"points[{k}].time_from_start: expected more than {before}, got {now}")
+        before = now
+    return np.array([point.time_from_start for point in points])
+
+
+@dataclass
+class _Course:
+    """Setpoint of one channel over time: linear between the knots, constant outside.
+
+    A stepped one keeps each value until the next knot.
+    """
+
+    times: list[float] = field(default_factory=lambda: [0.0])
+    values: list[float] = field(default_factory=lambda: [math.nan])
+    stepped: bool = False
+
+    def at(self, time: float) -> float:
+        """Return the setpoint at `time` [s], NaN before the first one."""
+        t0, v0, t1, v1 = self.piece(time)
+        return v0 + (v1 - v0) * (time - t0) / (t1 - t0)
+
+    def piece(self, time: float) -> tuple[float, float, float, float]:
+        """Return the straight piece that `time` [s] lies on: from t0, v0 to t1, v1."""
+        after = bisect_right(self.times, time)
+        before = max(after - 1, 0)
+        end = self.times[after] if after < len(self.times) else math.inf
+        value = self.values[before]
+        # from no setpoint there is nothing to interpolate: wait for the first one
+        held = after == 0 or math.isinf(end) or self.stepped or math.isnan(value)
+        return min(self.times[before], time), value, end, value if held else self.values[after]
+
+    def replace_from(self, start: float, times: Floats, values: Floats) -> None:
+        """Let the knots `start` + `times` [s] follow what stood until `start`."""
+        held = self.at(start)
+        keep = bisect_right(self.times, start)
+        self.times = [*self.times[:keep], *(start + times).tolist()]
+        self.values = [*self.values[:keep], *values.tolist()]
+        if keep == 0 or self.times[keep - 1] < start:
+            self.times.insert(keep, start)
+            self.values.insert(keep, held)
+
+    def forget_before(self, time: float) -> None:
+        passed = bisect_right(self.times, time) - 1
+        if passed > 0:
+            del self.times[:passed], self.values[:passed]
+
+
+class Setpoints:
+    """Setpoints of all channels over time; NaN where there is none.
+
+    A command replaces what its channels had planned from its start on: from the setpoint at
+    that moment linearly to the first point, so a first point at time 0 is a step. Before its
+    start the earlier plan goes on.
+    """
+
+    def __init__(self, channels: int) -> None:
+        self._courses = [_Course() for _ in range(channels)]
+        self._pieces: Floats = np.ones((4, channels))  # begin, span, value at begin, rise
+        self._enter_anew()
+        self.last_time = math.nan  # when the last of all plans ends [s]
+
+    def _enter_anew(self) -> None:
+        """Let the next call of `at` look up the pieces of all courses."""
+        self._until = self._stepped_until = -math.inf  # when the next piece of any begins [s]
+
+    def take(self, command: Trajectory, now: float) -> None:
+        """Follow `command` from its start, or from `now` [s]."""
+        start = now if command.start is None else command.start
+        for column, channel in enumerate(command.channels):
+            course = self._courses[channel]
+            course.forget_before(min(now, start))
+            course.replace_from(start, command.times, command.values[:, column])
+        self._enter_anew()
+        end = start + float(command.times[-1])
+        self.last_time = end if math.isnan(self.last_time) else max(self.last_time, end)
+
+    def at(self, time: float, period: float = 0.0) -> Floats:
+        """Setpoints at `time` [s] (n,); times must not run backwards between calls.
+
+        With samples a `period` [s] apart, a step of a schedule is taken at the nearest of them.
+        """
+        half = 0.5 * period
+        if time >= self._until or time + half >= self._stepped_until:
+            self._enter(time, half)
+        begin, span, value, rise = self._pieces
+        return np.asarray(value + rise * ((time - begin) / span))
+
+    def _enter(self, time: float, half: float) -> None:
+        """Look up the pieces that the courses are on."""
+        self._until = self._stepped_until = math.inf
+        for channel, course in enumerate(self._courses):
+            moment = time + half if course.stepped else time
+            course.forget_before(moment)
+            t0, v0, t1, v1 = course.piece(moment)
+            self._pieces[:, channel] = t0, t1 - t0, v0, v1 - v0
+            if course.stepped:
+                self._stepped_until = min(self._stepped_until, t1)
+            else:
+                self._until = min(self._until, t1)
+
+    def set(self, channel: int, value: float, stepped: bool) -> None:
+        """Drop the plan of a channel and hold `value`, NaN for none.
+
+        Args:
+            channel: its index.
+            value: in the unit of its mode.
+            stepped: whether what is planned from now on goes in steps, not linearly.
+        """
+        self._courses[channel] = _Course(values=[value], stepped=stepped)
+        self._enter_anew()
+
+    def hold(self) -> None:
+        """Drop all plans and setpoints."""
+        self.last_time = math.nan
+        self._enter_anew()
+        self._courses = [_Course(stepped=course.stepped) for course in self._courses]
+
+
+class CommandIntake:
+    """Rules by which commands are checked, the setpoints that follow, and how long none has come.
+
+    Args:
+        settings: of the box; its modes are those at the start.
+    """
+
+    def __init__(self, settings: BoxSettings) -> None:
+        self._settings = settings
+        self.setpoints = Setpoints(len(settings.channels))
+        self.modes: tuple[str, ...] = ()
+        self._last = math.nan  # when the last command was taken [s]
+        self.switch(settings.control_modes, np.full(len(settings.channels), np.nan))
+
+    def switch(self, modes: Sequence[str], values: Floats) -> tuple[int, ...]:
+        """Check and follow commands by other `modes`; who changes gets the setpoint of `values`.
+
+        Returns:
+            Indices of the channels that have changed.
+        """
+        before = self.modes or ("",) * len(modes)
+        changed = tuple(i for i, mode in enumerate(modes) if mode != before[i])
+        for channel in changed:
+            stepped = modes[channel] == "time"
+            self.setpoints.set(channel, float(values[channel]), stepped)
+        settings = self._settings
+        least = (settings.shortest_pulse, settings.shortest_pause)
+        self.modes = tuple(modes)
+        self.rules = CommandRules(settings.channels, self.modes, *least)
+        return changed
+
+    def take(self, trajectory: Trajectory, now: float) -> None:
+        """Follow a checked command from its start, or from `now` [s]."""
+        self.setpoints.take(trajectory, now)
+        self._last = now
+
+    def drop(self) -> None:
+        """Drop all plans and setpoints; the silence of commands begins with the next one."""
+        self.setpoints.hold()
+        self._last = math.nan
+
+    def silent(self, time: float) -> bool:
+        """Whether the last command and all plans ended too long before `time` [s]."""
+        limit = self._settings.command_timeout
+        return limit > 0 and time - max(self._last, self.setpoints.last_time) > limit

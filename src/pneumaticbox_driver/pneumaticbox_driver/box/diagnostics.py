@@ -1,0 +1,306 @@
+"""What the box tells about itself in /diagnostics (REP-107).
+
+Keeps notes that come again and again from flooding the log.
+
+How many commands come, from whom, and how many of them were lost on the way.
+
+How often the valves of each channel have opened of late: shows a valve that chatters.
+
+What the box tells about itself in /diagnostics (REP-107).
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.box.box import PneumaticBox
+
+
+class Level(IntEnum):
+    """Levels of a diagnostic status (REP-107)."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass
+class Report:
+    """One diagnostic status: what it is about, how bad, a sentence, and figures with units."""
+
+    name: str
+    level: Level = Level.OK
+    message: str = "OK"
+    values: dict[str, str] = field(default_factory=dict)
+
+    def raise_to(self, level: Level, message: str) -> None:
+        """Take a worse level with its sentence; an equally bad one is appended."""
+        if level > self.level:
+            self.level, self.message = level, message
+        elif level == self.level and level > Level.OK:
+            self.message = f"{self.message}; {message}"
+
+
+NOTE_PERIOD = 5.0  # between two logs of the same note [s]
+
+
+class NoteThrottle:
+    """Lets each note through once in `period` [s].
+
+    >>> throttle = NoteThrottle()
+    >>> throttle.due(["tared", "tared"], 0.0), throttle.due(["tared"], 4.9)
+    (['tared'], [])
+    >>> throttle.due(["tared"], 5.0)
+    ['tared']
+    """
+
+    def __init__(self, period: float = NOTE_PERIOD) -> None:
+        self.period = period
+        self._logged: dict[str, float] = {}
+
+    def due(self, notes: Iterable[str], now: float) -> list[str]:
+        """Notes to log at this monotonic time [s], in their order."""
+        recent = {note: at for note, at in self._logged.items() if now - at < self.period}
+        due = [note for note in dict.fromkeys(notes) if note not in recent]
+        self._logged = recent | dict.fromkeys(due, now)
+        return due
+
+
+STORM_RATE = 500.0  # above which commands are a storm [1/s]
+WINDOW = 0.2  # over which the rate is taken [s]
+STORM_MEMORY = 10.0  # for which a storm is worth a warning [s]
+
+
+@dataclass
+class CommandTraffic:
+    """Counts command messages; times are of a monotonic clock [s].
+
+    `taken` counts the messages that were looked at, `lost` those that later ones had overwritten
+    before that; they can be told as long as there is one commander. `commanders` publish commands.
+    """
+
+    taken: int = 0
+    lost: int = 0
+    commanders: int = 0
+    _sequences: dict[str, int] = field(default_factory=dict)
+    _recent: deque[tuple[float, int]] = field(default_factory=deque)
+    _peak: float = 0.0
+    _peak_at: float = -STORM_MEMORY
+
+    def note(self, now: float, topic: str, sequence: int, commanders: Callable[[], int]) -> None:
+        """Count a message that was taken now.
+
+        Args:
+            now: present time [s].
+            topic: on which it came.
+            sequence: its number among those of its publisher.
+            commanders: counts the publishers of the topic.
+        """
+        missing = sequence - self._sequences.get(topic, sequence) - 1
+        # with two of them the numbers go to and fro and tell nothing
+        missing = missing if missing > 0 and commanders() == 1 else 0
+        self._sequences[topic] = sequence
+        self.taken += 1
+        self.lost += missing
+        self._recent.append((now, 1 + missing))
+        self._watch(now)
+
+    def _watch(self, now: float) -> None:
+        while now - self._recent[0][0] > WINDOW:
+            self._recent.popleft()
+        rate = sum(number for _, number in self._recent) / WINDOW
+        if rate > STORM_RATE and rate > self.storm(now):
+            self._peak, self._peak_at = rate, now
+
+    def storm(self, now: float) -> float:
+        """Highest rate of commands in the last storm [1/s]; 0 when there was none of late."""
+        return self._peak if now - self._peak_at < STORM_MEMORY else 0.0
+
+
+Counts = NDArray[np.int64]
+ACTIVITY_WINDOW = 10.0  # of node time [s]
+RESOLUTION = 0.5  # from one remembered count to the next [s]
+CHATTER = 5.0  # openings a second; a 45 ms pulse and a 60 ms pause allow nearly twice that [1/s]
+
+
+class ValveActivity:
+    """Remembers the counts of openings over a window of the box's time.
+
+    Args:
+        channels: number of channels.
+
+    >>> activity = ValveActivity(2)
+    >>> for second in range(30):
+    ...     activity.note(float(second), np.array([second, 6 * second]))
+    >>> activity.recent, activity.chatters
+    (array([10, 60]), array([False,  True]))
+    """
+
+    def __init__(self, channels: int) -> None:
+        self._none: Counts = np.zeros(channels, dtype=np.int64)
+        self._counts: deque[tuple[float, Counts]] = deque()
+
+    def note(self, time: float, openings: Counts) -> None:
+        """Take the openings so far (n,) at the box's `time` [s]; set back, it begins anew."""
+        if math.isnan(time):
+            return  # no sample has come yet
+        counts = self._counts
+        if counts and time < counts[-1][0]:
+            counts.clear()
+        if counts and time - counts[-1][0] < RESOLUTION:
+            return
+        counts.append((time, openings.copy()))
+        while len(counts) > 1 and time - counts[1][0] >= ACTIVITY_WINDOW:
+            counts.popleft()
+
+    @property
+    def recent(self) -> Counts:
+        """Openings within the window (n,)."""
+        if not self._counts:
+            return self._none
+        return np.asarray(self._counts[-1][1] - self._counts[0][1])
+
+    @property
+    def chatters(self) -> NDArray[np.bool_]:
+        """Channels whose valve opens more often than any target asks for (n,)."""
+        return np.asarray(self.recent > CHATTER * ACTIVITY_WINDOW)
+
+
+UNITS = {"mass": "kg", "mass_flow": "kg/s", "pressure": "Pa", "volume": "m3", "time": "-"}
+REFUSAL_MEMORY = 10.0  # wall time for which a refused message is worth a warning [s]
+STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
+
+
+@dataclass
+class LinkState:
+    """What the node knows beyond the box.
+
+    `refused` is the last message that could not be used, "" when that is over: a good one has come
+    since, or enable or reset, or it was long ago; `refusals` counts them. `simulators` publish
+    sensor samples. `clock_stands` [s] is for how long the node's time has stood still,
+    `clock_warning` what else is to be said of the clock. `storm` [1/s] is the rate of commands when
+    they have come too fast of late, `traffic` counts them.
+    """
+
+    refused: str = ""
+    refusals: int = 0
+    samples: int = 0
+    sensors_seen: bool = False
+    paused: bool = False
+    clock_stands: float = 0.0
+    simulators: int = 1
+    clock_warning: str = ""
+    storm: float = 0.0
+    traffic: CommandTraffic = field(default_factory=CommandTraffic)
+    _refused_at: float = 0.0
+
+    def refuse(self, reason: str, now: float) -> None:
+        """Remember a message that cannot be used, at this monotonic wall time [s]."""
+        self.refused, self._refused_at = reason, now
+        self.refusals += 1
+
+    def accept(self) -> None:
+        """A good message has come, or the user has set things right."""
+        self.refused = ""
+
+    def forget_refused(self, now: float) -> None:
+        """Forget the refused message if it came long before this monotonic wall time [s]."""
+        if now - self._refused_at > REFUSAL_MEMORY:
+            self.refused = ""
+
+
+def box_reports(box: PneumaticBox, link: LinkState, activity: ValveActivity) -> list[Report]:
+    """Report sensors, safety, commands and every channel."""
+    names = box.settings.channels
+    channels = [_channel(box, activity, i, name) for i, name in enumerate(names)]
+    return [_sensors(box, link), _safety(box), _commands(box, link), *channels]
+
+
+def _sensors(box: PneumaticBox, link: LinkState) -> Report:
+    report = Report("sensors", values={"samples": str(link.samples)})
+    if not link.sensors_seen:
+        report.raise_to(Level.WARN, "no sensor sample has come yet")
+    elif not box.ready:
+        report.raise_to(Level.WARN, "averaging the sensors before the first command")
+    if link.clock_stands > STALE_CLOCK and not link.paused:
+        report.raise_to(Level.WARN, "use_sim_time is set but /clock stands still")
+    if link.clock_warning:
+        report.raise_to(Level.WARN, link.clock_warning)
+    if link.simulators > 1:
+        report.raise_to(
+            Level.WARN,
+            f"{'two' if link.simulators == 2 else link.simulators} simulators publish "
+            "pneumaticbox/sensors: stop one, or give each its ROS_DOMAIN_ID",
+        )
+    if link.paused:
+        report.values["simulation"] = "paused"
+    if link.sensors_seen:
+        report.values["supply pressure, absolute [Pa]"] = f"{box.supply:.0f}"
+    return report
+
+
+def _safety(box: PneumaticBox) -> Report:
+    report = Report("safety", message="in operation")
+    if box.latch:
+        reasons = "; ".join(box.latch.reasons)
+        report.raise_to(Level.ERROR, f"vented until pneumaticbox/reset: {reasons}")
+    elif not box.enabled:
+        report.raise_to(Level.WARN, "disabled: valves are closed")
+    for sentence in box.stuck_outlets():
+        report.raise_to(Level.ERROR, sentence)
+    return report
+
+
+def _commands(box: PneumaticBox, link: LinkState) -> Report:
+    traffic = link.traffic
+    report = Report("commands")
+    report.values = {
+        "messages": str(traffic.taken),
+        "refused messages": str(link.refusals),
+        "lost messages": str(traffic.lost),
+        "commanders": str(traffic.commanders),
+        "control modes": ", ".join(box.modes),
+    }
+    if link.refused:
+        report.raise_to(Level.WARN, f"refused {link.refused}")
+    if traffic.commanders > 1:
+        count = "two" if traffic.commanders == 2 else traffic.commanders
+        report.raise_to(Level.WARN, f"{count} nodes publish commands: the last one to speak wins")
+    if link.storm:
+        report.raise_to(
+            Level.WARN,
+            f"command storm: {link.storm:.0f} messages a second, the newest are taken",
+        )
+    return report
+
+
+def _channel(box: PneumaticBox, activity: ValveActivity, index: int, name: str) -> Report:
+    report = Report(f"channel {name}")
+    if box.guard.relieving[index]:
+        report.raise_to(Level.WARN, "above its pressure limit: relieving")
+    elif box.guard.blocked[index]:
+        report.raise_to(Level.WARN, "target is beyond the pressure limit: held below it")
+    recent = int(activity.recent[index])
+    if activity.chatters[index]:
+        report.raise_to(Level.WARN, f"valve chatters: opened {recent} times within 10 s")
+    mode = box.modes[index]
+    report.values = {
+        "mode": mode,
+        "air mass [kg]": f"{box.observer.mass[index]:.3e}",
+        f"target [{UNITS[mode]}]": f"{box.setpoints.at(box.time)[index]:.3e}",
+        "pressure, gauge [Pa]": f"{box.gauge[index]:.0f}",
+        "drift bound, two sigma [kg]": f"{box.drift_bound[index]:.1e}",
+        "volume above rest [m3]": f"{box.volume[index]:.2e}",
+        "limit, gauge [Pa]": f"{box.guard.limits[index]:.0f}",
+        "sensor offset [Pa]": f"{box.offsets[index]:.0f}",
+        "valve": {1: "inflate", 0: "closed", -1: "deflate"}[int(box.valves[index])],
+        "openings": str(int(box.openings[index])),
+        "openings within 10 s": str(recent),
+    }
+    return report

@@ -1,0 +1,1 @@
+"""Calibration of equation 4.1: test pulses, their regression, and the file."""

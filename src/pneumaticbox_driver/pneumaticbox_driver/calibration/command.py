@@ -1,0 +1,192 @@
+"""Command: calibrate the pretended box, and write its coefficients to a file.
+
+    calibrate --output calibration.yaml
+
+The file that is shipped is made by this command with its defaults.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.calibration.calibration import ChannelCalibration, Pulse, save_calibration
+from pneumaticbox_driver.calibration.recording import Sample, SeeSaw, SeeSawPlan, record_pulses
+from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
+from softhand_model.pneumatics import Pneumatics, load_pneumatics
+
+OUTLETS = "abcdefgh"
+PERIOD = 0.002  # of the sensor samples [s]
+BOTTLE = 0.5e-3  # reference volume of the thesis [m3]
+SUPPLIES = (260e3, 320e3)  # gauge, section 4.4.3 [Pa]
+BOX = "pretended box of softhand_model"
+BAR = 30  # characters
+Progress = Callable[[float, str], None]
+
+
+def calibrate(
+    points: int = CalibrationPlan.points,
+    seed: int = 0,
+    channels: int = len(OUTLETS),
+    volume: float = BOTTLE,
+    supplies: Sequence[float] = SUPPLIES,
+    parameters: Pneumatics | None = None,
+    progress: Progress | None = None,
+    leak_test: float = CalibrationPlan.leak_test,
+) -> list[ChannelCalibration]:
+    """Calibrate the pretended box's channels, all at once, on bottles of the same volume.
+
+    Args:
+        points: pulses per channel, both directions and all supply pressures together.
+        seed: of the pulses and of the bench's noise.
+        channels: number of outlets.
+        volume: of the bottles [m3].
+        supplies: gauge supply pressures, one after the other [Pa].
+        parameters: constants of the box; None for those that are shipped.
+        progress: is told the share that is done and a sentence.
+        leak_test: how long the closed channels are watched at the end [s]; 0 for not at all.
+
+    Raises:
+        ValueError: the plan cannot be played, or the pulses do not determine the coefficients.
+    """
+    names = OUTLETS[:channels]
+    plan = CalibrationPlan(points, len(supplies), leak_test=leak_test)
+    run = CalibrationRun(tuple(names), np.full(channels, volume), plan, seed)
+    bench = EmbeddedBench(names, np.full(channels, volume), parameters, seed)
+    left = list(supplies)
+    bench.plant.set_supply(left.pop(0))
+    valves, told = np.zeros(channels, dtype=np.int8), ""
+    while run.state in ("running", "waiting"):
+        bench.command(valves)
+        pressures = bench.advance(PERIOD)
+        valves = run.on_sample(Sample(bench.time, pressures[:-1], float(pressures[-1])))
+        if run.state == "waiting":
+            _turn_supply(bench, run, left.pop(0))
+        if progress is not None and run.message != told:
+            progress(run.progress, run.message)
+            told = run.message
+    if run.state == "failed":
+        raise ValueError(run.message)
+    return run.result
+
+
+def _turn_supply(bench: EmbeddedBench, run: CalibrationRun, supply: float) -> None:
+    """Set the regulator, let the reservoir settle, and let the run go on."""
+    bench.plant.set_supply(supply)
+    for _ in range(round(3.0 / PERIOD)):
+        bench.command(np.zeros(len(run.channels)))
+        pressures = bench.advance(PERIOD)
+        run.on_sample(Sample(bench.time, pressures[:-1], float(pressures[-1])))
+    run.next()
+
+
+def record_on_bench(
+    cycles: int, seed: int, channels: int, volume: float, supply: float
+) -> list[list[Pulse]]:
+    """Record test pulses of the pretended box on bottles, at one gauge supply pressure [Pa].
+
+    Args:
+        cycles: pulses per channel and direction.
+        seed: of the pulses and of the bench's noise.
+        channels: number of outlets.
+        volume: of the bottles [m3].
+        supply: gauge supply pressure [Pa].
+
+    Returns:
+        The pulses per channel.
+    """
+    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, volume), seed=seed)
+    bench.plant.set_supply(supply)
+    recording = record_pulses(SeeSaw(SeeSawPlan(), channels, seed), channels, cycles, volume)
+    valves = next(recording)
+    while True:
+        bench.command(valves)
+        pressures = bench.advance(PERIOD)
+        try:
+            valves = recording.send(Sample(bench.time, pressures[:-1], float(pressures[-1])))
+        except StopIteration as end:
+            return list(end.value)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit status."""
+    given = _parser().parse_args(arguments)
+    if given.output.exists() and not given.force:
+        print(f"calibrate: {given.output} exists; --force overwrites it", file=sys.stderr)
+        return 2
+    try:
+        channels = calibrate(
+            given.points,
+            given.seed,
+            given.outlets,
+            given.volume,
+            given.supplies,
+            load_pneumatics(given.pneumatics),
+            show_progress,
+        )
+        save_calibration(given.output, given.box, channels, given.volume)
+    except (ValueError, OSError) as error:
+        print(f"calibrate: {error}", file=sys.stderr)
+        return 1
+    for channel in channels:
+        print(_summary(channel))
+    return 0
+
+
+def _summary(channel: ChannelCalibration) -> str:
+    up, down = 1e6 * channel.residual_inflate, 1e6 * channel.residual_deflate
+    leak = channel.leak.conductance
+    return f"outlet {channel.outlet}: residual {up:.3f} mg inflating, {down:.3f} mg deflating; " + (
+        f"leak {leak:.1e} kg/(s Pa)" if leak else "tight"
+    )
+
+
+def show_progress(share: float, message: str) -> None:
+    """Draw a bar on stderr, in place on a terminal; elsewhere nothing until it is full."""
+    if not sys.stderr.isatty() and share < 1.0:
+        return
+    full = round(BAR * share)
+    bar = "#" * full + "." * (BAR - full)
+    end = "\n" if share >= 1.0 else ""
+    print(f"\r[{bar}] {100 * share:3.0f} %  {message:<60.60}", end=end, file=sys.stderr, flush=True)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="calibrate", description=(__doc__ or "").splitlines()[0])
+    add = parser.add_argument
+    add("--output", type=Path, default=Path("calibration.yaml"), help="file to write")
+    add("--force", action="store_true", help="overwrite the output")
+    add(
+        "--points",
+        type=int,
+        default=CalibrationPlan.points,
+        help="pulses per outlet, both directions and all supplies together (%(default)s)",
+    )
+    add(
+        "--supplies",
+        type=float,
+        nargs="+",
+        default=list(SUPPLIES),
+        metavar="PA",
+        help="gauge supply pressures [Pa] (260e3 320e3)",
+    )
+    add("--volume", type=float, default=BOTTLE, help="of the bottles [m3] (%(default)s)")
+    add(
+        "--outlets",
+        "--channels",
+        type=int,
+        default=len(OUTLETS),
+        choices=range(1, len(OUTLETS) + 1),
+        help="how many outlets, from the first on (%(default)s)",
+    )
+    add("--pneumatics", type=Path, help="YAML file with the constants of the box (the shipped)")
+    add("--box", default=BOX, help="name of the box in the file (%(default)s)")
+    add("--seed", type=int, default=0, help="of durations and noise (%(default)s)")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

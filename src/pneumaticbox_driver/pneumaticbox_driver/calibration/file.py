@@ -1,0 +1,302 @@
+"""The file of a calibration: written per box and outlet, read with checks, held against the box
+it is used on.
+
+Does a calibration fit the box and what it is used for: warnings for the user.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata, resources
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from pneumaticbox_driver.observer.coefficients import (
+    TERMS,
+    ChannelCalibration,
+    Leak,
+    PulseCoefficients,
+    Range,
+    flow_rates,
+)
+from softhand_model.gas import AMBIENT_PRESSURE
+from softhand_model.yaml_document import DocumentError, Node, read_document
+
+SHIPPED = Path(str(resources.files("pneumaticbox_driver"))) / "data" / "calibration.yaml"
+FORMAT = "pneumaticbox-calibration/2"
+OLD_FORMAT = "pneumaticbox-calibration/1"
+DIRECTIONS = ("inflate", "deflate")
+HEAD = ("format", "box", "date", "version", "ambient", "volume", "outlets")
+PER_DIRECTION = ("residual", "jitter", "delays", "covariance")
+
+
+@dataclass(frozen=True)
+class BoxNote:
+    """What stands in a calibration file besides the outlets.
+
+    `box` is the name of the box, `date` when the file was made (ISO 8601), `version` that of
+    this package, `ambient` the absolute ambient pressure [Pa], `volume` what was on the outlets
+    [m3].
+    """
+
+    box: str
+    date: str
+    version: str
+    ambient: float
+    volume: float
+
+
+def save_calibration(
+    path: Path,
+    box: str,
+    channels: Sequence[ChannelCalibration],
+    volume: float,
+    ambient: float = AMBIENT_PRESSURE,
+    date: datetime | None = None,
+) -> None:
+    """Write the calibrations of a box's channels.
+
+    Args:
+        path: file to write.
+        box: name of the box.
+        channels: those whose outlet is not known count as outlets 1, 2 ... in their order.
+        volume: that was on each outlet [m3].
+        ambient: absolute ambient pressure [Pa].
+        date: of the calibration; None for now.
+    """
+    made = datetime.now(UTC) if date is None else date
+    content = {
+        "format": FORMAT,
+        "box": box,
+        "date": made.isoformat(timespec="seconds"),
+        "version": package_version(),
+        "ambient": ambient,
+        "volume": volume,
+        "outlets": [_content(k, channel) for k, channel in enumerate(channels, start=1)],
+    }
+    head = "# Equation 4.1 per outlet of the box; written by `calibrate`. SI units.\n"
+    text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
+    path.write_text(head + text, encoding="utf-8")
+
+
+def package_version() -> str:
+    """Version of the driver's package, "unknown" where it runs without being installed."""
+    try:
+        return metadata.version("pneumaticbox_driver")
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def _content(place: int, channel: ChannelCalibration) -> dict[str, Any]:
+    content: dict[str, Any] = {"outlet": channel.outlet or place, "points": channel.points}
+    for direction in DIRECTIONS:
+        coefficients = getattr(channel, direction)
+        content[direction] = {
+            **{term: _rounded(getattr(coefficients, term)) for term in TERMS},
+            "residual": _rounded(getattr(channel, f"residual_{direction}")),
+            "jitter": _rounded(getattr(channel, f"jitter_{direction}")),
+            "delays": _listed(getattr(channel, f"delays_{direction}")),
+            "covariance": [_listed(row) for row in channel.covariance(direction).tolist()],
+        }
+    content["leak"] = {
+        "conductance": _rounded(channel.leak.conductance),
+        "error": _rounded(channel.leak.error),
+    }
+    content["supply_range"] = _listed(channel.supply_range)
+    content["pressure_range"] = _listed(channel.pressure_range)
+    return content
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.8e}")
+
+
+def _listed(values: Iterable[float]) -> list[float]:
+    return [_rounded(value) for value in values]
+
+
+def load_calibration(
+    path: str | Path | None, channels: int, outlets: Sequence[int] | None = None
+) -> list[ChannelCalibration]:
+    """Read the calibrations of the outlets that channels use.
+
+    Args:
+        path: file written by `save_calibration`; None for that of the pretended box, which is
+            shipped.
+        channels: how many channels there are.
+        outlets: of the box, counted from 1, one a channel; None for 1 to `channels`.
+
+    Raises:
+        ValueError: the file cannot be read, is of another format, has missing or wrong keys, or
+            lacks an outlet; the message names file, key, what was expected and what was found.
+    """
+    wanted = list(range(1, channels + 1)) if outlets is None else list(outlets)
+    if len(wanted) != channels:
+        raise ValueError(f"outlets must have {channels} entries, one a channel, got {len(wanted)}")
+    listed = _read(path)["outlets"]
+    nodes = {int(node.mapping()["outlet"].number(low=1.0)): node for node in _with_outlets(listed)}
+    lacking = [outlet for outlet in wanted if outlet not in nodes]
+    if lacking:
+        held = ", ".join(str(outlet) for outlet in nodes)
+        raise DocumentError(
+            f"{listed.file}: {listed.key}: expected outlet {lacking[0]}, got {held or 'none'}"
+        )
+    return [_read_channel(outlet, nodes[outlet]) for outlet in wanted]
+
+
+def _with_outlets(listed: Node) -> list[Node]:
+    nodes = listed.items()
+    for node in nodes:
+        if "outlet" not in node.mapping():
+            raise node.error("a mapping with the key outlet")
+    return nodes
+
+
+def load_box_note(path: str | Path | None) -> BoxNote:
+    """Read what a calibration file says of its box; errors as of `load_calibration`."""
+    content = _read(path)
+    texts = {name: content[name].text() for name in ("box", "date", "version")}
+    return BoxNote(
+        ambient=content["ambient"].positive(), volume=content["volume"].positive(), **texts
+    )
+
+
+def _read(path: str | Path | None) -> dict[str, Node]:
+    source = SHIPPED if path is None else Path(path)
+    document = read_document(source)
+    told = document.mapping().get("format")
+    if told is not None and told.value == OLD_FORMAT:
+        raise DocumentError(
+            f"{source}: format: expected {FORMAT}, got {OLD_FORMAT}, which has no uncertainties: "
+            "make a new file with the command `calibrate --output FILE`"
+        )
+    if told is not None:
+        told.choice([FORMAT])
+    return document.fields(HEAD)
+
+
+def _read_channel(outlet: int, node: Node) -> ChannelCalibration:
+    content = node.fields(
+        ["outlet", "points", *DIRECTIONS, "leak", "supply_range", "pressure_range"]
+    )
+    values: dict[str, Any] = {}
+    for direction in DIRECTIONS:
+        values |= _read_direction(direction, content[direction])
+    leak = content["leak"].fields(["conductance", "error"])
+    return ChannelCalibration(
+        points=int(content["points"].number(low=0.0)),
+        leak=Leak(leak["conductance"].number(low=0.0), leak["error"].number(low=0.0)),
+        supply_range=_read_range(content["supply_range"]),
+        pressure_range=_read_range(content["pressure_range"]),
+        outlet=outlet,
+        **values,
+    )
+
+
+def _read_direction(direction: str, node: Node) -> dict[str, Any]:
+    content = node.fields([*TERMS, *PER_DIRECTION])
+    rows = content["covariance"].items()
+    if len(rows) != len(TERMS):
+        raise content["covariance"].error(f"{len(TERMS)} rows")
+    return {
+        direction: PulseCoefficients(**{term: content[term].number() for term in TERMS}),
+        f"residual_{direction}": content["residual"].number(low=0.0),
+        f"jitter_{direction}": content["jitter"].number(low=0.0),
+        f"delays_{direction}": content["delays"].vector(2),
+        f"covariance_{direction}": tuple(row.vector(len(TERMS)) for row in rows),
+    }
+
+
+def _read_range(node: Node) -> Range:
+    low, high = node.vector(2)
+    if low > high:
+        raise node.error("[smallest, largest]")
+    return low, high
+
+
+MARGIN = 5e3  # of pressures beyond what was calibrated: compressor's cycle, droop, noise [Pa]
+
+
+def check_calibration(
+    channels: Sequence[str],
+    calibrations: Sequence[ChannelCalibration],
+    box: str = "",
+    expected_box: str = "",
+    supply: float | None = None,
+    pressures: Sequence[float] | None = None,
+) -> list[str]:
+    """Say what speaks against the use of a calibration.
+
+    Args:
+        channels: names.
+        calibrations: one a channel.
+        box: name of the box in the calibration's file.
+        expected_box: name that the user gave to this box; "" for any.
+        supply: present gauge supply pressure [Pa]; None leaves it unchecked.
+        pressures: present gauge pressures of the channels (n,) [Pa]; None likewise.
+
+    Returns:
+        Sentences, none if all is well.
+    """
+    warnings = _shared(channels, calibrations)
+    if expected_box and box != expected_box:
+        warnings.append(f"calibration is of the box {box!r}, not of {expected_box!r}")
+    for k, (name, calibration) in enumerate(zip(channels, calibrations, strict=True)):
+        warnings += _negative_flow(name, calibration)
+        if supply is not None:
+            warnings += _outside(f"channel {name}: supply", supply, calibration.supply_range)
+        if pressures is not None:
+            here = f"channel {name}: pressure"
+            warnings += _outside(here, pressures[k], calibration.pressure_range)
+    return warnings
+
+
+def _shared(channels: Sequence[str], calibrations: Sequence[ChannelCalibration]) -> list[str]:
+    named = zip(channels, calibrations, strict=True)
+    shared = [
+        f"channels {first} and {second} share one calibration: their estimates drift faster "
+        "than with their own"
+        for (first, one), (second, other) in combinations(named, 2)
+        if (one.inflate, one.deflate) == (other.inflate, other.deflate)
+    ]
+    if len(shared) > 1:
+        return [f"{shared[0]} (and {len(shared) - 1} more such pairs)"]
+    return shared
+
+
+def _negative_flow(name: str, calibration: ChannelCalibration) -> list[str]:
+    low, high = (p + AMBIENT_PRESSURE for p in _within(calibration.pressure_range))
+    supply = np.array([p + AMBIENT_PRESSURE for p in calibration.supply_range])
+    channel = np.array([low, high])
+    ends = {
+        "inflate": (supply, channel[::-1]),
+        "deflate": (channel, np.full(2, AMBIENT_PRESSURE)),
+    }
+    return [
+        f"channel {name}: coefficients of {direction} give a negative flow: calibrate anew"
+        for direction, (upstream, downstream) in ends.items()
+        if (_flow(getattr(calibration, direction), upstream, downstream) < 0).any()
+    ]
+
+
+def _within(pressure_range: Range) -> Range:
+    # a deflation ends at ambient pressure: nothing flows there
+    low, high = pressure_range
+    return max(low, 1e3), max(high, 1e3)
+
+
+def _flow(coefficients: PulseCoefficients, upstream: np.ndarray, downstream: np.ndarray):
+    friction, injector = flow_rates(upstream, downstream)
+    return coefficients.friction * friction + coefficients.injector * injector
+
+
+def _outside(what: str, value: float, covered: Range) -> list[str]:
+    low, high = covered
+    if low - MARGIN <= value <= high + MARGIN:
+        return []
+    kilo = [f"{p / 1e3:.0f}" for p in (value, low, high)]
+    return [f"{what} of {kilo[0]} kPa is outside of the {kilo[1]} to {kilo[2]} kPa calibrated"]

@@ -1,0 +1,371 @@
+"""Records test pulses on volumes that are known: the data acquisition of Algorithm 1, and the
+leak test (4.4.4).
+
+Records test pulses on volumes that are known: the data acquisition of Algorithm 1.
+
+Leak test: what a closed channel loses under pressure (section 4.4.4).
+"""
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pneumaticbox_driver.calibration.regression import Pulse
+from pneumaticbox_driver.calibration.valve_delays import PulseTrace, valve_delays
+from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, Leak
+from pneumaticbox_driver.observer.pulses import PulseIntegrals
+from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE, air_mass
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SeeSawPlan:
+    """Ranges of Algorithm 1: durations [s], gauge channel pressures [Pa], skew and speeds.
+
+    `mean_duration` [s] is the scale of the exponential, `speed_ratio` that of deflation over
+    inflation [-]. The thesis has a skew factor of 2 for 400 points and more. With 100 of them a
+    bottle of 0.5 L is carried through the range by a larger one only; and as the longest pulses
+    then carry it up, or down, all others can be as short as those of a controller.
+    """
+
+    shortest: float = 0.045  # just above the slowest opening delay, or a pulse may move nothing
+    longest: float = 1.5
+    mean_duration: float = 0.18
+    low_pressure: float = 3e3
+    high_pressure: float = 60e3
+    skew_factor: float = 25.0
+    speed_ratio: float = 4.0
+
+
+class SeeSaw:
+    """Draws pulse durations that carry each channel up and down through its pressure range.
+
+    ERRATUM: Algorithm 1 prints the speed ratio upside down; here the faster deflation gets the
+    shorter pulses, `t_deflation = t/skew * inflation_speed/deflation_speed`.
+
+    Args:
+        plan: ranges.
+        channels: number of channels; each has its own durations.
+        seed: of the durations.
+    """
+
+    def __init__(self, plan: SeeSawPlan, channels: int, seed: int) -> None:
+        self._plan = plan
+        self._random = np.random.default_rng(seed)
+        self._skew: Floats = np.full(channels, math.sqrt(plan.skew_factor))
+
+    def next(self, gauge: Floats) -> tuple[Floats, Floats]:
+        """Draw the next durations of inflation and deflation (n,), (n,) [s].
+
+        Args:
+            gauge: present channel pressures (n,) [Pa].
+        """
+        plan = self._plan
+        up = math.sqrt(plan.skew_factor)
+        self._skew = np.where(gauge < plan.low_pressure, up, self._skew)
+        self._skew = np.where(gauge > plan.high_pressure, 1 / up, self._skew)
+        span = plan.longest - plan.shortest
+        uniform = self._random.uniform(size=len(gauge))
+        drawn = -plan.mean_duration * np.log1p(-uniform * -math.expm1(-span / plan.mean_duration))
+        # the shortest pulse is the valve's and knows no skew
+        inflation = plan.shortest + drawn * self._skew
+        return inflation, plan.shortest + drawn / self._skew / plan.speed_ratio
+
+
+Valves = NDArray[np.int8]
+SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
+AVERAGING = 0.2  # of the pressures between two pulses [s]
+CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
+CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A sensor sample: stamp [s], absolute pressures of the channels and of the supply [Pa]."""
+
+    time: float
+    pressures: Floats
+    supply: float
+
+
+Recording = Generator[Valves, Sample, list[list[Pulse]]]
+Step = Generator[Valves, Sample, None]
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Pressures between two pulses: middle of the window [s], means (n,) [Pa], their variances (n,)
+    [Pa2] and the number of samples. The pressures are absolute.
+    """
+
+    time: float
+    mean: Floats
+    variance: Floats
+    count: int
+
+
+def record_pulses(see_saw: SeeSaw, channels: int, cycles: int, volume: float) -> Recording:
+    """Inflate and deflate all channels `cycles` times, as a coroutine of samples.
+
+    It yields valves (channels,), wants the next `Sample` sent, and returns the recorded pulses
+    per channel. It starts with all channels at ambient pressure, where it zeroes their sensors.
+
+    Args:
+        see_saw: draws the durations.
+        channels: number of channels.
+        cycles: pulses per direction.
+        volume: of the fixed volume on each channel [m3].
+    """
+    recorder = PulseRecorder(channels, volume)
+    yield from recorder.zero()
+    for _ in range(cycles):
+        yield from recorder.cycle(see_saw)
+    return recorder.pulses()
+
+
+@dataclass(frozen=True)
+class PlayedPulse:
+    """What was recorded of a pulse on every channel.
+
+    `direction` +1 or -1, `lengths` (n,) of the commands [s], `times` (samples,) from switch-on
+    [s], `pressures` (samples, n) absolute, offsets taken off [Pa], `supply` (samples,) absolute
+    [Pa], and the `before` and `after` of it.
+    """
+
+    direction: int
+    lengths: Floats
+    times: Floats
+    pressures: Floats
+    supply: Floats
+    before: Rest
+    after: Rest
+
+
+class PulseRecorder:
+    """Plays test pulses on all channels at once and keeps what they did.
+
+    The ground truth of a pulse is `dm = dp V/(R_s T)`, from the pressures averaged before and
+    after it; the average after one pulse is that before the next.
+
+    Args:
+        channels: number of channels.
+        volumes: of the fixed volumes (n,), or one for all [m3].
+        settling: between the end of the pulses and the average [s].
+        averaging: length of the average [s].
+        ceiling: gauge pressure at which a pulse ends [Pa].
+    """
+
+    def __init__(
+        self,
+        channels: int,
+        volumes: ArrayLike,
+        settling: float = SETTLING,
+        averaging: float = AVERAGING,
+        ceiling: float = CEILING,
+    ) -> None:
+        self.offsets: Floats = np.zeros(channels)  # of the sensors [Pa]
+        self.rest = Rest(0.0, np.full(channels, AMBIENT_PRESSURE), np.zeros(channels), 1)
+        self._n = channels
+        self._volumes = np.broadcast_to(np.asarray(volumes, dtype=float), channels)
+        self._settling, self._averaging, self._ceiling = settling, averaging, ceiling
+        self._played: list[PlayedPulse] = []
+
+    @property
+    def gauge(self) -> Floats:
+        """Gauge pressures after the last pulse (n,) [Pa]."""
+        return self.rest.mean - AMBIENT_PRESSURE
+
+    def zero(self) -> Step:
+        """Take the pressures as they are for ambient: they give the offsets of the sensors."""
+        reading = yield from average(self._n, 2 * self._averaging)
+        self.offsets = reading.mean - AMBIENT_PRESSURE
+        self.rest = self._without_offset(reading)
+
+    def cycle(self, see_saw: SeeSaw) -> Step:
+        """Inflate every channel once, then deflate it once."""
+        inflation, deflation = see_saw.next(self.gauge)
+        for direction, durations in ((1, inflation), (-1, deflation)):
+            before = self.rest
+            lengths, samples = yield from self._play(direction, durations)
+            yield from hold(self._n, self._settling)
+            reading = yield from average(self._n, self._averaging)
+            self.rest = self._without_offset(reading)
+            times = np.array([sample.time for sample in samples])
+            played = PlayedPulse(
+                direction,
+                lengths,
+                times - times[0],
+                np.array([sample.pressures for sample in samples]) - self.offsets,
+                np.array([sample.supply for sample in samples]),
+                before,
+                self.rest,
+            )
+            self._played.append(played)
+
+    def _without_offset(self, rest: Rest) -> Rest:
+        return replace(rest, mean=rest.mean - self.offsets)
+
+    def _play(
+        self, direction: int, durations: Floats
+    ) -> Generator[Valves, Sample, tuple[Floats, list[Sample]]]:
+        """Open all valves, close each after its duration (n,) [s].
+
+        Returns the lengths of the pulses (n,) [s] and the samples from switch-on until all
+        valves must have closed.
+        """
+        samples = [(yield np.zeros(self._n, dtype=np.int8))]
+        start = samples[0].time
+        valves = np.full(self._n, direction, dtype=np.int8)
+        lengths: Floats = np.zeros(self._n)
+        while samples[-1].time - start - lengths.max() < CLOSING or valves.any():
+            sample = yield valves
+            samples.append(sample)
+            lengths = np.where(valves != 0, sample.time - start, lengths)
+            gauge = sample.pressures - self.offsets - AMBIENT_PRESSURE
+            ended = (lengths > durations - 1e-6) | (direction * gauge > self._ceiling)
+            valves = np.where(ended, 0, valves).astype(np.int8)
+        return lengths, samples
+
+    # what was recorded
+
+    def pulses(self) -> list[list[Pulse]]:
+        """The recorded pulses per channel, their integrals by the delays of the valves."""
+        result: list[list[Pulse]] = [[] for _ in range(self._n)]
+        delays = {direction: self._delays(direction) for direction in (1, -1)}
+        for played in self._played:
+            for pulses, pulse in zip(
+                result, self._read(played, delays[played.direction]), strict=True
+            ):
+                pulses.append(pulse)
+        return result
+
+    def _delays(self, direction: int) -> Floats:
+        """Delays of opening and closing in one direction (2, n) [s]."""
+        played = [p for p in self._played if p.direction == direction]
+        if not played:
+            return np.full((2, self._n), VALVE_DELAY)
+        noise = [np.sqrt(np.mean([p.after.variance * p.after.count for p in played], axis=0))]
+        return np.array(
+            [
+                valve_delays([trace_of(p, channel) for p in played], float(noise[0][channel]))
+                for channel in range(self._n)
+            ]
+        ).T
+
+    def _read(self, played: PlayedPulse, delays: Floats) -> list[Pulse]:
+        values = integrals_of(played, delays)
+        before, after = played.before, played.after
+        capacity = air_mass(1.0, self._volumes, ROOM_TEMPERATURE)  # [kg/Pa]
+        moved = played.direction * capacity * (after.mean - before.mean)
+        noise = capacity * np.sqrt(before.variance + after.variance)
+        gauge = 0.5 * (before.mean + after.mean) - AMBIENT_PRESSURE
+        exposure = gauge * (after.time - before.time)
+        columns = np.array([played.lengths, *values[1:], moved, noise, exposure])
+        return [
+            Pulse(played.direction > 0, *column, (opening, closing))
+            for column, (opening, closing) in zip(
+                columns.T.tolist(), delays.T.tolist(), strict=True
+            )
+        ]
+
+
+def trace_of(played: PlayedPulse, channel: int) -> PulseTrace:
+    """The pressure of one channel over a pulse."""
+    return PulseTrace(
+        played.times,
+        played.pressures[:, channel],
+        float(played.lengths[channel]),
+        float(played.before.mean[channel]),
+        float(played.after.mean[channel]),
+        played.direction,
+    )
+
+
+def integrals_of(played: PlayedPulse, delays: Floats) -> Floats:
+    """Regressors of equation 4.1 of a pulse on every channel (5, n).
+
+    Args:
+        played: what was recorded.
+        delays: of opening and closing (2, n) [s].
+    """
+    n = len(played.lengths)
+    integrals = PulseIntegrals(n)
+    every = np.ones(n, dtype=bool)
+    valves = np.full(n, played.direction, dtype=np.int8)
+    pressures, supply = played.pressures, played.supply
+    integrals.begin(every, valves, pressures[0], float(supply[0]), delays)
+    for k in range(1, len(played.times)):
+        step = float(played.times[k] - played.times[k - 1])
+        integrals.advance(step, pressures[k], float(supply[k]))
+        integrals.end(integrals.lengths > played.lengths - 1e-6)
+    return integrals.values
+
+
+def hold(channels: int, duration: float) -> Step:
+    """Keep all valves closed for a duration [s]."""
+    yield from average(channels, duration)
+
+
+def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
+    """Pressures over a duration [s], valves closed."""
+    closed = np.zeros(channels, dtype=np.int8)
+    sample = yield closed
+    start, total, squares, count = sample.time, np.zeros(channels), np.zeros(channels), 0
+    reference = sample.pressures
+    while True:
+        change = sample.pressures - reference
+        total += change
+        squares += change**2
+        count += 1
+        if sample.time - start >= duration:
+            break
+        sample = yield closed
+    mean = total / count
+    scatter = np.maximum(squares / count - mean**2, 0.0) / max(count - 1, 1)
+    return Rest(0.5 * (start + sample.time), reference + mean, scatter, count)
+
+
+SIGNIFICANT = 3.0  # standard errors
+WINDOWS = 12  # of averaged pressure, over which the slope is fitted
+
+
+def measure_leaks(
+    channels: int, volumes: Floats, offsets: Floats, duration: float
+) -> Generator[Valves, Sample, list[Leak]]:
+    """Watch the closed channels, under pressure, for a while.
+
+    The pressure's slope gives the conductance, `k = -dp/dt V/(R_s T)/p_gauge`.
+
+    Args:
+        channels: number of channels.
+        volumes: fixed volumes on the channels (n,) [m3].
+        offsets: of the sensors (n,) [Pa].
+        duration: how long to watch [s].
+
+    Returns:
+        The leak of each channel: 0 below three standard errors, and where there is no pressure.
+    """
+    rests = []
+    for _ in range(WINDOWS):
+        rests.append((yield from average(channels, duration / WINDOWS)))
+    capacity = air_mass(1.0, volumes, ROOM_TEMPERATURE)
+    return [_leak(rests, k, float(capacity[k]), float(offsets[k])) for k in range(channels)]
+
+
+def _leak(rests: list[Rest], channel: int, capacity: float, offset: float) -> Leak:
+    time = np.array([rest.time for rest in rests])
+    pressure = np.array([rest.mean[channel] for rest in rests])
+    variance = np.mean([rest.variance[channel] for rest in rests])
+    gauge = pressure.mean() - offset - AMBIENT_PRESSURE
+    if gauge < 1e3:
+        return Leak()
+    centred = time - time.mean()
+    per_slope = capacity / gauge
+    slope = centred @ pressure / (centred @ centred)
+    error = per_slope * float(np.sqrt(variance / (centred @ centred)))
+    conductance = -per_slope * float(slope)
+    return Leak(conductance if conductance > SIGNIFICANT * error else 0.0, error)

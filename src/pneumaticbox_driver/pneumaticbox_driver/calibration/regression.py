@@ -1,0 +1,192 @@
+"""Linear regression of equation 4.1 over test pulses, with the uncertainty of its coefficients."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.observer.coefficients import (
+    NOMINAL_DELAYS,
+    TERMS,
+    Delays,
+    PulseCoefficients,
+)
+
+Floats = NDArray[np.float64]
+CONDITION_LIMIT = 1e4  # of the scaled design; beyond it the coefficients are noise
+REWEIGHTINGS = 4  # the weights have settled by then
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """One recorded test pulse; `mass` [kg] is positive from p_in to p_out.
+
+    `friction` and `injector` are the integrals of equation 4.1 [Pa s], `pressure_in` and
+    `pressure_out` absolute at switch-on, but the supply at switch-off (see `PulseIntegrals`)
+    [Pa], `duration` that of the electrical command [s],
+    `noise` what the sensor leaves in `mass`, one sigma [kg], 0 if unknown, and `exposure` the
+    channel's gauge pressure times the time between the two measurements [Pa s], for leaks.
+    `delays` [s] are those of opening and closing that the integrals reckon with.
+    """
+
+    inflating: bool
+    duration: float
+    friction: float
+    injector: float
+    pressure_in: float
+    pressure_out: float
+    mass: float
+    noise: float = 0.0
+    exposure: float = 0.0
+    delays: Delays = NOMINAL_DELAYS
+
+
+@dataclass(frozen=True)
+class PulseFit:
+    """Result of `fit_pulses`.
+
+    `covariance` (5, 5) is that of the coefficients in the order of `TERMS`, `residual` the RMS of
+    what the fit leaves [kg] and `jitter` [s] the scatter of a pulse's effective duration: times
+    its flow it is what pulses move more or less than equation 4.1 says, one sigma. `delays` [s]
+    are those of the pulses, averaged.
+    """
+
+    coefficients: PulseCoefficients
+    covariance: Floats
+    residual: float
+    jitter: float
+    delays: Delays
+
+
+def regressors(pulses: Sequence[Pulse]) -> Floats:
+    """Design matrix of equation 4.1, columns in the order of `TERMS` (pulses, 5)."""
+    return np.array(
+        [
+            [1.0, pulse.friction, pulse.injector, pulse.pressure_in, pulse.pressure_out]
+            for pulse in pulses
+        ]
+    )
+
+
+def fit_pulses(pulses: Sequence[Pulse]) -> PulseFit:
+    """Fit the coefficients of one direction by weighted linear regression.
+
+    A pulse's weight comes from its noise: that of the sensor, which is known, that of the valve's
+    delays, which grows with the flow, and what equation 4.1 leaves out, which grows with the
+    mass. The latter two are estimated from the residuals. So the short pulses, of which a
+    controller makes most, count for more than the long ones that carry a channel along.
+
+    ERRATUM: for deflation the outlet's column is left out, it is collinear with the bias.
+
+    Args:
+        pulses: recorded pulses, all of one direction.
+
+    Raises:
+        ValueError: both directions mixed, too few pulses, or a design that leaves terms
+            undetermined; the message names them.
+    """
+    directions = {pulse.inflating for pulse in pulses}
+    if len(directions) != 1:
+        raise ValueError(f"pulses must be of one direction, got {len(directions)} directions")
+    terms = TERMS if directions == {True} else TERMS[:-1]
+    design = regressors(pulses)[:, : len(terms)]
+    mass = np.array([pulse.mass for pulse in pulses])
+    if len(pulses) <= len(terms):
+        raise ValueError(f"pulses must be more than {len(terms)}, got {len(pulses)}")
+    scale = np.sqrt(np.mean(design**2, axis=0))
+    refuse_singular(design / scale, terms)
+    noise = PulseNoise(pulses, len(terms))
+    sigma, solution = noise.sigma, np.zeros(len(terms))
+    for _ in range(REWEIGHTINGS):
+        solution, inverse = _weighted(design / scale, mass, sigma)
+        residual = mass - design @ (solution / scale)
+        sigma = noise.update(residual)
+    # the noise is known to scale only: the residuals say how large it is
+    spread = float(np.sum((residual / sigma) ** 2)) / (len(pulses) - len(terms))
+    covariance = np.zeros((len(TERMS), len(TERMS)))
+    covariance[: len(terms), : len(terms)] = spread * inverse / np.outer(scale, scale)
+    values = dict(zip(terms, (solution / scale).tolist(), strict=True))
+    rms = float(np.sqrt(np.mean(residual**2)))
+    return PulseFit(
+        PulseCoefficients(**values), covariance, rms, noise.jitter, _mean_delays(pulses)
+    )
+
+
+def _mean_delays(pulses: Sequence[Pulse]) -> Delays:
+    opening, closing = np.mean([pulse.delays for pulse in pulses], axis=0).tolist()
+    return opening, closing
+
+
+def _weighted(design: Floats, mass: Floats, sigma: Floats) -> tuple[Floats, Floats]:
+    """Solution (k,) and `(X^T W X)^-1` (k, k) of a regression with noise sigma (pulses,)."""
+    orthogonal, triangle = np.linalg.qr(design / sigma[:, None])
+    solution = np.linalg.solve(triangle, orthogonal.T @ (mass / sigma))
+    root = np.linalg.inv(triangle)
+    return solution, root @ root.T
+
+
+class PulseNoise:
+    """Standard deviations of the masses of pulses, as `fit_pulses` describes them.
+
+    `sigma` (pulses,) [kg] is the present estimate and `jitter` [s] that of the delays.
+
+    Args:
+        pulses: of one direction.
+        parameters: how many a fit takes from these pulses.
+    """
+
+    def __init__(self, pulses: Sequence[Pulse], parameters: int) -> None:
+        mass = np.array([pulse.mass for pulse in pulses])
+        duration = np.array([pulse.duration for pulse in pulses])
+        self._sensor = np.array([pulse.noise for pulse in pulses]) ** 2
+        self._growing = np.column_stack([(mass / duration) ** 2, mass**2])
+        self._freedom = len(pulses) / (len(pulses) - parameters)
+        known = self._sensor.all()
+        self.sigma: Floats = np.sqrt(self._sensor) if known else np.ones(len(pulses))
+        self.jitter = 0.0
+
+    def update(self, residual: Floats) -> Floats:
+        """Return sigma (pulses,) [kg] that the residuals (pulses,) [kg] speak for."""
+        if not self._sensor.all():
+            return self.sigma
+        # a squared residual scatters as its own expectation does: relative least squares
+        weight = 1 / self.sigma**2
+        surplus = self._freedom * residual**2 - self._sensor
+        shares = _shares(self._growing * weight[:, None], surplus * weight)
+        self.jitter = float(np.sqrt(shares[0]))
+        self.sigma = np.sqrt(self._sensor + self._growing @ shares)
+        return self.sigma
+
+
+def _shares(columns: Floats, target: Floats) -> Floats:
+    """Least squares in two columns (rows, 2) with no share below 0 (2,)."""
+    both = np.linalg.lstsq(columns, target, rcond=None)[0]
+    if (both >= 0).all():
+        return np.asarray(both)
+    alone = np.maximum(columns.T @ target, 0.0) / np.sum(columns**2, axis=0)
+    # of the two, the one that explains more stays
+    alone[int(np.argmin(alone * (columns.T @ target)))] = 0.0
+    return np.asarray(alone)
+
+
+def refuse_singular(design: Floats, terms: Sequence[str]) -> None:
+    """Raise ValueError, naming the terms, if a scaled design (pulses, k) does not tell them."""
+    _, singular, directions = np.linalg.svd(design, full_matrices=False)
+    if singular[-1] * CONDITION_LIMIT > singular[0]:
+        return
+    weight = np.abs(directions[-1])
+    named = [term for term, w in zip(terms, weight, strict=True) if w > 0.1 * weight.max()]
+    raise ValueError(
+        f"pulses do not tell {' from '.join(named)}: vary supply, channel pressure and duration"
+    )
+
+
+def naive_mass(pulses: Sequence[Pulse]) -> Floats:
+    """Baseline of section 4.4.3: `c p_in(t_on) dt`, c fitted over the same pulses (pulses,) [kg].
+
+    The pulses must be of one direction. Inflating, `p_in` is the supply at switch-off.
+    """
+    product = np.array([pulse.pressure_in * pulse.duration for pulse in pulses])
+    mass = np.array([pulse.mass for pulse in pulses])
+    return product * (product @ mass) / (product @ product)

@@ -1,0 +1,373 @@
+"""A calibration under way: what it is to do, its answers to sensor samples, its end with
+coefficients.
+
+A calibration under way: answers sensor samples, waits for the user, ends with coefficients.
+
+A calibration inside the box: when it may begin, what it answers, and what ends it.
+"""
+
+import math
+from collections.abc import Generator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pneumaticbox_driver.calibration.calibration import ChannelCalibration, Leak, fit_channel
+from pneumaticbox_driver.calibration.recording import (
+    SETTLING,
+    PulseRecorder,
+    Sample,
+    SeeSaw,
+    SeeSawPlan,
+    Step,
+    average,
+    hold,
+    measure_leaks,
+)
+from pneumaticbox_driver.safety import PressureGuard
+from softhand_model.gas import AMBIENT_PRESSURE
+
+LEAST_CHANGE = 10e3  # between two supply pressures, or they do not tell the terms [Pa]
+
+
+@dataclass(frozen=True)
+class CalibrationPlan:
+    """Plan of a calibration.
+
+    `points` pulses per channel, both directions and all supply pressures together; `supplies` is
+    how many supply pressures there are, between which the run waits for the user; `see_saw` gives
+    the ranges of the pulses, `settling` and `averaging` [s] the rest between them; `leak_test` [s]
+    is how long the closed channels are watched at the end, 0 for not at all.
+
+    Raises:
+        ValueError: naming the entry, what was expected and what was found.
+    """
+
+    points: int = 400
+    supplies: int = 2
+    see_saw: SeeSawPlan = field(default_factory=SeeSawPlan)
+    settling: float = SETTLING
+    averaging: float = 0.8  # longer than a single pulse needs: few points have to do
+    leak_test: float = 30.0
+
+    def __post_init__(self) -> None:
+        if self.supplies < 1:
+            raise ValueError(f"supplies must be at least 1, got {self.supplies}")
+        least = 12 * self.supplies
+        if self.points < least:
+            raise ValueError(
+                f"points must be at least {least} for {self.supplies} supply pressures, "
+                f"got {self.points}"
+            )
+        for name in ("settling", "averaging"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f"{name} must be above 0 s, got {value}")
+        if not (math.isfinite(self.leak_test) and self.leak_test >= 0):
+            raise ValueError(f"leak_test must be 0 s or above, got {self.leak_test}")
+
+    @property
+    def cycles(self) -> int:
+        """Inflations, and deflations, per channel and supply pressure."""
+        return math.ceil(self.points / (2 * self.supplies))
+
+
+Floats = NDArray[np.float64]
+Valves = NDArray[np.int8]
+NEXT = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
+VENT_WINDOW = 0.5  # over which pressures must not fall any more, outlets open [s]
+VENT_STILL = 30.0  # [Pa]
+VENT_LIMIT = 60.0  # a bottle of 0.5 L empties in a tenth of that [s]
+LEAK_SETTLING = 3.0  # after the filling, for the gas to take the temperature of the walls [s]
+LEAST_LIFT = 1e3  # that inlets open for a while must bring [Pa]
+
+
+class CalibrationRun:
+    """Plays a `CalibrationPlan` on all channels at once, sample by sample.
+
+    It vents all channels, takes the pressures then for ambient, and plays Algorithm 1 at the
+    present supply pressure. Then it waits, valves closed, for another supply pressure and `next`,
+    until the plan is done; after the leak test the coefficients are fitted.
+
+    `state` is "running", "waiting", "done" or "failed", `progress` 0 to 1 over the whole plan and
+    `message` a sentence on what it does, waits for, or why it failed.
+
+    Args:
+        channels: names.
+        volumes: of the fixed volumes on the channels (n,) [m3].
+        plan: what to do; None for the defaults.
+        seed: of the durations.
+        outlets: of the box, counted from 1, one a channel; None for 1 to n.
+        aside: fit in a thread while samples go on: it takes seconds, too long for a control step.
+
+    Raises:
+        ValueError: volumes or outlets that are not one a channel, or volumes not above 0.
+    """
+
+    def __init__(
+        self,
+        channels: Sequence[str],
+        volumes: ArrayLike,
+        plan: CalibrationPlan | None = None,
+        seed: int = 0,
+        outlets: Sequence[int] | None = None,
+        aside: bool = False,
+    ) -> None:
+        n = len(channels)
+        self.channels = tuple(channels)
+        self.volumes = np.asarray(volumes, dtype=float)
+        if self.volumes.shape != (n,) or not (self.volumes > 0).all():
+            got = self.volumes.tolist()
+            raise ValueError(f"volumes must be {n} above 0 m3, one a channel, got {got}")
+        self.outlets = tuple(range(1, n + 1) if outlets is None else outlets)
+        if len(self.outlets) != n:
+            raise ValueError(f"outlets must have {n} entries, one a channel, got {outlets}")
+        self.plan = CalibrationPlan() if plan is None else plan
+        self.state = "running"
+        self.progress = 0.0
+        self.message = "venting the channels to zero their sensors"
+        self._seed = seed
+        self._aside = aside
+        self._closed: Valves = np.zeros(n, dtype=np.int8)
+        self._supply = AMBIENT_PRESSURE  # of the last sample [Pa]
+        self._supplies: list[float] = []  # of the levels so far [Pa]
+        self._result: list[ChannelCalibration] = []
+        self._course = self._play()
+        self._valves = next(self._course)
+
+    @property
+    def result(self) -> list[ChannelCalibration]:
+        """The calibrations, one a channel; raises ValueError unless the run is done."""
+        if self.state != "done":
+            raise ValueError(f"the calibration has no result: {self.state}, {self.message}")
+        return self._result
+
+    def on_sample(self, sample: Sample) -> Valves:
+        """Take a sensor sample and return the valves to command (n,); closed when not running.
+
+        A sample that is no number makes the run fail.
+        """
+        self._supply = sample.supply
+        if self.state != "running":
+            return self._closed
+        if not np.isfinite(sample.pressures.sum() + sample.supply):
+            self.abort("a sensor sample was not a number")
+            return self._closed
+        try:
+            self._valves = self._course.send(sample)
+        except StopIteration:
+            self.state, self.progress = "done", 1.0
+            self.message = f"calibrated channels {', '.join(self.channels)}"
+            return self._closed
+        except ValueError as error:
+            self.abort(str(error))
+            return self._closed
+        return self._closed if self.state == "waiting" else self._valves
+
+    def next(self) -> str:
+        """Go on at the present supply pressure.
+
+        Returns:
+            A sentence on what is done now.
+
+        Raises:
+            ValueError: the run does not wait, or the supply pressure is one of before.
+        """
+        if self.state != "waiting":
+            raise ValueError(f"the calibration does not wait: {self.state}, {self.message}")
+        supply = self._supply - AMBIENT_PRESSURE
+        near = [old for old in self._supplies if abs(old - supply) < LEAST_CHANGE]
+        if near:
+            raise ValueError(
+                f"the supply is at {supply / 1e3:.0f} kPa, where pulses have been recorded: "
+                f"turn it by {LEAST_CHANGE / 1e3:.0f} kPa or more, then call again"
+            )
+        self.state = "running"
+        self.message = f"goes on at a supply of {supply / 1e3:.0f} kPa"
+        return self.message
+
+    def abort(self, reason: str) -> None:
+        """End without a result; no effect when the run has ended."""
+        if self.state in ("running", "waiting"):
+            self.state, self.message = "failed", reason
+
+    # the course
+
+    def _play(self) -> Step:
+        recorder = PulseRecorder(
+            len(self.channels),
+            self.volumes,
+            self.plan.settling,
+            self.plan.averaging,
+            1.5 * self.plan.see_saw.high_pressure,
+        )
+        for level in range(self.plan.supplies):
+            yield from self._level(level, recorder)
+            if level + 1 < self.plan.supplies:
+                yield from self._wait(level)
+        leaks = yield from self._leaks(recorder)
+        self._result = yield from self._fit(recorder, leaks)
+
+    def _level(self, level: int, recorder: PulseRecorder) -> Step:
+        yield from self._vent()
+        yield from recorder.zero()
+        self._supplies.append(self._supply - AMBIENT_PRESSURE)
+        see_saw = SeeSaw(self.plan.see_saw, len(self.channels), 1000 * self._seed + level)
+        lifted, cycles = np.zeros(len(self.channels)), self.plan.cycles
+        for cycle in range(cycles):
+            self.progress = 0.95 * (level + cycle / cycles) / self.plan.supplies
+            self.message = (
+                f"supply pressure {level + 1} of {self.plan.supplies} "
+                f"({self._supplies[-1] / 1e3:.0f} kPa), pulse {cycle + 1} of {cycles}"
+            )
+            yield from recorder.cycle(see_saw)
+            lifted = np.maximum(lifted, recorder.gauge)
+            if cycle == cycles // 2:
+                self._check_lift(lifted)
+
+    def _check_lift(self, lifted: Floats) -> None:
+        """Raise ValueError if an inlet brings nothing: a plug off, a valve stuck, no supply."""
+        for name, pressure in zip(self.channels, lifted.tolist(), strict=True):
+            if pressure < LEAST_LIFT:
+                raise ValueError(
+                    f"channel {name}: the pressure does not rise with the inlet open: check the "
+                    "supply, the tube and the volume"
+                )
+
+    def _vent(self) -> Step:
+        """Open all outlets until the pressures fall no more."""
+        outlets: Valves = np.full(len(self.channels), -1, dtype=np.int8)
+        sample = yield outlets
+        start, before = sample.time, None
+        while sample.time - start < VENT_LIMIT:
+            since, total, count = sample.time, np.zeros(len(outlets)), 0
+            while sample.time - since < VENT_WINDOW:
+                sample = yield outlets
+                total, count = total + sample.pressures, count + 1
+            mean = total / count
+            if before is not None and (before - mean < VENT_STILL).all():
+                break
+            before = mean
+        yield from hold(len(outlets), self.plan.settling)
+
+    def _wait(self, level: int) -> Step:
+        self.state = "waiting"
+        self.message = f"supply pressure {level + 1} of {self.plan.supplies} is done: {NEXT}"
+        yield self._closed
+
+    def _leaks(self, recorder: PulseRecorder) -> Generator[Valves, Sample, list[Leak]]:
+        if self.plan.leak_test == 0:
+            return [Leak()] * len(self.channels)
+        self.progress = 0.95
+        self.message = f"leak test, {self.plan.leak_test:.0f} s"
+        yield from self._fill(recorder)
+        yield from hold(len(self.channels), LEAK_SETTLING)
+        return (
+            yield from measure_leaks(
+                len(self.channels), self.volumes, recorder.offsets, self.plan.leak_test
+            )
+        )
+
+    def _fill(self, recorder: PulseRecorder) -> Step:
+        """Inflate every channel to the see-saw's high pressure."""
+        target = self.plan.see_saw.high_pressure + AMBIENT_PRESSURE
+        sample = yield self._closed
+        start = sample.time
+        while sample.time - start < VENT_LIMIT:
+            wanted = sample.pressures - recorder.offsets < target
+            if not wanted.any():
+                break
+            sample = yield wanted.astype(np.int8)
+        yield from average(len(self.channels), self.plan.settling)
+
+    def _fit(
+        self, recorder: PulseRecorder, leaks: list[Leak]
+    ) -> Generator[Valves, Sample, list[ChannelCalibration]]:
+        if not self._aside:
+            return self._fitted(recorder, leaks)
+        self.progress = 0.99
+        self.message = "fitting the coefficients"
+        pool = ThreadPoolExecutor(1)
+        work = pool.submit(self._fitted, recorder, leaks)
+        pool.shutdown(wait=False)
+        while not work.done():
+            yield self._closed
+        return work.result()
+
+    def _fitted(self, recorder: PulseRecorder, leaks: list[Leak]) -> list[ChannelCalibration]:
+        result = []
+        for name, outlet, pulses, leak in zip(
+            self.channels, self.outlets, recorder.pulses(), leaks, strict=True
+        ):
+            try:
+                result.append(fit_channel(pulses, leak, outlet))
+            except ValueError as error:
+                raise ValueError(f"channel {name}: {error}") from error
+        return result
+
+
+UNDER_WAY = ("running", "waiting")
+
+
+class CalibrationSession:
+    """Holds the calibration that has been started last; `run` is None before the first one.
+
+    Args:
+        channels: names of the box's channels.
+    """
+
+    def __init__(self, channels: tuple[str, ...]) -> None:
+        self._channels = channels
+        self.run: CalibrationRun | None = None
+
+    @property
+    def under_way(self) -> bool:
+        """Whether a calibration answers the samples now."""
+        return self.run is not None and self.run.state in UNDER_WAY
+
+    def start(self, run: CalibrationRun) -> str:
+        """Begin a calibration of all channels; returns a sentence.
+
+        Raises:
+            ValueError: one is under way already, or the run is for other channels.
+        """
+        self.refuse_under_way()
+        if tuple(run.channels) != self._channels:
+            expected = list(self._channels)
+            raise ValueError(f"calibration: expected channels {expected}, got {list(run.channels)}")
+        self.run = run
+        return f"calibration has begun: {run.message}"
+
+    def refuse_under_way(self) -> None:
+        """Raise ValueError while a calibration is under way: it alone commands the valves."""
+        if self.run is not None and self.run.state in UNDER_WAY:
+            raise ValueError(f"a calibration is under way: {self.run.message}")
+
+    def next(self) -> str:
+        """Go on at another supply pressure; raises ValueError when nothing waits for it."""
+        if self.run is None:
+            raise ValueError("no calibration is under way: call pneumaticbox/calibrate first")
+        return self.run.next()
+
+    def answer(self, time: float, readings: Floats, guard: PressureGuard) -> Valves:
+        """Valves (n,) that the calibration wants.
+
+        Args:
+            time: of the sample [s].
+            readings: absolute pressures as the sensors gave them, supply last (n + 1,) [Pa].
+            guard: of the pressure limits; where it relieves a channel, pulses are spoilt.
+        """
+        run = self.run
+        if run is None:
+            return np.zeros(len(self._channels), dtype=np.int8)
+        if guard.relieving.any():
+            name = self._channels[int(np.argmax(guard.relieving))]
+            run.abort(f"channel {name} has reached its pressure limit: raise pressure_limits")
+        return run.on_sample(Sample(time, readings[:-1], float(readings[-1])))
+
+    def abort(self, reason: str) -> None:
+        """End a calibration that is under way, without a result."""
+        if self.run is not None:
+            self.run.abort(reason)

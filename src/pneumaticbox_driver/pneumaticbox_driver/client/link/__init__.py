@@ -1,1 +1,0 @@
-"""What the client stands on: its own ROS context, its waiting and its calls."""

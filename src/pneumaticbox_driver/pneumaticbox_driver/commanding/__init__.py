@@ -1,1 +1,0 @@
-"""Takes commands and valve schedules."""

@@ -1,0 +1,1 @@
+"""Control of the channels: one controller per mode."""

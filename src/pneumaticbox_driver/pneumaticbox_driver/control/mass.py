@@ -1,0 +1,110 @@
+"""Bang-bang control of the contained air mass (section 4.4) and of the mass flow (4.3).
+
+Control of the mass flow: the wanted flow adds up to an air mass that is followed (4.3).
+"""
+
+import numpy as np
+
+from pneumaticbox_driver.control.interface import (
+    LEAST_ERROR,
+    OPENING_SHARE,
+    BoxView,
+    Flags,
+    Floats,
+    Valves,
+)
+from softhand_model.numerics.compiled import compiled
+
+
+class MassController:
+    """Opens a valve when the error exceeds the threshold, closes it when the error changes sign.
+
+    The threshold is a good half of the smallest pulse (`BoxView.opened`), so the channel ends
+    within one smallest pulse of its target. The observer's estimate is that of the mass after the
+    valve has closed, so the delay of the valve is anticipated.
+
+    A target of zero or below empties the channel to ambient pressure, where its mass is known.
+    """
+
+    def update(self, view: BoxView) -> Valves:
+        """Return the wanted valves (n,)."""
+        return follow_mass(view, view.setpoints)
+
+
+def follow_mass(view: BoxView, target: Floats) -> Valves:
+    """Valves (n,) that bring the estimated masses to a `target` (n,) [kg], NaN for none."""
+    observer = view.observer
+    pulses = observer.pulse_mass(view.shortest_pulse, view.pressures, view.supply)
+    wanted = np.empty_like(view.direction)
+    # a valve closes at the sample that comes nearest to the target
+    ahead = 0.5 * view.dt
+    now = observer.mass, observer.flow
+    _decide(target, now, pulses, view.direction, view.empty, ahead, wanted)
+    return wanted
+
+
+def rehearse_mass_control(channels: int) -> None:
+    """Let the kernel be compiled, or loaded, before a sample waits for it."""
+    zeros, valves = np.zeros(channels), np.zeros(channels, dtype=np.int8)
+    pair = zeros, zeros
+    _decide(zeros, pair, pair, valves, np.zeros(channels, dtype=bool), 0.0, valves)
+
+
+@compiled
+def _decide(
+    target: Floats,
+    now: tuple[Floats, Floats],
+    pulses: tuple[Floats, Floats],
+    direction: Valves,
+    empty: Flags,
+    ahead: float,
+    wanted: Valves,
+) -> None:
+    mass, flow = now
+    gain, loss = pulses
+    for i in range(len(target)):
+        error = target[i] - mass[i]
+        wanted[i] = 0
+        if target[i] <= 0:
+            # there is no less than empty, where the mass is known
+            wanted[i] = 0 if empty[i] else -1
+        elif direction[i] != 0:
+            if direction[i] * error > ahead * abs(flow[i]):
+                wanted[i] = direction[i]
+        elif error > max(OPENING_SHARE * gain[i], LEAST_ERROR):
+            wanted[i] = 1
+        elif -error > max(OPENING_SHARE * loss[i], LEAST_ERROR):
+            wanted[i] = -1
+
+
+LONGEST_LEAD = 3.0  # of the reference over the estimate, in smallest pulses [-]
+
+
+class MassFlowController:
+    """Integrates the wanted flow into a reference and follows it as mass control does.
+
+    Valves that are only open or closed give the flow on the mean over their pulses. Where they
+    cannot follow, the reference waits a few smallest pulses ahead of the estimate, so that nothing
+    is caught up after the flow has ended. It stands at the estimate while there is no setpoint. A
+    flow out of an empty channel empties it.
+    """
+
+    def __init__(self) -> None:
+        self._reference: Floats = np.empty(0)
+        self._following: Flags = np.empty(0, dtype=bool)
+
+    def update(self, view: BoxView) -> Valves:
+        """Return the wanted valves (n,)."""
+        flow, mass = view.setpoints, view.observer.mass
+        following = view.mine & ~np.isnan(flow)
+        if not len(self._reference):
+            self._reference, self._following = mass.copy(), np.zeros_like(following)
+        begun = following & ~self._following
+        reference = np.where(begun, mass, self._reference) + np.nan_to_num(flow) * view.dt
+        gain, loss = view.observer.pulse_mass(view.shortest_pulse, view.pressures, view.supply)
+        lead = LONGEST_LEAD * np.maximum(np.maximum(gain, loss), LEAST_ERROR)
+        reference = np.maximum(np.clip(reference, mass - lead, mass + lead), 0.0)
+        self._reference, self._following = reference, following
+        # nothing is let out of a channel for a drifted estimate below zero while no flow is wanted
+        target = np.where(following & ((reference > 0) | (flow < 0)), reference, np.nan)
+        return follow_mass(view, target)

@@ -1,0 +1,188 @@
+"""Control of pressure or volume by single pulses, each judged when it has settled (section 4.1).
+
+While air flows a pressure sensor in the box sees the drop along the tube, and the valve's delay
+makes what it reads old. So a pulse is not closed in a loop around the sensor: the air that it takes
+to reach the target is computed when it begins, the observer says when it has moved, and the
+pressure is judged anew when it has settled.
+
+Control of the channel pressure by pulses (section 4.1).
+
+Control of the channel volume, which the estimated mass and the pressure tell (section 4.1).
+"""
+
+from typing import Protocol
+
+import numpy as np
+
+from pneumaticbox_driver.control.interface import BoxView, Flags, Floats, Valves
+from pneumaticbox_driver.observer.volume_model import pressure_after
+
+SETTLING = 0.12  # from the command that closes a valve until the pressure is judged [s]
+LEAST_SAMPLES = 10  # that are averaged before it is judged
+MOST_SAMPLES = 50  # over which the average reaches back
+NOISE = 100.0  # of one sample of a channel's pressure, converter included, one sigma [Pa]
+SIGNIFICANT = 3.0  # times the noise of the average: a pulse is not opened for less [-]
+LESSON = 500.0  # change of pressure by which a pulse tells as much as those before it [Pa]
+FOREIGN = 1000.0  # change of pressure without a pulse: something pushed, or let go [Pa]
+PLAUSIBLE_RATIO = (0.2, 4.0)  # of the air that it took over the air that the model asks for
+
+
+class Quantity(Protocol):
+    """What is controlled: says where the target lies."""
+
+    def state(self, view: BoxView, gauge: Floats) -> tuple[Floats, Floats]:
+        """Gauge pressures [Pa] and volumes [m3] now, (n,) and (n,), from averaged `gauge`."""
+        ...
+
+    def goal(self, view: BoxView, gauge: Floats, volume: Floats) -> tuple[Floats, Floats]:
+        """Gauge pressures [Pa] and volumes [m3] at the setpoint, as seen from that state."""
+        ...
+
+    def passed(self, view: BoxView, margin: float) -> Flags:
+        """Whether the measured quantity has passed the setpoint by a `margin` of pressure [Pa]."""
+        ...
+
+
+class PulsewiseController:
+    """Opens a valve for the air that is needed by the volume model, and learns from the pulse.
+
+    The ratio of the air that a pulse moved over that which the model asks for tells how compliant
+    the actuator is where it is now, free or against an object; the next pulse is shortened or
+    lengthened by it, so that a wrong model does not make the valves take turns. What was learnt
+    is forgotten when the pressure changes by itself: the actuator has met an object, or left it.
+
+    Args:
+        quantity: that is controlled.
+    """
+
+    def __init__(self, quantity: Quantity) -> None:
+        self._quantity = quantity
+        self._rest: Floats = np.empty(0)  # for which the valve has been closed [s]
+
+    def _begin(self, view: BoxView) -> None:
+        n = len(view.pressures)
+        self._rest = np.full(n, SETTLING)
+        self._count = np.zeros(n)  # of samples in the average
+        self._mean = view.pressures - view.ambient
+        self._ratio = np.ones(n)
+        self._pulsed = np.zeros(n, dtype=bool)  # a pulse that has not been judged
+        self._left_at = self._mean.copy()  # gauge pressure at the last look [Pa]
+        self._start_gauge, self._start_volume, self._start_mass = np.zeros((3, n))
+
+    def update(self, view: BoxView) -> Valves:
+        """Return the wanted valves (n,)."""
+        if not len(self._rest):
+            self._begin(view)
+        is_open = view.direction != 0
+        self._average(view, is_open)
+        settled = ~is_open & (self._count >= LEAST_SAMPLES) & view.mine
+        wanted = np.zeros_like(view.direction)
+        if (is_open & view.mine).any():
+            wanted = np.where(self._unfinished(view), view.direction, 0)
+        if settled.any():
+            wanted = np.where(settled, self._opened(view, settled), wanted)
+        return view.or_emptied(view.setpoints, wanted)
+
+    def _average(self, view: BoxView, is_open: Flags) -> None:
+        self._rest = np.where(is_open, 0.0, self._rest + view.dt)
+        self._count = np.where(self._rest < SETTLING, 0.0, self._count + 1.0)
+        weight = 1.0 / np.clip(self._count, 1.0, MOST_SAMPLES)
+        self._mean = self._mean + weight * (view.pressures - view.ambient - self._mean)
+
+    def _needed(self, view: BoxView, gauge: Floats, volume: Floats) -> tuple[Floats, Floats]:
+        """Air [kg] that leads from a state to the setpoint by the model, and the rise [Pa]."""
+        target_gauge, target_volume = self._quantity.goal(view, gauge, volume)
+        air = _product(view, target_gauge, target_volume) - _product(view, gauge, volume)
+        return air, target_gauge - gauge
+
+    def _opened(self, view: BoxView, settled: Flags) -> Valves:
+        gauge, volume = self._quantity.state(view, self._mean)
+        self._forget(settled, gauge)
+        self._learn(view, settled & self._pulsed, gauge, volume)
+        air, rise = self._needed(view, gauge, volume)
+        count = np.clip(self._count, 1.0, MOST_SAMPLES)
+        sure = np.abs(rise) > SIGNIFICANT * NOISE / np.sqrt(count)
+        opened = np.where(sure, view.opened(self._ratio * air), 0)
+        begun = settled & ((opened != 0) | (view.setpoints <= 0))
+        self._start_gauge = np.where(begun, gauge, self._start_gauge)
+        self._start_volume = np.where(begun, volume, self._start_volume)
+        self._start_mass = np.where(begun, view.observer.mass, self._start_mass)
+        self._pulsed |= begun
+        return opened.astype(np.int8)
+
+    def _forget(self, settled: Flags, gauge: Floats) -> None:
+        """Begin to learn anew where the pressure has changed by itself since it was left."""
+        foreign = settled & ~self._pulsed & (np.abs(gauge - self._left_at) > FOREIGN)
+        self._ratio = np.where(foreign, 1.0, self._ratio)
+        seen = foreign | (settled & self._pulsed)
+        self._left_at = np.where(seen, gauge, self._left_at)
+
+    def _learn(self, view: BoxView, judged: Flags, gauge: Floats, volume: Floats) -> None:
+        """Compare what the last pulses moved with what the model asks for where they ended."""
+        if not judged.any():
+            return
+        self._pulsed &= ~judged
+        moved = view.observer.mass - self._start_mass
+        asked = self._modelled(view, gauge, volume)
+        change = np.abs(gauge - self._start_gauge)
+        lesson = judged & (change > NOISE) & (moved * asked > 0)
+        ratio = np.clip(moved / np.where(lesson, asked, 1.0), *PLAUSIBLE_RATIO)
+        weight = np.where(lesson, change / (change + LESSON), 0.0)
+        self._ratio = self._ratio + weight * (ratio - self._ratio)
+
+    def _modelled(self, view: BoxView, gauge: Floats, volume: Floats) -> Floats:
+        """Air [kg] that the model asks for from the start of the last pulses to a state."""
+        model = view.volume_model
+        growth = model.volumes(gauge) - model.volumes(self._start_gauge)
+        before = _product(view, self._start_gauge, self._start_volume)
+        return _product(view, gauge, self._start_volume + growth) - before
+
+    def _unfinished(self, view: BoxView) -> Flags:
+        air, _ = self._needed(view, self._start_gauge, self._start_volume)
+        left = self._ratio * air - (view.observer.mass - self._start_mass)
+        margin = (0.5 * view.dt) * np.abs(view.observer.flow)
+        passed = self._quantity.passed(view, SIGNIFICANT * NOISE)
+        return np.asarray((view.direction * left > margin) & ~passed)
+
+
+def _product(view: BoxView, gauge: Floats, volume: Floats) -> Floats:
+    """Air (n,) [kg] in volumes at gauge pressures."""
+    return np.asarray((gauge + view.ambient) * volume / view.gas)
+
+
+class Pressure:
+    """The measured gauge pressure; setpoints in [Pa]. The volume is that of the model."""
+
+    def state(self, view: BoxView, gauge: Floats) -> tuple[Floats, Floats]:
+        """Gauge pressures [Pa] and volumes [m3] now (n,)."""
+        return gauge, view.volume_model.volumes(gauge)
+
+    def goal(self, view: BoxView, gauge: Floats, volume: Floats) -> tuple[Floats, Floats]:
+        """Gauge pressures [Pa] and volumes [m3] at the setpoint (n,)."""
+        target = np.maximum(view.setpoints, 0.0)
+        model = view.volume_model
+        return target, volume + model.volumes(target) - model.volumes(gauge)
+
+    def passed(self, view: BoxView, margin: float) -> Flags:
+        """Whether the pressure has passed its setpoint by a `margin` [Pa] (n,)."""
+        beyond = view.pressures - view.ambient - view.setpoints
+        return np.asarray(view.direction * beyond > margin)
+
+
+class Volume:
+    """The estimated volume `m R_s T/p_abs`; setpoints in [m3] above rest."""
+
+    def state(self, view: BoxView, gauge: Floats) -> tuple[Floats, Floats]:
+        """Gauge pressures [Pa] and volumes [m3] now (n,)."""
+        return gauge, view.volume_at(gauge + view.ambient)
+
+    def goal(self, view: BoxView, gauge: Floats, volume: Floats) -> tuple[Floats, Floats]:
+        """Gauge pressures [Pa] and volumes [m3] at the setpoint (n,)."""
+        target = np.maximum(view.setpoints, 0.0) + view.rest_volumes
+        return pressure_after(view.volume_model, gauge, target - volume), target
+
+    def passed(self, view: BoxView, margin: float) -> Flags:
+        """Whether the volume has passed its setpoint by a `margin` of pressure [Pa] (n,)."""
+        volume = view.volume_at(view.pressures)
+        beyond = volume - view.rest_volumes - view.setpoints
+        return np.asarray(view.direction * beyond > volume * margin / view.pressures)

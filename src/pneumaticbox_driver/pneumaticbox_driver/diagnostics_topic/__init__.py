@@ -1,1 +1,0 @@
-"""Publishes the reports of the box."""

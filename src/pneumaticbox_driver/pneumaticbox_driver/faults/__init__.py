@@ -1,0 +1,1 @@
+"""Faults of valves, tubes and sensors, recognised from what pulses do."""

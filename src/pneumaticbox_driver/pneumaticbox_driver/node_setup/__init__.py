@@ -1,1 +1,0 @@
-"""What the node does first: declare its parameters and choose its clock."""

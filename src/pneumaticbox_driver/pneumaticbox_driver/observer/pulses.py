@@ -1,0 +1,229 @@
+"""The regressors of equation 4.1 for the pulses under way, from samples at any distance, compiled.
+
+A sample of 500 Hz leaves the processor cold, so the many small calls of numpy are what it takes
+longest over. All arrays have the channels in order (n,), units as in `PulseIntegrals`.
+
+The regressors of equation 4.1 for the pulses under way, from samples at any distance.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, flow_rates
+from softhand_model.gas import AMBIENT_PRESSURE, CRITICAL_RATIO, HEAT_CAPACITY_RATIO
+from softhand_model.numerics.compiled import compiled
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+ROOT = 1 / HEAT_CAPACITY_RATIO
+EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
+
+
+@compiled
+def injector_rate(upstream: float, downstream: float) -> float:
+    """Integrand of the injector term, as `flow_model.flow_rates` has it [Pa]."""
+    high, low = max(upstream, downstream), min(upstream, downstream)
+    ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
+    root = ratio**ROOT
+    return math.copysign(high * math.sqrt(EXPONENT * root * (root - ratio)), upstream - downstream)
+
+
+@compiled
+def integrate_pulses(
+    dt: float,
+    pressures: Floats,
+    ends: tuple[float, float],
+    is_open: Flags,
+    inflating: Flags,
+    delays: Floats,
+    clock: Floats,
+    sums: Any,
+) -> None:
+    """Integrate the terms of equation 4.1 over the last `dt` [s], rates linear in between.
+
+    Args:
+        dt: since the last sample, above 0 [s].
+        pressures: of the channels now, absolute (n,) [Pa].
+        ends: supply and ambient pressure [Pa].
+        is_open: channels whose valve is commanded open (n,).
+        inflating: channels whose pulse inflates (n,).
+        delays: of opening and closing (2, n) [s].
+        clock: age and commanded length of the pulses (2, n), brought up to now [s].
+        sums: `rates` (2, n), `passed` (2, n) and `values` (5, n), brought up to now.
+    """
+    supply, ambient = ends
+    rates, passed, values = sums
+    for i in range(len(pressures)):
+        upstream = supply if inflating[i] else pressures[i]
+        downstream = pressures[i] if inflating[i] else ambient
+        if is_open[i] and inflating[i]:
+            values[3, i] = supply
+        start = clock[0, i]
+        now = start + dt
+        clock[0, i] = now
+        if is_open[i]:
+            clock[1, i] = now
+        opening = delays[0, i]
+        end = clock[1, i] + delays[1, i]
+        first = min(max(opening, start), now)
+        last = max(min(end, now), first)
+        middle = (0.5 * (first + last) - start) / dt
+        to_come = max(end - max(now, opening), 0.0)
+        for row in range(2):
+            rate = injector_rate(upstream, downstream) if row else upstream - downstream
+            passed[row, i] += (last - first) * (rates[row, i] + middle * (rate - rates[row, i]))
+            values[row + 1, i] = passed[row, i] + to_come * rate
+            rates[row, i] = rate
+
+
+@compiled
+def sum_terms(
+    coefficients: Floats, values: Floats, rates: Floats, sign: Floats, direction: Any, found: Floats
+) -> None:
+    """Equation 4.1 of the pulses under way: moved mass [kg] and flow [kg/s] into `found` (2, n).
+
+    Args:
+        coefficients: of the pulses (5, n).
+        values: of the terms (5, n).
+        rates: present integrands (2, n) [Pa].
+        sign: +1 of a pulse that inflates, -1 of one that deflates, 0 of none (n,).
+        direction: that is commanded now (n,).
+        found: is written to (2, n).
+    """
+    for i in range(len(sign)):
+        mass = 0.0
+        for term in range(5):
+            mass += coefficients[term, i] * values[term, i]
+        found[0, i] = sign[i] * max(mass, 0.0)
+        flow = coefficients[1, i] * rates[0, i] + coefficients[2, i] * rates[1, i]
+        found[1, i] = direction[i] * flow
+
+
+@compiled
+def predict_pulses(
+    duration: float,
+    pressures: Floats,
+    ends: tuple[float, float],
+    coefficients: Any,
+    delays: Any,
+    found: Floats,
+) -> None:
+    """Equation 4.1 of pulses to come, at constant pressures: masses [kg] into `found` (2, n).
+
+    Args:
+        duration: of the pulses [s].
+        pressures: of the channels, absolute (n,) [Pa].
+        ends: supply and ambient pressure [Pa].
+        coefficients: of inflation and of deflation, (5, n) each.
+        delays: of opening and closing (2, n), of inflation and of deflation [s].
+        found: what a pulse brings, and what one takes, is written to (2, n).
+    """
+    for way in range(2):
+        c, delay = coefficients[way], delays[way]
+        for i in range(len(pressures)):
+            upstream = pressures[i] if way else ends[0]
+            downstream = ends[1] if way else pressures[i]
+            flow = c[1, i] * (upstream - downstream)
+            flow += c[2, i] * injector_rate(upstream, downstream)
+            length = max(duration + delay[1, i] - delay[0, i], 0.0)
+            mass = c[0, i] + length * flow + c[3, i] * upstream + c[4, i] * downstream
+            found[way, i] = max(mass, 0.0)
+
+
+Valves = NDArray[np.int8]
+
+
+class PulseIntegrals:
+    """Integrates the terms of equation 4.1 per channel; observer and calibration share it.
+
+    A valve follows its command late, so air flows from `t_on` + opening delay to `t_off` +
+    closing delay, and the integrals run over these: what is still to come counts at the present
+    rate, and is replaced by what is measured until the valve has closed. With the printed
+    bounds, `t_on` to `t_off`, a pulse that changes the pressure much, as it does in a small
+    volume, counts flow from before the valve opens and misses that from before it closes.
+
+    The dead volume of an inlet keeps air at the pressure that the supply has when the valve
+    closes, so while inflating the switching term has `p_in` at switch-off, not at `t_on` as
+    printed. Otherwise a calibration, whose channels open together and make the supply sag, gives
+    coefficients for a supply that always sags so.
+
+    `values` (5, n) are 1, the friction and the injector integral [Pa s], and the pressures
+    upstream and downstream for the switching terms [Pa]; `rates` (2, n) the present integrands
+    [Pa]; both are brought up to date in place.
+
+    Args:
+        channels: number of channels.
+        ambient: absolute ambient pressure [Pa].
+    """
+
+    def __init__(self, channels: int, ambient: float = AMBIENT_PRESSURE) -> None:
+        self.ambient = ambient
+        self._delays: Floats = np.full((2, channels), VALVE_DELAY)
+        self.values: Floats = np.zeros((5, channels))
+        self.rates: Floats = np.zeros((2, channels))
+        # time since switch-on, and commanded length so far [s]
+        self._clock: Floats = np.array([np.full(channels, VALVE_DELAY), np.zeros(channels)])
+        self._passed: Floats = np.zeros((2, channels))  # integrals of what has flowed
+        self._open: Flags = np.zeros(channels, dtype=bool)
+        self._inflating: Flags = np.zeros(channels, dtype=bool)
+
+    @property
+    def lengths(self) -> Floats:
+        """Commanded durations so far (n,) [s]."""
+        return self._clock[1]
+
+    @property
+    def flowing(self) -> Flags:
+        """Channels whose pulse has not ended: open, or switched off and not closed yet (n,)."""
+        return self._open | (self._clock[0] < self._clock[1] + self._delays[1] - 1e-9)
+
+    def begin(
+        self,
+        begun: Flags,
+        valves: Valves,
+        pressures: Floats,
+        supply: float,
+        delays: Floats | None = None,
+    ) -> None:
+        """Start pulses on the channels `begun` (n,), now that `valves` (n,) are commanded.
+
+        `pressures` (n,) and `supply` are absolute [Pa]; `delays` (2, n) of opening and closing
+        [s], None for the nominal ones.
+        """
+        given = np.full_like(self._delays, VALVE_DELAY) if delays is None else delays
+        self._delays = np.where(begun, given, self._delays)
+        self._inflating = np.where(begun, valves > 0, self._inflating)
+        self._open = self._open | begun
+        upstream, downstream = self._ends(pressures, supply)
+        zeros = np.zeros_like(pressures)
+        start = np.array([zeros + 1.0, zeros, zeros, upstream, downstream])
+        self.values = np.where(begun, start, self.values)
+        self._passed = np.where(begun, 0.0, self._passed)
+        self._clock = np.where(begun, 0.0, self._clock)
+        self.rates = np.array(flow_rates(upstream, downstream))
+
+    def end(self, ended: Flags) -> None:
+        """Take note that the valves of the channels `ended` (n,) are switched off now."""
+        self._open = self._open & ~ended
+
+    def advance(self, dt: float, pressures: Floats, supply: float) -> None:
+        """Integrate over the last `dt` [s], rates linear in between, up to these pressures."""
+        if dt <= 0:
+            return
+        integrate_pulses(
+            dt,
+            pressures,
+            (supply, self.ambient),
+            self._open,
+            self._inflating,
+            self._delays,
+            self._clock,
+            (self.rates, self._passed, self.values),
+        )
+
+    def _ends(self, pressures: Floats, supply: float) -> tuple[Floats, Floats]:
+        upstream = np.where(self._inflating, supply, pressures)
+        return upstream, np.where(self._inflating, pressures, self.ambient)

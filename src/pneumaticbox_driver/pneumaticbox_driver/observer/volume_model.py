@@ -1,0 +1,101 @@
+"""What a channel's volume does when its pressure changes and nothing touches the hand."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.chain.volumes import FreeVolumes
+from softhand_model.hand.hand import load_hand
+
+Floats = NDArray[np.float64]
+NEWTON_STEPS = 4  # the volume of a free actuator is nearly linear in its pressure
+LEAST_SLOPE = 1e-13  # below it a volume is fixed [m3/Pa]
+
+
+class VolumeModel(Protocol):
+    """Volumes (n,) [m3] and their derivatives (n,) [m3/Pa] at gauge pressures (n,) [Pa]."""
+
+    def volumes(self, gauge: Floats) -> Floats:
+        """Volumes in free posture, tubes included (n,) [m3]."""
+        ...
+
+    def slopes(self, gauge: Floats) -> Floats:
+        """Derivatives by the pressure in the same channel (n,) [m3/Pa]."""
+        ...
+
+
+class FixedVolumes:
+    """Bottles: volumes (n,) [m3] that no pressure changes."""
+
+    def __init__(self, volumes: Sequence[float]) -> None:
+        self._volumes: Floats = np.array(volumes, dtype=float)
+
+    def volumes(self, gauge: Floats) -> Floats:
+        """Volumes (n,) [m3], whatever the pressures."""
+        return self._volumes
+
+    def slopes(self, gauge: Floats) -> Floats:
+        """Zeros (n,) [m3/Pa]."""
+        return np.zeros_like(self._volumes)
+
+
+class HandVolumes:
+    """The channels of a hand in free posture, on rest volumes that may hold longer tubes.
+
+    Args:
+        hand: name or file of the hand.
+        rest_volumes: of the channels with their tubes (n,) [m3].
+
+    Raises:
+        ValueError: no such hand, or one of another number of channels.
+    """
+
+    def __init__(self, hand: str, rest_volumes: Sequence[float]) -> None:
+        self._free = FreeVolumes(load_hand(hand))
+        n = len(self._free.rest)
+        if n != len(rest_volumes):
+            raise ValueError(
+                f"volume_model: expected a hand of {len(rest_volumes)} channels, "
+                f"got {hand}, which has {n}"
+            )
+        self._more: Floats = np.array(rest_volumes) - self._free.rest
+
+    def volumes(self, gauge: Floats) -> Floats:
+        """Volumes in free posture (n,) [m3]."""
+        return self._more + self._free.volumes(gauge)
+
+    def slopes(self, gauge: Floats) -> Floats:
+        """Derivatives by the pressure in the same channel (n,) [m3/Pa]."""
+        return self._free.slopes(gauge)
+
+
+def make_volume_model(kind: str, hand: str, rest_volumes: Sequence[float]) -> VolumeModel:
+    """Make a volume model of a kind, "hand" or "fixed"; raises ValueError as `HandVolumes` does."""
+    return HandVolumes(hand, rest_volumes) if kind == "hand" else FixedVolumes(rest_volumes)
+
+
+def pressure_after(model: VolumeModel, gauge: Floats, growth: Floats) -> Floats:
+    """Find the gauge pressures (n,) [Pa] at which the model's volumes have grown by `growth`.
+
+    A channel whose volume is fixed, or that would need suction, stays or ends at 0.
+
+    Args:
+        model: of the volumes.
+        gauge: pressures to start from (n,) [Pa].
+        growth: of the volumes (n,) [m3].
+
+    >>> class Linear(FixedVolumes):
+    ...     def volumes(self, gauge): return 1e-5 + 1e-10 * gauge
+    ...     def slopes(self, gauge): return np.full_like(gauge, 1e-10)
+    >>> pressure_after(Linear([1e-5]), np.array([1e4]), np.array([1e-6])).round(6).tolist()
+    [20000.0]
+    """
+    target = model.volumes(gauge) + growth
+    found = gauge
+    for _ in range(NEWTON_STEPS):
+        slopes = model.slopes(found)
+        step = (target - model.volumes(found)) / np.maximum(slopes, LEAST_SLOPE)
+        found = np.maximum(found + np.where(slopes > LEAST_SLOPE, step, 0.0), 0.0)
+    return np.asarray(found)

@@ -1,0 +1,298 @@
+"""Zeroing of the air-mass estimate: at the start, at ambient pressure, in free posture, and by a
+tare.
+
+Where air masses are known: at the start, at ambient pressure, in free posture, and by a tare.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.observer.drift import PostureMass, combine
+from pneumaticbox_driver.observer.observer import MassObserver
+from pneumaticbox_driver.observer.volume_model import VolumeModel
+from pneumaticbox_driver.settings import BoxSettings
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+WINDOW = 0.1  # over which a pressure is averaged [s]
+LEAST_SAMPLES = 25  # in a window, whatever the sampling: less would leave noise in the mean
+STILL_TOLERANCE = 45.0  # between the means of two windows in a row [Pa]
+
+
+class StillPressure:
+    """Averages pressures over windows and tells which stand still from window to window.
+
+    Args:
+        channels: number of channels.
+    """
+
+    def __init__(self, channels: int) -> None:
+        self._sum: Floats = np.zeros(channels)
+        self._count: Floats = np.zeros(channels)
+        self._since: Floats = np.zeros(channels)
+        self.mean: Floats = np.full(channels, np.nan)  # of the last full window [Pa]
+        self.still: Flags = np.zeros(channels, dtype=bool)
+
+    def restart(self, channels: Flags | slice = slice(None)) -> None:
+        """Forget the samples of these channels: none of them stands still any more."""
+        for memory in (self._sum, self._count, self._since):
+            memory[channels] = 0.0
+        self.mean[channels] = np.nan
+        self.still[channels] = False
+
+    def add(self, dt: float, pressures: Floats) -> bool:
+        """Add a sample (n,) [Pa], `dt` [s] after the one before; True when a window is full."""
+        self._sum += pressures
+        self._count += 1.0
+        self._since += dt
+        full = (self._since >= WINDOW - 1e-9) & (self._count >= LEAST_SAMPLES)
+        if not full.any():
+            return False
+        mean = self._sum / self._count
+        self.still = np.where(full, np.abs(mean - self.mean) < STILL_TOLERANCE, self.still)
+        self.mean = np.where(full, mean, self.mean)
+        for memory in (self._sum, self._count, self._since):
+            memory[full] = 0.0
+        return True
+
+
+Valves = NDArray[np.int8]
+UNEXPLAINED_PRESSURE = 5e3  # in an emptied channel: it was held away from rest when zeroed [Pa]
+LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
+MISFIT = 3.0  # times the drift bound: more drift means that the calibration does not fit [-]
+FAR_PULSES = 5  # after which an estimate far from what the posture tells is drift, and no push
+LEAST_MISFIT = 0.5e-6  # drift that is nothing to speak of [kg]
+# An actuator is held away from rest that has this much left at ambient pressure, of what it held in
+# free posture at its highest pressure; it cannot hold more than it would when bent as far as then.
+HELD_SHARE = 0.15
+HELD_VOLUME = 1.2
+TINY = 1e-9  # of a time that has begun [s]
+HELD_PATIENCE = 5.0  # at ambient pressure, after which that is drift all the same [s]
+
+
+class KnownMasses:
+    """Sets the estimated masses and the offsets of the sensors where they are known; arrays (n,).
+
+    `ready` says that the sensors have been averaged, `empty` marks channels known to be at ambient
+    pressure since their outlet was last open, `offsets` [Pa] are those of the channel sensors.
+    `drift_correction` weighs the estimates against what pressures and free volumes tell; it says
+    that nothing holds the actuators.
+
+    A channel at ambient pressure holds its fill at rest only if nothing holds its actuator away
+    from rest. If the observer says that there is much more air in it than drift can explain, the
+    estimate stays; it is set to zero when the rest comes out, or after five seconds.
+
+    Args:
+        settings: of the box.
+        observer: whose estimates are set.
+        model: of the channels' volumes.
+        notes: takes sentences for the user.
+    """
+
+    def __init__(
+        self,
+        settings: BoxSettings,
+        observer: MassObserver,
+        model: VolumeModel,
+        notes: list[str],
+    ) -> None:
+        n = len(settings.channels)
+        self.offsets: Floats = np.zeros(n)
+        self.drift_correction = False
+        self._settings = settings
+        self._observer = observer
+        self._posture = PostureMass(settings, model)
+        self._notes = notes
+        self._still = StillPressure(n)
+        self._variance: Floats = np.zeros(n)  # of the masses when they were last set [kg2]
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew: the sensors are averaged first."""
+        n = len(self.offsets)
+        self.ready = False
+        self.empty: Flags = np.zeros(n, dtype=bool)
+        self._held_for: Floats = np.zeros(n)  # with more air than at rest, at ambient pressure [s]
+        self._far_since = np.full(n, -1)  # pulses at which the estimate was too far off, or -1
+        self._peak: Floats = np.zeros(n)  # highest gauge pressure since the last zero [Pa]
+        self._doubted: Flags = np.zeros(n, dtype=bool)  # a fault has made the estimates worthless
+        self._still.restart()
+        self._waited = 0.0
+
+    def settle_doubts(self) -> None:
+        """Begin anew if there are estimates that a fault has made worthless."""
+        if self._doubted.any():
+            self.restart()
+
+    def doubt(self) -> None:
+        """Take the estimates for worthless, after a fault, until each channel is zeroed."""
+        self._doubted[:] = True
+        self.empty[:] = False
+
+    @property
+    def still(self) -> bool:
+        """Whether the pressures of all channels stand still."""
+        return bool(self._still.still.all())
+
+    @property
+    def drift_bound(self) -> Floats:
+        """How far the estimates may be off, two standard deviations (n,) [kg]."""
+        return 2.0 * np.sqrt(self._total_variance())
+
+    def _total_variance(self) -> Floats:
+        return np.asarray(self._variance + (0.5 * self._observer.drift_bound) ** 2)
+
+    def steady(self, pressures: Floats) -> Floats:
+        """Pressures (n,) [Pa], averaged over 0.1 s where the valve has rested as long."""
+        return np.where(np.isnan(self._still.mean), pressures, self._still.mean)
+
+    def switched(self, changed: Flags, valves: Valves) -> None:
+        """Take note of the valves (n,) that have `changed` with this sample."""
+        self.empty &= valves <= 0
+        self._still.restart(changed)
+
+    def look(self, dt: float, pressures: Floats, valves: Valves) -> None:
+        """Set what is known by now: at the start, at ambient pressure, in free posture.
+
+        Args:
+            dt: since the last sample [s].
+            pressures: absolute, offsets taken off (n,) [Pa]; a found offset is taken off in place.
+            valves: commanded until now (n,).
+        """
+        self._waited += dt
+        gauge = pressures - self._settings.ambient
+        self._peak = np.maximum(self._peak, gauge)
+        self._held_for += dt * (self._held_for > 0)
+        self.empty &= gauge < UNEXPLAINED_PRESSURE
+        if not self._still.add(dt, pressures):
+            return
+        if self.ready:
+            self._set_known(pressures, valves)
+        elif self._still.still.all() or self._waited > LONGEST_START:
+            self.tare(pressures)
+            self.ready = True
+
+    def _set_known(self, pressures: Floats, valves: Valves) -> None:
+        at_ambient = self._still.still & self._within_zero_band()
+        for channel in np.flatnonzero((valves < 0) & at_ambient & ~self.empty).tolist():
+            self._take_offset(channel, pressures)
+            self.empty[channel] = True
+            if self.drift_correction or self._doubted[channel]:
+                self._zero(channel)
+            elif not self._held_away(channel):
+                self._zero(channel, HELD_SHARE * self._bent_at_peak(channel)[0])
+        if self._held_for.any():
+            self._wait_for_rest()
+        if self.drift_correction:
+            self._correct(self._still.still & (valves == 0) & ~self.empty, self.steady(pressures))
+
+    def _correct(self, known: Flags, pressures: Floats) -> None:
+        """Weigh the estimates of the channels `known` to be in free posture."""
+        if not known.any():
+            return
+        measured, noise = self._posture.at(pressures)
+        estimate, variance = self._observer.mass, self._total_variance()
+        mass, variance, used, far = combine(estimate, variance, measured, noise)
+        pulses = self._observer.pulses
+        self._far_since = np.where(far & (self._far_since < 0), pulses, self._far_since)
+        self._far_since = np.where(known & ~far, -1, self._far_since)
+        for channel in np.flatnonzero(known & used).tolist():
+            self._set(channel, float(mass[channel]), float(variance[channel]))
+        persistent = known & far & (pulses - self._far_since >= FAR_PULSES)
+        for channel in np.flatnonzero(persistent).tolist():
+            self._say_misfit(channel, float(estimate[channel] - measured[channel]))
+            self._set(channel, float(measured[channel]), float(noise[channel]))
+
+    # at ambient pressure
+
+    def _held_away(self, channel: int) -> bool:
+        """Whether a channel at ambient pressure holds more than drift explains: it is kept then."""
+        mass = float(self._observer.mass[channel])
+        held, kept = self._bent_at_peak(channel)
+        drift = MISFIT * float(self.drift_bound[channel]) + LEAST_MISFIT
+        if not drift + HELD_SHARE * held < mass < HELD_VOLUME * kept:
+            return False
+        variance = float(self._total_variance()[channel])
+        self._set(channel, mass, variance)  # what the noise would still make it seem to lose
+        self._held_for[channel] = TINY
+        return True
+
+    def _bent_at_peak(self, channel: int) -> tuple[float, float]:
+        """What a channel held in free posture at its highest pressure since the last zero, and what
+        of it would be left at ambient pressure if it were still bent as far [kg].
+        """
+        held, kept = self._posture.bent_at(self._peak)
+        return float(held[channel]), float(kept[channel])
+
+    def _wait_for_rest(self) -> None:
+        """Take held channels to be at rest after all, if they stay at ambient pressure."""
+        self._held_for = np.where(self.empty, self._held_for, 0.0)
+        for channel in np.flatnonzero(self._held_for > HELD_PATIENCE).tolist():
+            name, mass = self._settings.channels[channel], self._observer.mass[channel]
+            self._notes.append(
+                f"channel {name} kept {1e6 * mass:.1f} mg at ambient pressure for "
+                f"{HELD_PATIENCE:.0f} s: zeroed, as if nothing held its actuator"
+            )
+            self._zero(channel, np.inf)
+
+    def _within_zero_band(self) -> Flags:
+        reading = self._still.mean + self.offsets - self._settings.ambient
+        return np.abs(reading) < self._settings.zero_band
+
+    def _take_offset(self, channel: int, pressures: Floats) -> None:
+        """Take the channel's averaged pressure as ambient."""
+        error = float(self._still.mean[channel]) - self._settings.ambient
+        self.offsets[channel] += error
+        pressures[channel] -= error
+
+    def _zero(self, channel: int, posture: float = 0.0) -> None:
+        """Take the channel's mass as that at rest, and say when it has drifted more than it may.
+
+        `posture` [kg] is what an actuator that is held a little away from rest may hold more or
+        less than at rest: nothing, where the user says that it is free.
+        """
+        moved = self._observer.pulses[channel] > 0 or self._held_for[channel] > 0
+        if self.ready and moved and not self._doubted[channel]:
+            self._say_misfit(channel, float(self._observer.mass[channel]), posture)
+        self._set(channel, 0.0, 0.0)
+        self._held_for[channel] = 0.0
+        self._peak[channel] = 0.0
+        self._doubted[channel] = False
+
+    def _say_misfit(self, channel: int, drift: float, posture: float = 0.0) -> None:
+        """Tell the user of a `drift` [kg] that neither calibration nor `posture` [kg] explain."""
+        bound = max(MISFIT * float(self.drift_bound[channel]), LEAST_MISFIT) + posture
+        if abs(drift) > bound:
+            self._notes.append(
+                f"calibration does not fit channel {self._settings.channels[channel]}: its air "
+                f"mass had drifted by {1e6 * drift:.1f} mg, of {1e6 * bound:.1f} mg at most"
+            )
+
+    def _set(self, channel: int, mass: float, variance: float) -> None:
+        self._observer.set_mass(channel, mass)
+        self._variance[channel] = variance
+        self._far_since[channel] = -1
+
+    # tare
+
+    def tare(self, pressures: Floats) -> list[str]:
+        """Set all masses from the averaged pressures; returns the channels not at ambient.
+
+        Those have the volume of their free posture. `pressures` (n,) [Pa] are absolute; a found
+        offset is taken off in place.
+        """
+        at_ambient = self._within_zero_band()
+        masses, variances = self._posture.at(self.steady(pressures))
+        under_pressure = []
+        for channel, name in enumerate(self._settings.channels):
+            if at_ambient[channel]:
+                self._take_offset(channel, pressures)
+                self._zero(channel)
+                self.empty[channel] = True
+                continue
+            self._set(channel, float(masses[channel]), float(variances[channel]))
+            under_pressure.append(name)
+        self._still.restart()
+        if under_pressure:
+            self._notes.append(f"tared under pressure by the free volume: {under_pressure}")
+        return under_pressure

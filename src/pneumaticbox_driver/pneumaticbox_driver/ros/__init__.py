@@ -1,0 +1,1 @@
+"""The node `pneumaticbox` and its client: all of this package that imports ROS."""

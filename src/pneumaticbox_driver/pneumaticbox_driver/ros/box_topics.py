@@ -1,0 +1,216 @@
+"""The box on topics and services: commands in, states and reports out.
+
+Publishes `pneumaticbox/state` at every sample, and the sensors in turn, decimated.
+
+Publishes reports on `/diagnostics` (REP-107).
+
+Services of std_srvs whose answer is a sentence: what was done, or why not.
+"""
+
+from __future__ import annotations
+
+import array
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from numpy.typing import NDArray
+from rclpy.node import Node
+from sensor_msgs.msg import FluidPressure, JointState
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from pneumaticbox_driver.box.box import PneumaticBox
+from pneumaticbox_driver.box.commands import TrajectoryPoint
+from pneumaticbox_driver.box.diagnostics import CommandTraffic, Report
+from pneumaticbox_driver.ros.plant_topics import RELIABLE
+
+COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
+
+
+def _points(message: JointTrajectory) -> list[TrajectoryPoint]:
+    return [
+        TrajectoryPoint(
+            point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec,
+            point.positions,
+            point.velocities,
+            point.effort,
+        )
+        for point in message.points
+    ]
+
+
+class Commands:
+    """The two topics on which others say what the box shall do.
+
+    Args:
+        node: whose topics they are.
+        obey: what takes a message's names, points, stamp [s] and the present time [s], by topic.
+        now: present time of the box [s].
+        of_stamp: time of the box that a message's stamp [s] means.
+        refuse: is told why a message cannot be used.
+        accepted: is called after a message that can.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        obey: dict[str, Callable[..., None]],
+        now: Callable[[], float],
+        of_stamp: Callable[[float], float],
+        refuse: Callable[[str], None],
+        accepted: Callable[[], None],
+    ) -> None:
+        self.traffic = CommandTraffic()
+        self._obey = obey
+        self._now, self._of_stamp = now, of_stamp
+        self._refuse, self._accepted = refuse, accepted
+        self._subscriptions = {
+            topic: node.create_subscription(JointTrajectory, topic, self._taker(topic), RELIABLE)
+            for topic in obey
+        }
+
+    def count_commanders(self) -> None:
+        """See how many nodes publish commands or schedules, whichever are more."""
+        counts = [s.get_publisher_count() for s in self._subscriptions.values()]
+        self.traffic.commanders = max(counts)
+
+    def _taker(self, topic: str) -> Callable[[JointTrajectory, Any], None]:
+        def take(message: JointTrajectory, info: Any) -> None:
+            count = self._subscriptions[topic].get_publisher_count
+            sequence = info["publication_sequence_number"]
+            self.traffic.note(time.monotonic(), topic, sequence, count)
+            self._take(topic, message)
+
+        return take
+
+    def _take(self, topic: str, message: JointTrajectory) -> None:
+        stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        points, names = _points(message), message.joint_names
+        try:
+            self._obey[topic](names, points, self._of_stamp(stamp), self._now())
+        except ValueError as error:
+            self._refuse(f"{topic}: {error}")
+        else:
+            self._accepted()
+
+
+PRESSURE_RATE = 25.0  # of the FluidPressure topics [Hz]
+
+
+class StateTopics:
+    """The topics that tell of the box's state.
+
+    Args:
+        node: whose topics they are.
+        box: to tell of.
+        channel_deviation: of the channel sensors, one sigma [Pa].
+        supply_deviation: of the supply's sensor, one sigma [Pa].
+    """
+
+    def __init__(
+        self, node: Node, box: PneumaticBox, channel_deviation: float, supply_deviation: float
+    ) -> None:
+        channels = box.settings.channels
+        self._box = box
+        self._state_out = node.create_publisher(JointState, "pneumaticbox/state", RELIABLE)
+        self._state = JointState(name=list(channels))
+        names = (*channels, "supply")
+        self._pressure_out = [
+            node.create_publisher(FluidPressure, f"pneumaticbox/{name}/pressure", RELIABLE)
+            for name in names
+        ]
+        deviations = [channel_deviation] * len(channels) + [supply_deviation]
+        self._pressure = [FluidPressure(variance=deviation**2) for deviation in deviations]
+        for message, name in zip(self._pressure, names, strict=True):
+            message.header.frame_id = name
+        self._slot = 0
+
+    def publish(self, stamp: Time, pressures: NDArray[np.float64]) -> None:
+        """Publish the state after a sample of absolute pressures (n + 1,) [Pa]."""
+        self._publish_state(stamp)
+        self._publish_pressures(stamp, pressures)
+
+    def _publish_state(self, stamp: Time) -> None:
+        state, box = self._state, self._box
+        state.header.stamp = stamp
+        state.position = array.array("d", box.observer.mass.tolist())
+        state.velocity = array.array("d", box.observer.flow.tolist())
+        state.effort = array.array("d", box.gauge.tolist())
+        self._state_out.publish(state)
+
+    def _publish_pressures(self, stamp: Time, pressures: NDArray[np.float64]) -> None:
+        """Publish the sensors in turn, each at its rate, spread over the samples."""
+        n = len(self._pressure)
+        slot = int((stamp.sec + 1e-9 * stamp.nanosec) * PRESSURE_RATE * n)
+        for turn in range(max(self._slot + 1, slot - n + 1), slot + 1):
+            message = self._pressure[turn % n]
+            message.header.stamp = stamp
+            message.fluid_pressure = float(pressures[turn % n])
+            self._pressure_out[turn % n].publish(message)
+        self._slot = slot
+
+
+class DiagnosticsTopic:
+    """The node's part of `/diagnostics`.
+
+    Args:
+        node: whose it is.
+        hardware: what the reports are about.
+    """
+
+    def __init__(self, node: Node, hardware: str) -> None:
+        self._node, self._hardware = node, hardware
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE)
+
+    def publish(self, reports: Sequence[Report]) -> None:
+        """Publish the reports with the node's time."""
+        message = DiagnosticArray(status=[self._status(report) for report in reports])
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
+
+    def _status(self, report: Report) -> DiagnosticStatus:
+        return DiagnosticStatus(
+            name=f"pneumaticbox: {report.name}",
+            level=bytes([report.level]),
+            message=report.message,
+            hardware_id=self._hardware,
+            values=[KeyValue(key=key, value=value) for key, value in report.values.items()],
+        )
+
+
+def offer_triggers(node: Node, calls: dict[str, Callable[[], str]]) -> None:
+    """Offer a Trigger service `pneumaticbox/<name>` for each call.
+
+    A call returns the sentence, or raises ValueError: the service then has not succeeded.
+    """
+    for name, call in calls.items():
+        node.create_service(Trigger, f"pneumaticbox/{name}", _answering(call))
+
+
+def offer_switch(node: Node, name: str, call: Callable[[bool], str]) -> None:
+    """Offer a SetBool service `pneumaticbox/<name>`; `call` as for `offer_triggers`."""
+
+    def answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return _answer(lambda: call(request.data), response)
+
+    node.create_service(SetBool, f"pneumaticbox/{name}", answer)
+
+
+def _answering(call: Callable[[], str]) -> Callable[..., Trigger.Response]:
+    def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return _answer(call, response)
+
+    return answer
+
+
+def _answer(call: Callable[[], str], response: Any) -> Any:
+    try:
+        response.message = call()
+        response.success = True
+    except ValueError as error:
+        response.message, response.success = str(error), False
+    return response

@@ -1,0 +1,149 @@
+"""The calibration in use: from its file, or made anew on the box while the node runs."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumaticbox_driver.box.box import PneumaticBox
+from pneumaticbox_driver.box.diagnostics import Level, Report
+from pneumaticbox_driver.calibration.calibration import (
+    BoxNote,
+    ChannelCalibration,
+    check_calibration,
+    load_box_note,
+    load_calibration,
+    save_calibration,
+)
+from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
+from pneumaticbox_driver.ros.parameters import outlet_numbers
+
+Value = Callable[[str], Any]
+UNNAMED = "unnamed"
+
+
+def calibrations_of(value: Value, channels: int) -> list[ChannelCalibration]:
+    """Read the coefficients of the outlets that the channels use.
+
+    Args:
+        value: returns a parameter's value by its name.
+        channels: how many there are.
+
+    Raises:
+        ValueError: the file or the parameter outlets cannot be used.
+    """
+    outlets = outlet_numbers(value("outlets"), channels)
+    return load_calibration(value("calibration_file") or None, channels, outlets)
+
+
+class Calibrating:
+    """Starts calibrations of a box, saves what they find and has it used at once.
+
+    Args:
+        box: with the calibrations of `calibrations_of`.
+        calibrations: those.
+        value: returns a parameter's value by its name.
+
+    Raises:
+        ValueError: as `load_box_note` does.
+    """
+
+    def __init__(
+        self, box: PneumaticBox, calibrations: list[ChannelCalibration], value: Value
+    ) -> None:
+        self._box, self._value = box, value
+        self._calibrations = calibrations
+        self._source = value("calibration_file") or "that of the pretended box"
+        self._note: BoxNote = load_box_note(value("calibration_file") or None)
+        self._run: CalibrationRun | None = None
+        self._output = Path()
+        self._failure = ""
+
+    def begin(self) -> str:
+        """Begin a calibration; returns the box's sentence.
+
+        Raises:
+            ValueError: parameters that cannot be used, or the box cannot begin now.
+        """
+        volume = self._value("calibration_volume")
+        if not volume > 0:
+            raise ValueError("calibration_volume must be above 0 m3: no fixed volume is attached")
+        output = _new_file(self._value("calibration_output"))
+        channels = self._box.settings.channels
+        plan = CalibrationPlan(
+            points=self._value("calibration_points"),
+            supplies=self._value("calibration_supplies"),
+            leak_test=self._value("calibration_leak_test"),
+        )
+        run = CalibrationRun(channels, np.full(len(channels), volume), plan, aside=True)
+        done = self._box.start_calibration(run)
+        self._run, self._output, self._failure = run, output, ""
+        return done
+
+    def next(self) -> str:
+        """Go on at another supply pressure; raises ValueError when none is waited for."""
+        return self._box.calibrate_next()
+
+    def look(self) -> None:
+        """When a calibration has ended: save it and have it used, or say why it has failed."""
+        run = self._run
+        if run is None or run.state not in ("done", "failed"):
+            return
+        self._run = None
+        if run.state == "done":
+            self._use(run)
+        else:
+            self._failure = f"calibration failed: {run.message}"
+            self._box.notes.append(self._failure)
+
+    def _use(self, run: CalibrationRun) -> None:
+        self._calibrations = run.result
+        self._box.set_calibrations(self._calibrations)
+        box, volume = self._value("box") or UNNAMED, self._value("calibration_volume")
+        ambient = self._box.settings.ambient
+        try:
+            save_calibration(self._output, box, self._calibrations, volume, ambient)
+            self._note = load_box_note(self._output)
+            self._source = str(self._output)
+        except OSError as error:
+            self._failure = f"the new calibration is in use, but was not saved: {error}"
+            self._box.notes.append(self._failure)
+
+    def report(self) -> Report:
+        """Report what is in use, what speaks against it, and how a calibration goes on."""
+        report = Report("calibration")
+        report.values = {
+            "file": self._source,
+            "box": self._note.box,
+            "date": self._note.date,
+            "version": self._note.version,
+        }
+        box, expected = self._note.box, self._value("box")
+        supply = self._box.supply - self._box.settings.ambient if self._box.ready else None
+        names = self._box.settings.channels
+        for warning in check_calibration(names, self._calibrations, box, expected, supply):
+            report.raise_to(Level.WARN, warning)
+        if self._failure:
+            report.raise_to(Level.WARN, self._failure)
+        if self._run is not None:
+            self._report_run(self._run, report)
+        return report
+
+    def _report_run(self, run: CalibrationRun, report: Report) -> None:
+        report.values["state"] = run.state
+        report.values["progress"] = f"{100 * run.progress:.0f} %"
+        report.level = Level.WARN if run.state == "waiting" else Level.OK
+        report.message = run.message
+
+
+def _new_file(given: str) -> Path:
+    """The file to write; raises ValueError if there is none or it cannot be written."""
+    if not given:
+        raise ValueError("calibration_output must be the path of a new file, got ''")
+    path = Path(given).expanduser()
+    if path.exists():
+        raise ValueError(f"calibration_output: expected a new file, got {path}, which exists")
+    if not path.parent.is_dir():
+        raise ValueError(f"calibration_output: expected a folder {path.parent}, which is missing")
+    return path

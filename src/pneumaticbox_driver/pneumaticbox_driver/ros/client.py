@@ -1,0 +1,465 @@
+"""A client of the driver for scripts: configure, run, schedule, monitor, stop.
+
+A node in a ROS context of its own, which hears others only while it waits.
+
+A client of the driver for scripts: configure, run, schedule, monitor, stop.
+
+from pneumaticbox_driver.ros.client import PneumaticboxClient
+
+with PneumaticboxClient() as box:
+    box.configure(control_mode="mass")
+    box.run({"a": 2e-5}, times=1.0)
+    for state in box.monitor(2.0):
+        print(state.time, state.mass["a"], state.pressure["a"])
+    box.stop()
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import rclpy
+from builtin_interfaces.msg import Duration, Time
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+from rclpy.client import Client
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from pneumaticbox_driver.box.commands import FIELDS
+
+
+class PneumaticboxError(RuntimeError):
+    """The box refuses something, has vented or does not answer; the message is its sentence."""
+
+
+@dataclass(frozen=True)
+class BoxState:
+    """State of the box at one sample, by channel.
+
+    `time` is the stamp [s], `mass` estimated above the fill at rest [kg], `flow` into the channel
+    [kg/s], `pressure` gauge [Pa].
+    """
+
+    time: float
+    mass: Mapping[str, float]
+    flow: Mapping[str, float]
+    pressure: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A status of `/diagnostics`: level (0 well, 1 warning, 2 error), sentence, figures."""
+
+    level: int
+    message: str
+    values: Mapping[str, str]
+
+
+class Complaints:
+    """Finds in the diagnoses what the user of a client must hear of.
+
+    That is a vent that was not asked for, and messages that have been refused since the beginning.
+    """
+
+    def __init__(self) -> None:
+        self.vent_wanted = False
+        self._refusals: int | None = None
+
+    def of(self, diagnoses: Mapping[str, Diagnosis]) -> str:
+        """Say what is wrong by the newest diagnoses by name, "" for nothing."""
+        safety, commands = diagnoses.get("safety"), diagnoses.get("commands")
+        refused = "" if commands is None else self._refused(commands)
+        if safety is not None and safety.level > 1 and not self.vent_wanted:
+            return safety.message
+        return refused
+
+    def _refused(self, commands: Diagnosis) -> str:
+        count = int(commands.values.get("refused messages", 0))
+        new = self._refusals is not None and count > self._refusals
+        self._refusals = count
+        return commands.message if new and commands.level > 0 else ""
+
+
+class Link:
+    """Waits, listens and calls, with a limit to its patience.
+
+    Args:
+        patience: for whatever is waited for [s].
+        domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
+        name: of the node.
+    """
+
+    def __init__(self, patience: float, domain: int | None, name: str) -> None:
+        self._patience = patience
+        self._heard = 0  # messages so far
+        self._context = Context()
+        rclpy.init(
+            context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
+        )
+        self.node = Node(name, context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+
+    @property
+    def now(self) -> float:
+        """Time of the node's clock [s]."""
+        return float(self.node.get_clock().now().nanoseconds * 1e-9)
+
+    def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], depth: int) -> None:
+        """Have `callback` called with each message of a topic; `depth` of them may wait."""
+
+        def hear(message: Any) -> None:
+            self._heard += 1
+            callback(message)
+
+        self.node.create_subscription(kind, topic, hear, QoSProfile(depth=depth))
+
+    def wait(self, condition: Callable[[], Any], silence: str) -> None:
+        """Listen until the condition holds.
+
+        Raises:
+            PneumaticboxError: it never does; `silence` says what is wrong then.
+        """
+        end = time.monotonic() + self._patience
+        while not condition():
+            if time.monotonic() > end:
+                raise PneumaticboxError(f"{silence} (waited {self._patience:g} s)")
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def drain(self) -> None:
+        """Hear what waits already."""
+        before = -1
+        while before != self._heard:
+            before = self._heard
+            self._executor.spin_once(timeout_sec=0.0)
+
+    def call(self, client: Client, request: Any) -> Any:
+        """Call a service and wait for its response; raises as `wait` does."""
+        self.wait(client.service_is_ready, f"no driver offers {client.srv_name}")
+        future = client.call_async(request)
+        self.wait(future.done, f"{client.srv_name} does not answer")
+        return future.result()
+
+    def close(self) -> None:
+        """End the node."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self._context)
+
+
+__all__ = ["PneumaticboxClient", "PneumaticboxError"]
+MODES, SIM_TIME = "control_mode", "use_sim_time"
+PREFIX = "pneumaticbox: "  # of the driver's names in /diagnostics
+KEPT = 5000  # states that wait for `monitor`, 10 s at 500 Hz
+TRIGGERS = ("vent", "tare", "reset", "calibrate", "calibrate_next")
+COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
+
+
+class PneumaticboxClient:
+    """Speaks to one driver; a context manager. It hears the box only while one of its calls runs.
+
+    Args:
+        patience: for the driver to be found and to answer [s].
+        domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
+        name: of the client's node.
+
+    Raises:
+        PneumaticboxError: no driver is found.
+    """
+
+    def __init__(
+        self, patience: float = 10.0, domain: int | None = None, name: str = "pneumaticbox_client"
+    ) -> None:
+        self._link = Link(patience, domain, name)
+        self._states: deque[BoxState] = deque(maxlen=KEPT)
+        self._state: BoxState | None = None
+        self._complaints = Complaints()
+        self._complaint = ""
+        self._modes: tuple[str, ...] = ()
+        self.diagnostics: dict[str, Diagnosis] = {}  # newest, by name: safety, channel a ...
+        try:
+            self._connect()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> PneumaticboxClient:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave; the box goes on with what it was told."""
+        self._link.close()
+
+    def _connect(self) -> None:
+        link, node = self._link, self._link.node
+        link.listen(JointState, "pneumaticbox/state", self._on_state, depth=1000)
+        link.listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, depth=50)
+        self._out = {
+            topic: node.create_publisher(JointTrajectory, topic, 10)
+            for topic in (COMMAND, SCHEDULE)
+        }
+        self._clients = {
+            name: node.create_client(Trigger, f"pneumaticbox/{name}") for name in TRIGGERS
+        }
+        self._clients["enable"] = node.create_client(SetBool, "pneumaticbox/enable")
+        for name, kind in (("get", GetParameters), ("set", SetParametersAtomically)):
+            suffix = "_atomically" if name == "set" else ""
+            service = f"pneumaticbox/{name}_parameters{suffix}"
+            self._clients[name] = node.create_client(kind, service)
+        link.wait(lambda: self._state is not None, "no driver publishes pneumaticbox/state")
+        link.wait(lambda: "safety" in self.diagnostics, "the driver does not report itself")
+        everyone = self._out.values()
+        link.wait(lambda: all(p.get_subscription_count() for p in everyone), "no driver listens")
+        modes, simulated = self._parameters(MODES, SIM_TIME)
+        self._modes = self._spread(modes)
+        node.set_parameters([Parameter(SIM_TIME, value=simulated)])
+
+    # what the box says
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels, in the order of the outlets."""
+        return tuple(self.state.mass)
+
+    @property
+    def modes(self) -> dict[str, str]:
+        """Control modes by channel, as far as this client knows."""
+        return dict(zip(self.channels, self._modes, strict=True))
+
+    @property
+    def state(self) -> BoxState:
+        """The state that was heard last."""
+        self._link.drain()
+        return self._state
+
+    @property
+    def now(self) -> float:
+        """Present time of the driver's clock, simulated or not [s]."""
+        self._link.drain()
+        return self._link.now
+
+    def monitor(self, duration: float = math.inf) -> Iterator[BoxState]:
+        """Yield every state from now on, until `duration` [s] of the box's time has passed.
+
+        Raises:
+            PneumaticboxError: the box has vented unasked or refused a message, or falls silent.
+        """
+        self._link.drain()
+        self._states.clear()
+        end = math.nan
+        while True:
+            self._link.wait(lambda: self._states, "the driver has fallen silent")
+            self._raise_complaint()
+            while self._states:
+                state = self._states.popleft()
+                end = state.time + duration if math.isnan(end) else end
+                if state.time > end:
+                    return
+                yield state
+
+    # what the box shall do
+
+    def configure(self, **parameters: Any) -> None:
+        """Set parameters of the driver, all of them or none.
+
+        `control_mode` is one mode for all channels, or a list, or modes by channel; others stay.
+
+        Raises:
+            PneumaticboxError: the driver refuses one; the message says why.
+        """
+        if MODES in parameters:
+            parameters[MODES] = list(self._spread(parameters[MODES]))
+        values = [Parameter(name, value=value) for name, value in parameters.items()]
+        request = SetParametersAtomically.Request(
+            parameters=[value.to_parameter_msg() for value in values]
+        )
+        answer = self._link.call(self._clients["set"], request)
+        if not answer.result.successful:
+            raise PneumaticboxError(answer.result.reason)
+        self._modes = tuple(parameters.get(MODES, self._modes))
+
+    def run(
+        self,
+        targets: Mapping[str, float | Sequence[float]],
+        times: float | Sequence[float] = 0.0,
+        start: float = 0.0,
+    ) -> None:
+        """Bring channels to targets in straight lines; the quantity is that of their mode.
+
+        Args:
+            targets: by channel, a value for each of `times`: air mass above rest [kg], mass flow
+                [kg/s], gauge pressure [Pa] or volume above rest [m3].
+            times: when they are to be reached [s] after the start; at 0 it is a step.
+            start: of the driver's clock [s]; 0 for now.
+
+        Raises:
+            PneumaticboxError: a message has been refused before, or the box has vented.
+            ValueError: unknown channel, or values that do not go with the times.
+        """
+        columns = np.column_stack([np.atleast_1d(values) for values in targets.values()])
+        moments = np.atleast_1d(times)
+        if len(moments) != len(columns):
+            raise ValueError(f"times must have {len(columns)} entries, got {len(moments)}")
+        names = list(targets)
+        rows = zip(moments.tolist(), columns.tolist(), strict=True)
+        points = [self._point(names, moment, row) for moment, row in rows]
+        self._send(COMMAND, names, points, start)
+
+    def schedule(
+        self, events: Mapping[str, Sequence[tuple[float, int]]], start: float = 0.0
+    ) -> None:
+        """Schedule the valves of channels in mode time, ahead or from now on.
+
+        Args:
+            events: by channel, (time after the start [s], +1 inflate, -1 deflate or 0 closed).
+            start: of the driver's clock [s]; 0 for now.
+
+        Raises:
+            PneumaticboxError, ValueError: as `run`.
+        """
+        for name, course in events.items():
+            points = [
+                JointTrajectoryPoint(positions=[float(valve)], time_from_start=_duration(moment))
+                for moment, valve in course
+            ]
+            self._send(SCHEDULE, [name], points, start)
+
+    def stop(self) -> str:
+        """Close the valves and drop all targets, until `start`; returns the box's sentence."""
+        return self._answer("enable", SetBool.Request(data=False))
+
+    def start(self) -> str:
+        """Take commands again after `stop`."""
+        return self._answer("enable", SetBool.Request(data=True))
+
+    def vent(self) -> str:
+        """Open all outlets, until `reset`."""
+        self._complaints.vent_wanted = True
+        return self._trigger("vent")
+
+    def reset(self) -> str:
+        """Leave the safe state."""
+        done = self._trigger("reset")
+        self.diagnostics.pop("safety", None)
+        self._complaints.vent_wanted, self._complaint = False, ""
+        return done
+
+    def tare(self) -> str:
+        """Set the air masses from the pressures: the hand stands in its rest posture."""
+        return self._trigger("tare")
+
+    def calibrate(self) -> str:
+        """Begin a calibration; `diagnostics["calibration"]` shows how it goes on."""
+        return self._trigger("calibrate")
+
+    def calibrate_next(self) -> str:
+        """Go on with the calibration: the supply regulator has been turned."""
+        return self._trigger("calibrate_next")
+
+    # beneath
+
+    def _on_state(self, message: JointState) -> None:
+        names = message.name
+        self._state = BoxState(
+            _seconds(message.header.stamp),
+            dict(zip(names, message.position, strict=True)),
+            dict(zip(names, message.velocity, strict=True)),
+            dict(zip(names, message.effort, strict=True)),
+        )
+        self._states.append(self._state)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        own = [status for status in message.status if status.name.startswith(PREFIX)]
+        for status in own:
+            values = {pair.key: pair.value for pair in status.values}
+            level = int.from_bytes(status.level, "little")
+            name = status.name.removeprefix(PREFIX)
+            self.diagnostics[name] = Diagnosis(level, status.message, values)
+        if own:
+            self._complaint = self._complaints.of(self.diagnostics) or self._complaint
+
+    def _raise_complaint(self) -> None:
+        complaint, self._complaint = self._complaint, ""
+        if complaint:
+            raise PneumaticboxError(complaint)
+
+    def _spread(self, modes: str | Sequence[str] | Mapping[str, str]) -> tuple[str, ...]:
+        """Modes of all channels, in order."""
+        if isinstance(modes, Mapping):
+            self._check_channels(modes)
+            return tuple(modes.get(name, mode) for name, mode in self.modes.items())
+        listed = (modes,) if isinstance(modes, str) else tuple(modes)
+        return listed * len(self.channels) if len(listed) == 1 else listed
+
+    def _check_channels(self, names: Mapping[str, Any] | Sequence[str]) -> None:
+        unknown = [name for name in names if name not in self.channels]
+        if unknown:
+            raise ValueError(f"channels must be of {list(self.channels)}, got {unknown}")
+
+    def _point(
+        self, names: Sequence[str], moment: float, values: Sequence[float]
+    ) -> JointTrajectoryPoint:
+        """A point with the fields that the channels' modes read."""
+        self._check_channels(names)
+        fields = {FIELDS[self.modes[name]] for name in names}
+        filled = dict.fromkeys(fields, values)
+        return JointTrajectoryPoint(time_from_start=_duration(moment), **filled)
+
+    def _send(
+        self, topic: str, names: list[str], points: list[JointTrajectoryPoint], start: float
+    ) -> None:
+        self._link.drain()
+        self._raise_complaint()
+        self._check_channels(names)
+        message = JointTrajectory(joint_names=names, points=points)
+        message.header.stamp = Time(**_split(start))
+        self._out[topic].publish(message)
+
+    def _trigger(self, name: str) -> str:
+        return self._answer(name, Trigger.Request())
+
+    def _answer(self, name: str, request: Any) -> str:
+        answer = self._link.call(self._clients[name], request)
+        if not answer.success:
+            raise PneumaticboxError(answer.message)
+        return str(answer.message)
+
+    def _parameters(self, *names: str) -> list[Any]:
+        answer = self._link.call(self._clients["get"], GetParameters.Request(names=list(names)))
+        return [parameter_value_to_python(value) for value in answer.values]
+
+
+def _seconds(stamp: Time) -> float:
+    return stamp.sec + 1e-9 * stamp.nanosec
+
+
+def _split(seconds: float) -> dict[str, int]:
+    whole, nano = divmod(round(seconds * 1e9), 10**9)
+    return {"sec": whole, "nanosec": nano}
+
+
+def _duration(seconds: float) -> Duration:
+    return Duration(**_split(seconds))

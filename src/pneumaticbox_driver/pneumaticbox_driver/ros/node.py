@@ -1,0 +1,370 @@
+"""The node `pneumaticbox`: control of the channels' air, its services and its safety."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import math
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Any
+
+import numpy as np
+import rclpy
+from builtin_interfaces.msg import Time
+from numpy.typing import NDArray
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.exceptions import ParameterException
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from pneumaticbox_driver.backends.board import Board, open_board
+from pneumaticbox_driver.backends.loop import DeadlineLoop, SteadyClock, set_priority
+from pneumaticbox_driver.box.box import PneumaticBox
+from pneumaticbox_driver.box.diagnostics import LinkState, NoteThrottle, ValveActivity, box_reports
+from pneumaticbox_driver.ros.box_topics import (
+    COMMAND,
+    SCHEDULE,
+    Commands,
+    DiagnosticsTopic,
+    StateTopics,
+    offer_switch,
+    offer_triggers,
+)
+from pneumaticbox_driver.ros.calibration_service import Calibrating, calibrations_of
+from pneumaticbox_driver.ros.executor import Turns
+from pneumaticbox_driver.ros.parameters import (
+    SIM_TIME,
+    box_settings,
+    check_backend,
+    choose_clock,
+    declare_parameters,
+    sim_time_ignored,
+    usage,
+)
+from pneumaticbox_driver.ros.plant_topics import ClockPulse, SampleFeed, ValvesOut
+from pneumaticbox_driver.safety import SampleWatch
+from pneumaticbox_driver.settings import per_channel
+
+SWITCH_INTERVAL = (
+    0.001  # after which a calibration's fit, in a thread, lets the control step run [s]
+)
+SERVE_PERIOD = 0.01  # wall time between looks at commands and services, when none wait [s]
+SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
+WAIT = 0.01  # for a sample, before others are served [s]
+SWITCHES = {"drift_correction", "leak_model"}  # of the box, set by parameters of their names
+VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
+REPORT_PERIOD = 1.0  # wall time between diagnostics (REP-107) [s]
+FAREWELL = 0.3  # wall time for the last valves to arrive [s]
+
+
+class PneumaticBoxNode(Node):
+    """ROS around the pneumatic box; one thread answers samples and serves the rest in between."""
+
+    def __init__(self) -> None:
+        super().__init__("pneumaticbox")
+        declare_parameters(self)
+        self.backend = check_backend(self._value("backend"))
+        settings = box_settings(self._value)
+        channels = settings.channels
+        calibrations = calibrations_of(self._value, len(channels))
+        self.box = PneumaticBox(settings, calibrations)
+        self._calibrating = Calibrating(self.box, calibrations, self._value)
+        for name in SWITCHES:
+            setattr(self.box, name, self._value(name))
+        self.board = open_board(self.backend, settings, self._value)
+        self.link = LinkState(clock_warning=choose_clock(self, self.backend))
+        self.steady = SteadyClock()
+        self._throttle = NoteThrottle()
+        self._watch = SampleWatch()
+        self._activity = ValveActivity(len(channels))
+        self._stamp = Time()
+        self._told: NDArray[np.int8] = np.zeros(len(channels), dtype=np.int8)
+        self._told_at = -math.inf
+        self._board_begin = math.nan  # of the board's clock, on the steady one [s]
+        self._next_turn = self._reported = 0.0
+        self._create_topics(channels)
+        self._create_services()
+        self._take_priority()
+        self.add_on_set_parameters_callback(self._on_parameters)
+        self._turns = Turns(self)
+
+    def _take_priority(self) -> None:
+        priority = self._value("real_time_priority")
+        if priority and not set_priority(priority):
+            self.get_logger().warning("real_time_priority: not granted, scheduling is ordinary")
+
+    def _value(self, name: str) -> Any:
+        return self.get_parameter(name).value
+
+    def _create_topics(self, channels: tuple[str, ...]) -> None:
+        self._feed = SampleFeed(self, channels) if self.board is None else None
+        self._valves = ValvesOut(self, channels)
+        self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
+        deviations = self._value("channel_deviation"), self._value("supply_deviation")
+        self._state = StateTopics(self, self.box, *deviations)
+        self._diagnostics = DiagnosticsTopic(self, f"pneumaticbox/{self.backend}")
+        obey = {COMMAND: self.box.command, SCHEDULE: self.box.schedule_valves}
+        self._commands = Commands(
+            self, obey, self._box_time, self._of_stamp, self._refuse, self.link.accept
+        )
+        self.link.traffic = self._commands.traffic
+
+    def _create_services(self) -> None:
+        offer_switch(self, "enable", self._enable)
+        calls: dict[str, Callable[[], str]] = {
+            "vent": self._vent,
+            "tare": self.box.tare,
+            "reset": self._reset,
+            "calibrate": self._calibrating.begin,
+            "calibrate_next": self._calibrating.next,
+        }
+        offer_triggers(self, calls)
+
+    # time
+
+    def _node_time(self) -> float:
+        """Time by which samples are missed [s]: of the plant, or steady beside the wall clock."""
+        if self.board is not None:
+            return self.steady.now()
+        return self.get_clock().now().nanoseconds * 1e-9
+
+    def _box_time(self) -> float:
+        return self.box.time if self._watch.started else self._node_time()
+
+    def _of_stamp(self, stamp: float) -> float:
+        return stamp if self.board is None else self.steady.of_stamp(stamp)
+
+    # what comes in
+
+    def _refuse(self, reason: str) -> None:
+        """Name a message that cannot be used, in the log and in /diagnostics; it has no effect."""
+        self.link.refuse(reason, time.monotonic())
+        self.get_logger().warning(f"refused {reason}", throttle_duration_sec=1.0)
+
+    def _on_parameters(self, parameters: Sequence[rclpy.Parameter]) -> SetParametersResult:
+        values = {parameter.name: parameter.value for parameter in parameters}
+        try:
+            self._check_change(values)
+            if "control_mode" in values:
+                given = per_channel("control_mode", values["control_mode"], len(self.box.modes))
+                self.box.set_modes(given)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        for name in SWITCHES & values.keys():
+            setattr(self.box, name, values[name])
+        if "embedded_supply" in values:
+            self.board.set_supply(values["embedded_supply"])
+        return SetParametersResult(successful=True)
+
+    def _check_change(self, values: dict[str, Any]) -> None:
+        if values.get(SIM_TIME) and self.board is not None:
+            raise ValueError(sim_time_ignored(self.backend))
+        supply = values.get("embedded_supply")
+        if supply is not None and self.backend != "embedded":
+            raise ValueError(f"embedded_supply: expected backend embedded, got {self.backend}")
+        if supply == 0:
+            raise ValueError("embedded_supply must be above 0 Pa to change it, got 0")
+
+    def _enable(self, on: bool) -> str:
+        done = self.box.enable(on)
+        self.link.accept()
+        return done
+
+    def _vent(self) -> str:
+        self.box.vent()
+        return "all outlets open until pneumaticbox/reset"
+
+    def _reset(self) -> str:
+        done = self.box.reset()
+        self.link.accept()
+        return done
+
+    # samples
+
+    def serve_samples(self, timeout: float) -> None:
+        """Answer the next sample of the topic backend, if one comes within `timeout` [s]."""
+        sample = self._feed.take(timeout)
+        if sample is None:
+            return
+        try:
+            pressures = self._feed.pressures(sample)
+        except ValueError as error:
+            self._refuse(f"pneumaticbox/sensors: {error}")
+            return
+        stamp = sample.header.stamp
+        self.on_sample(stamp.sec + 1e-9 * stamp.nanosec, stamp, pressures)
+
+    def serve_board(self, board: Board) -> None:
+        """Read the board that this process drives and answer it; its failure vents."""
+        try:
+            pressures = board.read()
+            if math.isnan(self._board_begin):
+                self._board_begin = self.steady.now() - board.time
+            stamp = self.get_clock().now().to_msg()
+            board.command(self.on_sample(self._board_begin + board.time, stamp, pressures))
+        except (ValueError, OSError) as error:
+            self._fault(f"backend {self.backend}: {error}")
+
+    def on_sample(
+        self, now: float, stamp: Time, pressures: NDArray[np.float64]
+    ) -> NDArray[np.int8]:
+        """Answer a sample at the box's time `now` [s], stamped by the node's clock.
+
+        `pressures` are absolute, of the channels, then of the supply (n + 1,) [Pa].
+        """
+        valves = self.box.on_sample(now, pressures)
+        self._stamp = stamp
+        self._answer(stamp, valves)
+        self._watch.heard(self._node_time(), time.monotonic())
+        self.link.samples += 1
+        self._state.publish(stamp, pressures)
+        return valves
+
+    def _answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
+        """Publish valves: each answer for a plant on topics, else what changes, for others."""
+        now = time.monotonic()
+        told = now - self._told_at < VALVES_PERIOD and (valves == self._told).all()
+        if self.board is not None and told:
+            return
+        self._told, self._told_at = valves, now
+        self._valves.answer(stamp, valves)
+
+    # everything else
+
+    def serve_others(self, slack: float = SERVE_SLICE) -> None:
+        """Serve commands, services and parameters, watch the sensors, report: when it is time.
+
+        Args:
+            slack: for how long that may take [s].
+        """
+        now = time.monotonic()
+        if now < self._next_turn:
+            return
+        more = self._turns.serve(min(SERVE_SLICE, slack))
+        self._next_turn = now if more else now + SERVE_PERIOD
+        self._watch_sensors(now)
+        self._calibrating.look()
+        self._activity.note(self.box.time, self.box.openings)
+        if now - self._reported >= REPORT_PERIOD:
+            self._reported = now
+            self._turns.serve_rest()
+            self._report(now)
+            gc.collect(1)
+
+    def _watch_sensors(self, now: float) -> None:
+        if self._clock_pulse is not None:
+            self._clock_pulse.look(now)
+            self.link.paused = self._clock_pulse.paused(now)
+            self.link.clock_stands = self._clock_pulse.stands(now)
+        self.link.sensors_seen = self._watch.started
+        reason = self._watch.silence(self._node_time(), now, self.link.paused)
+        if reason is not None:
+            self._fault(reason)
+
+    def _fault(self, reason: str) -> None:
+        """Vent for what the box cannot see itself, until there are samples and a reset."""
+        self.box.sensors_sound = False
+        if reason not in self.box.latch.reasons:
+            self.box.vent(reason)
+            text = f"{reason}: venting until pneumaticbox/reset"
+            self.get_logger().error(text, throttle_duration_sec=1.0)
+            self.command_vent()
+
+    def command_vent(self) -> None:
+        """Command open outlets at once, without a sample to answer."""
+        valves = np.full(len(self.box.settings.channels), -1, dtype=np.int8)
+        self._valves.answer(self._stamp, valves)
+        if self.board is not None:
+            # a board that cannot be commanded has said so already
+            with contextlib.suppress(ValueError, OSError):
+                self.board.command(valves)
+
+    def close(self) -> None:
+        """Leave the outlets open and go."""
+        self.command_vent()
+        if self.board is not None:
+            with contextlib.suppress(ValueError, OSError):
+                self.board.close()
+        self._valves.flush(FAREWELL)
+        self._turns.close()
+        self.destroy_node()
+
+    def _report(self, now: float) -> None:
+        for note in self._throttle.due(self.box.notes, now):
+            self.get_logger().warning(note)
+        self.box.notes.clear()
+        self.link.forget_refused(now)
+        if self._feed is not None:
+            self.link.simulators = self._feed.publishers()
+        self._commands.count_commanders()
+        self.link.storm = self._commands.traffic.storm(now)
+        reports = box_reports(self.box, self.link, self._activity)
+        self._diagnostics.publish([*reports, self._calibrating.report()])
+
+
+def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
+    """Answer the samples of the topic backend until `stop` is set."""
+    while not stop.is_set():
+        node.serve_samples(WAIT)
+        node.serve_others()
+
+
+def run_board(
+    node: PneumaticBoxNode, board: Board, stop: threading.Event, loop: DeadlineLoop | None = None
+) -> None:
+    """Read and answer the board at a fixed rate until `stop` is set.
+
+    `loop` gives the rate; None takes that of the parameter embedded_rate.
+    """
+    loop = loop or DeadlineLoop(1 / node.get_parameter("embedded_rate").value)
+
+    def step() -> None:
+        node.serve_board(board)
+        node.serve_others(loop.slack)
+
+    loop.run(step, stop)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; 0 then, 2 for what cannot be used or is not there."""
+    given = sys.argv[1:] if args is None else args
+    if {"-h", "--help"} & set(given):
+        print(usage())
+        return 0
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    stop = threading.Event()
+
+    def end(_: int, __: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    node, status = None, 0
+    try:
+        node = PneumaticBoxNode()
+        gc.freeze()
+        sys.setswitchinterval(SWITCH_INTERVAL)
+        gc.disable()  # a collection would come in the middle of a sample; see serve_others
+        if node.board is None:
+            run_topic(node, stop)
+        else:
+            run_board(node, node.board, stop)
+    except (ValueError, OSError, ParameterException) as error:
+        print(f"pneumaticbox: {error}", file=sys.stderr)
+        status = 2
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
+        if node is not None:
+            node.close()
+        rclpy.try_shutdown()
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

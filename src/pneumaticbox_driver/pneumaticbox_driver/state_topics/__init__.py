@@ -1,1 +1,0 @@
-"""Publishes what the box knows at every sample."""

@@ -1,1 +1,0 @@
-"""Serves what comes in by turns, without an executor."""

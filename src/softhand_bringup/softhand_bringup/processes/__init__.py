@@ -1,0 +1,1 @@
+"""The suite's processes: their commands, their environment, start and end, waiting."""

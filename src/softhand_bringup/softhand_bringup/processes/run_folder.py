@@ -1,0 +1,81 @@
+"""A folder of its own for every run, signals and exit statuses: what commands share that play on
+the bench.
+
+What commands that play something on the bench share: a run folder, signals, exit statuses.
+"""
+
+from __future__ import annotations
+
+import itertools
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from threading import Event
+
+from softhand_bringup.processes.launcher import NodeDied
+from softhand_bringup.processes.waiting import Interrupted, RunFailed
+
+
+def make_run_folder(out: Path, prefix: str = "demo") -> Path:
+    """Make `out/demo-<time>` and let the link `out/demo` point to it.
+
+    Raises:
+        OSError: the folder cannot be made or written.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    stem = time.strftime(f"{prefix}-%Y%m%d-%H%M%S")
+    for number in itertools.count(1):
+        folder = out / (stem if number == 1 else f"{stem}-{number}")
+        try:
+            folder.mkdir()
+            break
+        except FileExistsError:
+            continue
+    _point(out / prefix, folder.name)
+    return folder
+
+
+def _point(link: Path, target: str) -> None:
+    """Replace a symbolic link in one step, so that it never points nowhere."""
+    fresh = link.with_name(f".{link.name}-{target}")
+    fresh.symlink_to(target)
+    fresh.replace(link)
+
+
+Say = Callable[[str], None]
+
+
+def run_command(name: str, out: Path, play: Callable[[Path, Say, Event], bool]) -> int:
+    """Play in a fresh folder `out/name-<time>` until the end, or until SIGINT or SIGTERM.
+
+    Args:
+        name: of the command; begins every line that it prints.
+        out: folder of all runs.
+        play: gets the folder, what prints a line at once, and an event that is set when the user
+            wants to end; tells whether it came out well.
+
+    Returns:
+        Exit status: 0 came out well; 1 did not, or failed; 2 nothing could be started; 130
+        interrupted.
+    """
+
+    def say(line: str) -> None:
+        print(f"{name}: {line}", flush=True)
+
+    try:
+        folder = make_run_folder(out, name)
+    except OSError as error:
+        say(f"cannot write {error.filename or out}: {error.strerror}")
+        return 2
+    stopped = Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    try:
+        return 0 if play(folder, say, stopped) else 1
+    except (RunFailed, NodeDied, ValueError, OSError) as error:
+        say(str(error))
+        return 1
+    except Interrupted:
+        say(f"interrupted; what was recorded is in {folder}")
+        return 130

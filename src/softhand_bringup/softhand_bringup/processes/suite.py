@@ -1,0 +1,149 @@
+"""The nodes of the suite as commands, and the environment in which they run.
+
+The nodes of the suite as commands: simulator, driver, sequencer, monitor, and the recorder.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+
+from softhand_bringup.processes.launcher import NodeCommand, ParameterValue
+
+
+def discovery_profile() -> Path:
+    """Fast DDS profile with which late joiners are found within 0.3 s."""
+    return Path(str(files("softhand_bringup") / "data" / "fastdds.xml"))
+
+
+def node_environment(log_folder: Path, domain: int | None = None) -> dict[str, str]:
+    """Environment variables for a node; what the user has set stands.
+
+    Args:
+        log_folder: where ROS writes its log files.
+        domain: ROS_DOMAIN_ID; None keeps the user's.
+
+    >>> node_environment(Path("log"), domain=7)["ROS_DOMAIN_ID"]
+    '7'
+    """
+    environment = dict(os.environ)
+    environment.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    environment.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(discovery_profile()))
+    environment["ROS_LOG_DIR"] = str(log_folder)
+    environment["PYTHONUNBUFFERED"] = "1"
+    # several processes share the cores: numpy must not start one thread per core in each
+    environment.setdefault("OMP_NUM_THREADS", "1")
+    environment.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if domain is not None:
+        environment["ROS_DOMAIN_ID"] = str(domain)
+    return environment
+
+
+@dataclass(frozen=True)
+class SuiteOptions:
+    """What is simulated.
+
+    Args:
+        hand, object, scene: names of shipped descriptions, or paths of files.
+        strategy: what `grasp/surface_constrained` runs, by name or by the path of its file.
+        model: model file of the physics; empty takes the one that the simulator ships with.
+        friction: file with pairs of materials on top of the shipped table; empty for none.
+        wall_inclination: of the scene's wall [deg]; None: as the scene has it.
+        object_offset: shift of the object from its place, x and y [m].
+        object_mass_scale: factor on the object's mass [-].
+        seed: of the sensors' noise and the valves' delays.
+        step: physics step [s].
+        real_time_factor: upper bound of simulated over wall time; 0: as fast as it goes.
+        gui: open PyBullet's window.
+    """
+
+    hand: str = "rbo_hand_2"
+    object: str = "cylinder"
+    scene: str = "table"
+    strategy: str = "surface_constrained"
+    model: str = ""
+    friction: str = ""
+    wall_inclination: float | None = None
+    object_offset: Sequence[float] = field(default=(0.0, 0.0))
+    object_mass_scale: float = 1.0
+    seed: int = 0
+    step: float = 0.002
+    real_time_factor: float = 0.0
+    gui: bool = False
+
+
+def simulator(options: SuiteOptions) -> NodeCommand:
+    """The node `hand_sim`."""
+    parameters: dict[str, ParameterValue] = {
+        "hand": options.hand,
+        "object": options.object,
+        "scene": options.scene,
+        "object_offset": [float(x) for x in options.object_offset],
+        "object_mass_scale": float(options.object_mass_scale),
+        "seed": options.seed,
+        "step": float(options.step),
+        "real_time_factor": float(options.real_time_factor),
+        "gui": options.gui,
+    }
+    if options.model:
+        parameters["model_file"] = options.model
+    if options.friction:
+        parameters["friction_file"] = options.friction
+    if options.wall_inclination is not None:
+        parameters["wall_inclination"] = float(options.wall_inclination)
+    return NodeCommand("hand_sim", "pneuflex_sim.ros.node", parameters)
+
+
+def driver(options: SuiteOptions) -> NodeCommand:
+    """The node `pneumaticbox`, on the simulator's plant."""
+    parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    return NodeCommand("driver", "pneumaticbox_driver.ros.node", parameters)
+
+
+def sequencer(options: SuiteOptions) -> NodeCommand:
+    """The node `grasp_sequencer`."""
+    parameters: dict[str, ParameterValue] = {
+        "hand": options.hand,
+        "strategy.surface_constrained": options.strategy,
+        "use_sim_time": True,
+    }
+    return NodeCommand("sequencer", "grasp_strategies.ros.node", parameters)
+
+
+def monitor(
+    options: SuiteOptions, further: Mapping[str, ParameterValue] | None = None
+) -> NodeCommand:
+    """The node `monitor`, with the model of the options, whatever the simulator has, and further
+    parameters of its own.
+    """
+    parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    parameters.update(further or {})
+    if options.model:
+        parameters["model_file"] = options.model
+    return NodeCommand("monitor", "model_lab.ros.monitor", parameters)
+
+
+def recorder(folder: Path, topics: Sequence[str] = ()) -> NodeCommand:
+    """The recorder, writing to a bag folder that does not exist yet; all topics, or these alone."""
+    chosen = ("--topics", *topics) if topics else ()
+    return NodeCommand(
+        "recorder", "softhand_bringup.ros.recorder", arguments=(str(folder), *chosen)
+    )
+
+
+def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
+    """The pictures of a bag; a process of its own, as PyBullet talks to the terminal."""
+    names = ["--hand", options.hand, "--object", options.object, "--scene", options.scene]
+    if options.wall_inclination is not None:
+        names += ["--wall-inclination", str(options.wall_inclination)]
+    return NodeCommand(
+        "figures", "softhand_bringup.figures", arguments=(str(bag), str(folder), *names)
+    )
+
+
+def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
+    """Simulator, driver and sequencer, in the order in which they are started."""
+    return [simulator(options), driver(options), sequencer(options)]

@@ -1,0 +1,1 @@
+"""Bending of sections and fingers: the balance of elastic side and load."""

@@ -1,0 +1,222 @@
+"""Balance of elastic side and load in bent sections, and free bending under effects.
+
+The elastic side grows with the stretch, so there is one root; effects give no derivative, so slopes
+are secants. Arrays are (lanes, rows, sections) as in `effects.stages`.
+
+Parameters under which the rubber would give way: the elastic side must grow with the stretch.
+
+Free bending of sections under effects, step by step: what the simulator's segments and the lab's
+specimens have in common.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.effects.effect import Effect
+from softhand_model.effects.pipeline import StagedEffects
+from softhand_model.effects.stages import SectionShape, Strain
+from softhand_model.hand import section
+
+Array = NDArray[np.float64]
+Elastic = Callable[[Array], Array]
+"""Elastic side [-] at a stretch [-]."""
+Correction = Callable[[Array, Array, Array], Array]
+"""Change of the stretch [-] that balances the sections, given stretch, elastic side and its slope,
+by which the elastic side is taken to go on in a straight line.
+"""
+
+LOWEST, HIGHEST = 0.05, 60.0  # stretch, where the search for a root ends
+DIFFERENCE = 1e-6  # of the first slope
+SMALLEST_SLOPE = 0.02  # softened rubber has 0.1 and more
+SETTLED = 3e-8  # last step of the stretch: the error after it is of the order of its square
+SECANTS = 12
+HALVES = 24
+BALANCED = 1e-6  # of the load: what more is left over than this is no balance
+
+
+@dataclass(frozen=True)
+class Balanced:
+    """Stretch [-] that balances the load, slope [-] of the elastic side there, and whether the
+    balance was found everywhere.
+    """
+
+    stretch: Array
+    slope: Array
+    settled: bool = True
+
+
+def rough_stretch(load: Array) -> Array:
+    """Stretch [-] at which q(lambda) is about the load [-]: within 3 %, where iterations start.
+
+    >>> rough_stretch(np.array([-1.0, 0.0, 1.0, 3.0])).round(2).tolist()
+    [0.83, 1.0, 1.37, 3.06]
+    """
+    above, below = np.maximum(load, 0.0), np.minimum(load, 0.0)
+    stretched = 0.25 * above + np.cbrt(1.0 + (0.75 * above) ** 3)
+    return np.where(load > 0.0, stretched, 1.0 / np.cbrt(1.0 - 0.75 * below))
+
+
+def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Balanced:
+    """Stretch at which the elastic side carries the load [-], from a start nearby if there is one.
+
+    Where the elastic side never reaches the load the stretch ends at LOWEST or HIGHEST.
+
+    >>> found = balance(lambda stretch: stretch - stretch**-3, np.array([3.0 - 3.0**-3]))
+    >>> found.stretch.round(9).tolist()
+    [3.0]
+    """
+
+    def correction(_stretch: Array, stress: Array, slope: Array) -> Array:
+        return (load - stress) / slope
+
+    if start is None:
+        start = first_slope(elastic, rough_stretch(load))
+    found = iterate(elastic, correction, start)
+    return found if found.settled else _bracketed(elastic, load)
+
+
+def first_slope(elastic: Elastic, stretch: Array) -> Balanced:
+    """A start for the iteration at a stretch, with the slope by a small difference."""
+    rise = elastic(stretch + DIFFERENCE) - elastic(stretch)
+    return Balanced(stretch, np.maximum(rise / DIFFERENCE, SMALLEST_SLOPE))
+
+
+def iterate(
+    elastic: Elastic, correction: Correction, start: Balanced, settled: float = SETTLED
+) -> Balanced:
+    """Where a secant iteration from a start comes to; it ends with a step within `settled`."""
+    stretch, slope = start.stretch, start.slope
+    stress = elastic(stretch)
+    for _ in range(SECANTS):
+        change = correction(stretch, stress, slope)
+        # half the way to 0 at most, so that lambda**-3 stays tame
+        moved = np.minimum(np.maximum(stretch + change, 0.5 * stretch), HIGHEST)
+        if np.abs(change).max() <= settled:
+            return Balanced(moved, slope)
+        stress_before, stress, change = stress, elastic(moved), moved - stretch
+        slope = _secant(stress - stress_before, change, slope)
+        stretch = moved
+    return Balanced(stretch, slope, settled=False)
+
+
+def _secant(rise: Array, run: Array, before: Array) -> Array:
+    """Slope over the last step, or the one before it where rounding would blur it."""
+    long = np.abs(run) > 1e-10
+    return np.where(long, np.maximum(rise / np.where(long, run, 1.0), SMALLEST_SLOPE), before)
+
+
+def _bracketed(elastic: Elastic, load: Array) -> Balanced:
+    """As `balance`, for elastic sides on which secants go astray: halves first."""
+    whole = np.zeros_like(elastic(np.maximum(load, 1.0)) + load)
+    low, high = whole + LOWEST, whole + HIGHEST
+    for _ in range(HALVES):
+        middle = 0.5 * (low + high)
+        below = elastic(middle) < load
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+
+    def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+        return np.clip((load - stress) / slope, low - stretch, high - stretch)
+
+    found = iterate(elastic, correction, first_slope(elastic, 0.5 * (low + high)))
+    excess = np.abs(elastic(found.stretch) - load)
+    return replace(found, settled=bool(np.all(excess <= BALANCED * (1.0 + np.abs(load)))))
+
+
+HIGHEST_STRETCH = 4.0  # up to which the elastic side has to grow
+STEPS = 60
+
+
+def grows(
+    effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear"
+) -> NDArray[np.bool_]:
+    """Whether the elastic side grows up to a stretch of 4 at all sections: (lanes,), of one lane
+    for effects with single values.
+
+    shape: arrays (1, rows, sections); mode: of `effects.stages.Strain`. Virgin rubber, at once.
+    """
+    staged = StagedEffects(effects)
+    growing = _in_lanes(np.array(True))
+    for effect in staged.elastic:
+        growing = growing & _in_lanes(np.asarray(effect.allows(shape)))
+    before = None
+    for stretch in np.linspace(1.0, HIGHEST_STRETCH, STEPS + 1):
+        stress = staged.stress(Strain(np.full((1, 1, 1), stretch), mode), shape, 0.0)
+        if before is not None:
+            growing = growing & _in_lanes(stress > before)
+        before = stress
+    return growing
+
+
+def _in_lanes(everywhere: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether it holds at all rows and sections of each lane."""
+    lanes = np.shape(everywhere)[0] if np.ndim(everywhere) == 3 else 1
+    return np.all(np.reshape(everywhere, (lanes, -1)), axis=1)
+
+
+Solver = Callable[[Elastic, Array, Balanced | None], Balanced]
+"""Finds the balance of an elastic side and a load [-] from a start, as `balance.balance` does."""
+
+
+class SteppedBalance:
+    """Sections in balance with a load that changes step by step; effects remember the steps.
+
+    mode: of `effects.stages.Strain`. settled: whether the last step has found a balance everywhere.
+    """
+
+    def __init__(self, staged: StagedEffects, mode: str = "pure_shear") -> None:
+        self.staged, self.mode = staged, mode
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything: at rest without load."""
+        self.staged.reset()
+        self.settled = True
+        self._last: tuple[Balanced, ...] = ()
+
+    def stretch(
+        self, load: Array, shape: SectionShape, dt: Array | float, solver: Solver = balance
+    ) -> Array:
+        """Stretch [-] at the end of a step of dt [s] under a load [-]."""
+        staged = self.staged
+
+        def elastic(stretch: Array) -> Array:
+            return staged.stress(Strain(stretch, self.mode), shape, dt)
+
+        found = solver(elastic, load, self._start())
+        self.settled, self._last = found.settled, (*self._last[-1:], found)
+        staged.remember(Strain(found.stretch, self.mode), shape, dt)
+        return found.stretch
+
+    def _start(self) -> Balanced | None:
+        """Where the next balance is sought: on the straight line through the last two."""
+        if len(self._last) < 2:
+            return self._last[0] if self._last else None
+        before, last = self._last
+        ahead = np.maximum(2.0 * last.stretch - before.stretch, 0.5 * last.stretch)
+        return Balanced(ahead, last.slope)
+
+
+def bending_load(staged: StagedEffects, pressure: Array, shape: SectionShape) -> Array:
+    """Load s [-] of a chamber pressure [Pa] with the effects that change it."""
+    load = section.bending_load(
+        pressure, shape.height, shape.wall, shape.ratio, shape.shear_modulus
+    )
+    return staged.act_on_load(load, pressure, shape)
+
+
+def free_curvature(
+    stepped: SteppedBalance,
+    pressure: Array,
+    shape: SectionShape,
+    dt: Array | float,
+    solver: Solver = balance,
+) -> Array:
+    """Curvature [1/m] of the sections at the end of a step of dt [s] at a chamber pressure [Pa]."""
+    load = bending_load(stepped.staged, pressure, shape)
+    curvature = (stepped.stretch(load, shape, dt, solver) - 1.0) / shape.height
+    return stepped.staged.act_on_curvature(curvature, pressure, shape)

@@ -1,0 +1,239 @@
+"""A finger under load: bent by its own weight, or with its tip blocked.
+
+A finger hangs from its base, or stands on it, in the vertical plane in which it bends. With the
+angle theta(x) against the vertical, theta' = kappa, and a weight w per length [N/m], the part
+beyond x pulls at x with the moment M, M' = -w*(L - x)*sin(theta), M(L) = 0: positive, so that it
+straightens, when the finger hangs. Arrays are (lanes, rows, sections) as in `effects.stages`, with
+the Gauss points along a finger as sections.
+
+A finger whose tip is held against a gauge: straight at rest, and its tip may not deflect.
+
+The gauge pushes with F, so each section carries M = F*(L - x), and F follows from the deflection of
+the tip, int(kappa*(L - x)) dx = F/stiffness of the gauge (0 for a rigid one). Arrays are (lanes,
+rows, sections) as in `effects.stages`, with the Gauss points along a finger as sections.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from softhand_model.bending.balance import (
+    Balanced,
+    Elastic,
+    balance,
+    first_slope,
+    iterate,
+    rough_stretch,
+)
+from softhand_model.effects.stages import SectionShape
+
+Array = NDArray[np.float64]
+
+SETTLED = (
+    1e-9  # last step of the stretch: with a matrix that stays it is not much larger than the error
+)
+REFRESHED = 7  # steps of an iteration after which the matrix of its steps is made anew
+
+
+def running_integral(edges: Array, points: int) -> Array:
+    """Matrix (n, n) [m] that integrates from the first edge to each Gauss point a function given
+    there, on pieces between edges [m] with so many points each; n = pieces*points.
+
+    >>> matrix = running_integral(np.array([0.0, 0.5, 2.0]), 3)
+    >>> x = matrix @ np.ones(6)
+    >>> bool(np.allclose(matrix @ x**2, x**3 / 3.0))
+    True
+    """
+    nodes, weights = legendre.leggauss(points)
+    series = np.eye(points)
+    to_series = (np.arange(points) + 0.5)[:, None] * legendre.legval(nodes, series) * weights
+    from_start = [legendre.legval(nodes, legendre.legint(one, lbnd=-1)) for one in series]
+    half = np.diff(edges) / 2.0
+    inside = np.kron(np.diag(half), np.transpose(from_start) @ to_series)
+    whole_pieces = np.kron(np.tril(np.ones((len(half), len(half))), -1), np.ones((points, points)))
+    return np.asarray(inside + whole_pieces * np.kron(half, weights), float)
+
+
+@dataclass(frozen=True)
+class Weight:
+    """The weight of fingers: what it does to the balance of their sections.
+
+    per_length (lanes, rows, 1) [N/m]: positive where the finger hangs from its base, negative where
+    it stands on it. reach (1, rows, sections) [m]: from each section to the tip; weights the same:
+    of its Gauss point. running (rows, sections, sections) [m]: `running_integral` of each row.
+    """
+
+    per_length: Array
+    reach: Array
+    weights: Array
+    running: Array
+
+    def of_rows(self, rows: NDArray[np.intp]) -> Weight:
+        """Some of the rows, or rows that repeat."""
+        return Weight(
+            self.per_length[:, rows],
+            self.reach[:, rows],
+            self.weights[:, rows],
+            self.running[rows],
+        )
+
+    def solver(self, shape: SectionShape, alike: int = 1) -> WeightSolver:
+        """What balances sections of this shape under the weight and a load.
+
+        alike: number of rows in a row that are so much alike that one matrix serves them all.
+        """
+        return WeightSolver(self, shape, alike)
+
+
+class WeightSolver:
+    """Balance of elastic side, load and weight: q = s - m, m = ratio*M/(2*G*h*d*z).
+
+    Newton's method with secants for the elastic side, in which the inverse of the matrix of the
+    sections' equations stays as long as it serves, from step to step.
+    """
+
+    def __init__(self, weight: Weight, shape: SectionShape, alike: int) -> None:
+        beyond = weight.weights[0][:, None, :] - weight.running
+        self._lever = beyond * weight.reach[0][:, None, :]
+        self._turn = weight.running / np.broadcast_to(shape.height, weight.reach.shape)[0][:, None]
+        self._scale = (
+            weight.per_length
+            * shape.ratio
+            / (2.0 * shape.shear_modulus * shape.height * shape.wall * shape.width)
+        )
+        self._alike = alike
+        self._inverse: Array | None = None
+
+    def __call__(self, elastic: Elastic, load: Array, start: Balanced | None) -> Balanced:
+        """Stretch [-] in balance, from a start if there is one."""
+        steps = 0
+
+        def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+            nonlocal steps
+            angle = _same_in_lanes(self._turn, stretch - 1.0)
+            moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
+            if self._inverse is None:
+                self._inverse = self._inverted(angle, slope, self._alike)
+            elif steps % REFRESHED == REFRESHED - 1:
+                self._inverse = self._inverted(angle, slope)
+            steps += 1
+            return np.matmul(self._inverse, (load - moment - stress)[..., None])[..., 0]
+
+        if start is None:
+            start = first_slope(elastic, rough_stretch(load + 0.0 * self._scale))
+        return iterate(elastic, correction, start, SETTLED)
+
+    def _inverted(self, angle: Array, slope: Array, alike: int = 1) -> Array:
+        """Inverse (lanes, rows, sections, sections) of the slope of elastic side and moment."""
+        some = np.arange(0, angle.shape[-2], alike)
+        bent = (self._lever[some] * np.cos(angle[..., some, None, :])) @ self._turn[some]
+        matrix = self._scale[..., some, :, None] * bent
+        matrix += slope[..., some, :, None] * np.eye(matrix.shape[-1])
+        inverse = np.linalg.inv(matrix)
+        return inverse if alike == 1 else inverse[..., np.arange(angle.shape[-2]) // alike, :, :]
+
+
+def _same_in_lanes(matrices: Array, vectors: Array) -> Array:
+    """Products of a matrix (rows, n, n) a row with the vectors (lanes, rows, n) of all lanes."""
+    product = np.matmul(vectors.swapaxes(0, 1), matrices.swapaxes(1, 2))
+    return np.ascontiguousarray(product.swapaxes(0, 1))
+
+
+LEAST_START = 0.7  # stretch, where the search begins at the least
+StiffnessFactor = Callable[[Array, Array], Array | float]
+"""Factor [-] on the stiffness at an actual and a free curvature [1/m]."""
+
+
+@dataclass(frozen=True)
+class Blocked:
+    """Fingers with a blocked tip: reach (1, rows, sections) [m] from each section to the tip,
+    weights the same: of its Gauss point; compliance [m/N] of the gauge, a number or (lanes, 1, 1).
+    """
+
+    reach: Array
+    weights: Array
+    compliance: Array | float
+
+    def of_rows(self, rows: NDArray[np.intp]) -> Blocked:
+        """Some of the rows, or rows that repeat."""
+        return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
+
+    def spring_force(self, free: Array, stiffness: Array, factor: StiffnessFactor) -> Array:
+        """Force (lanes, rows, 1) [N] with linear springs of stiffness B [N m2] about the free
+        curvature [1/m] (section 5.2.3).
+
+        >>> blocked = Blocked(np.array([0.75, 0.25]), np.array([0.5, 0.5]), 0.0)
+        >>> blocked.spring_force(np.ones(2), np.full(2, 3.0), lambda bend, rest: 1.0).round(3)
+        array([4.8])
+        """
+        deflection = np.sum(self.weights * free * self.reach, axis=-1, keepdims=True)
+        force = deflection / self._give(stiffness)
+        stiffness = stiffness * factor(free - force * self.reach / stiffness, free)
+        return deflection / self._give(stiffness)
+
+    def _give(self, stiffness: Array) -> Array:
+        """Deflection of the tip per force [m/N], the gauge's included."""
+        square = self.weights * self.reach**2 / stiffness
+        return np.sum(square, axis=-1, keepdims=True) + self.compliance
+
+
+class BlockedSolver:
+    """Balance of elastic side, load and tip force: q = s - m, m = ratio*F*(L - x)/(2*G*h*d*z).
+
+    Newton's method with secants for the elastic side, in which the force is eliminated. factor: on
+    the stiffness, if there is one; it divides m.
+
+    force (lanes, rows, 1) [N]: of the last balance.
+    """
+
+    def __init__(
+        self, blocked: Blocked, shape: SectionShape, factor: StiffnessFactor | None = None
+    ) -> None:
+        self._blocked, self._height, self._factor = blocked, shape.height, factor
+        self._moment = (  # m of a unit force
+            shape.ratio
+            * blocked.reach
+            / (2.0 * shape.shear_modulus * shape.height * shape.wall * shape.width)
+        )
+        self._deflection = blocked.weights * blocked.reach / shape.height  # per stretch
+        self._free: Balanced | None = None
+        self.force = np.zeros(1)
+
+    def __call__(self, elastic: Elastic, load: Array, start: Balanced | None) -> Balanced:
+        """Stretch [-] in balance, from a start if there is one."""
+        if self._factor is not None:
+            self._free = balance(elastic, load, self._free)
+
+        def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+            moment = self._moment_at(stretch)
+            unbalanced = load - stress
+            there = _total(self._deflection * (stretch - 1.0 + unbalanced / slope))
+            give = _total(self._deflection * moment / slope) + self._blocked.compliance
+            self.force = there / give
+            return (unbalanced - moment * self.force) / slope
+
+        if start is None:
+            start = first_slope(elastic, self._rough(load))
+        return iterate(elastic, correction, start)
+
+    def _moment_at(self, stretch: Array) -> Array:
+        """What a unit force takes off the load [-] at a stretch."""
+        if self._factor is None or self._free is None:
+            return self._moment
+        free = (self._free.stretch - 1.0) / self._height
+        return self._moment / self._factor((stretch - 1.0) / self._height, free)
+
+    def _rough(self, load: Array) -> Array:
+        """Stretch of a beam of even stiffness: back at its base, forth at its tip."""
+        place = self._blocked.reach / _total(self._blocked.weights)
+        free = rough_stretch(load + 0.0 * self._moment) - 1.0
+        return np.maximum(1.0 + free * (1.0 - 1.5 * place), LEAST_START)
+
+
+def _total(values: Array) -> Array:
+    return np.sum(values, axis=-1, keepdims=True)

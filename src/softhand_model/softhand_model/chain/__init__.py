@@ -1,0 +1,1 @@
+"""The simulated chain: segments, joints, their free response and volumes."""

@@ -1,0 +1,186 @@
+"""The simulated chain: spring joints whose rest orientation follows the pressure (5.1.3).
+
+A simulation keeps a diagonal stiffness K; where effects make it C*K with a matrix C (3, 3) a joint,
+a rest from which K pulls with C*K*e is put in place of the one from which the joint is e away.
+
+The simulated chain: spring joints whose rest orientation follows the pressure (5.1.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from softhand_model.chain.free_response import RestTable, SegmentResponse, bends
+from softhand_model.chain.joint_map import spread_angles, volume_gains
+from softhand_model.chain.segments import SegmentChain, cut_chain
+from softhand_model.gas import ROOM_TEMPERATURE
+from softhand_model.hand.hand import ChainDescription
+from softhand_model.model_file import Model
+
+Array = NDArray[np.float64]
+
+LATERAL, BEND, TWIST = range(3)  # axes x, y, z of a joint
+
+
+def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Array:
+    """Rotation vectors (n, 3) [rad] of a rest from which unchanged springs pull as changed ones do.
+
+    rest, actual (n, 3) [rad]: of the free and the actual joint. factor (n, 3) [-] on the stiffness
+    about each axis; coupling (n, 2) [-]: of lateral bending and twist, over the stiffness about x
+    and about z. Of springs that are not linear or not alike about all axes it is right for small
+    angles.
+
+    >>> moved_rest(np.zeros((1, 3)), np.full((1, 3), 0.1), np.full((1, 3), 0.5), np.zeros((1, 2)))
+    array([[0.05, 0.05, 0.05]])
+    """
+    if not coupling.any():
+        # the axes of bend and error are the same as long as nothing turns sideways
+        return actual + factor * (rest - actual)
+    turned = Rotation.from_rotvec(actual)
+    away = (Rotation.from_rotvec(rest).inv() * turned).as_rotvec()
+    pull = factor * away
+    pull[:, LATERAL] += coupling[:, 0] * away[:, TWIST]
+    pull[:, TWIST] += coupling[:, 1] * away[:, LATERAL]
+    return np.asarray((turned * Rotation.from_rotvec(pull).inv()).as_rotvec(), float)
+
+
+__all__ = ["ChainModel", "SegmentChain", "discretise"]
+
+
+def discretise(description: ChainDescription, segments: int, model: Model) -> ChainModel:
+    """Cut a chain into `segments` segments an actuator, under a model.
+
+    Raises ValueError for fewer than one segment or a base other than `pneuflex`.
+
+    >>> from softhand_model.hand.hand import load_hand
+    >>> finger = discretise(load_hand("single_finger").chain("finger"), 5, Model())
+    >>> finger.rest_rotation([31e3]).sum(axis=0).round(2).tolist()
+    [0.0, 2.5, 0.0]
+    """
+    if segments < 1:
+        raise ValueError(f"segments: expected at least 1, got {segments}")
+    if model.base != "pneuflex":
+        raise ValueError(f"model base: expected pneuflex for a simulated chain, got {model.base}")
+    return ChainModel(description, segments, model)
+
+
+class ChainModel:
+    """A discretised chain under a model; pressures are gauge, one for each of its actuators.
+
+    segments: the rigid links and joint springs.
+    volume_gain (actuators, n) [m3/rad]: change of each chamber's volume with a joint's rotation
+        about y; constant, because the volume is linear in the curvature (eq. 3.17).
+    """
+
+    def __init__(self, description: ChainDescription, segments: int, model: Model) -> None:
+        scale = model.modulus_scale()
+        parts = {
+            name: actuator.with_modulus(scale) for name, actuator in description.actuators.items()
+        }
+        self.description, self.model = replace(description, actuators=parts), model
+        self.segments = cut_chain(self.description, segments, model.springs)
+        self._shape = self.segments.offset.shape
+        self._struts = self._shape[0] - segments  # joints that no actuator bends
+        self._spread = spread_angles(self.description, self.segments, segments, model.springs)
+        self._tables, self._responses, volumes = [], [], []
+        for part, spread in zip(parts.values(), self._spread, strict=True):
+            self._tables.append(RestTable(part, segments, spread))
+            volumes.append(part.chamber_volume() + part.supply_volume)
+            if bends(model):
+                self._responses.append(SegmentResponse(part, segments, model))
+        self._rest_volume = np.array(volumes)
+        self.volume_gain = volume_gains(self.description, self.segments, segments)
+
+    @property
+    def rest_tables(self) -> tuple[RestTable, ...]:
+        """Tables (actuators) whose sum is what `step` returns; none when effects act on it."""
+        return () if self._responses else tuple(self._tables)
+
+    @property
+    def base_tables(self) -> tuple[RestTable, ...]:
+        """Tables (actuators) of the base model, whatever effects act on it."""
+        return tuple(self._tables)
+
+    def rest_rotation(self, pressures: Sequence[float] | Array) -> Array:
+        """Rotation (n, 3) [rad] of each joint's rest by the pressures (actuators,) [Pa].
+
+        It is a rotation vector in the link's frame: the rest orientation of a joint under pressure
+        is `segments.rest` followed by this rotation. No memory, no effects: the base model.
+        """
+        rotation = self._tables[0].value(pressures[0])
+        for table, pressure in zip(self._tables[1:], pressures[1:], strict=True):
+            rotation = rotation + table.value(pressure)
+        return rotation.reshape(self._shape)
+
+    def rest_gain(self, pressures: Sequence[float] | Array) -> Array:
+        """Derivative (actuators, n) [rad/Pa] of the base model's rest rotation about y."""
+        pairs = zip(self._tables, pressures, strict=True)
+        return np.array([table.slope(pressure)[BEND::3] for table, pressure in pairs])
+
+    def volume(self, bend: Array) -> Array:
+        """Air volume (actuators,) [m3] of chamber and supply tube.
+
+        bend (n,) [rad] is the rotation of the joints about y from their rest. Two parallel arcs are
+        taken to bend alike: what a twist moves between them is left out.
+        """
+        return self._rest_volume + self.volume_gain @ bend
+
+    def step(
+        self,
+        dt: float,
+        pressures: Sequence[float] | Array,
+        actual: Array,
+        temperature: float = ROOM_TEMPERATURE,
+    ) -> Array:
+        """Advance the effects' memory by dt [s]; rest rotation (n, 3) [rad] of the joints then.
+
+        pressures (actuators,) [Pa], actual (n, 3) [rad] the rotation of the joints as it is,
+        temperature in [K]. What effects do to the springs shows as another rest
+        (`scaled_springs`).
+        """
+        rest = self.free_rotation(dt, pressures, temperature)
+        if not self._responses:
+            return rest
+        factor = np.ones(self._shape)
+        coupling = np.zeros((self._shape[0], 2))
+        joints = slice(self._struts, None)
+        of_actuators = [
+            response.springs(actual[joints, BEND], rest[joints, BEND], temperature)
+            for response in self._responses
+        ]
+        factor[joints] = np.mean([factors for factors, _ in of_actuators], axis=0)
+        stiffness = self.segments.stiffness[joints]
+        coupled = np.mean([coupled for _, coupled in of_actuators])
+        coupling[joints] = coupled * stiffness[:, [BEND]] / stiffness[:, [0, 2]]
+        return moved_rest(rest, actual, factor, coupling)
+
+    def free_rotation(
+        self,
+        dt: float,
+        pressures: Sequence[float] | Array,
+        temperature: float = ROOM_TEMPERATURE,
+    ) -> Array:
+        """Advance the effects' memory by dt [s]; rotation (n, 3) [rad] of the joints when nothing
+        pulls or pushes.
+
+        pressures (actuators,) [Pa], temperature in [K]. Raises RuntimeError where the effects leave
+        no equilibrium of the rubber.
+        """
+        if not self._responses:
+            return self.rest_rotation(pressures)
+        rotation = np.zeros(self._shape[0] * 3)
+        for response, spread, pressure in zip(
+            self._responses, self._spread, pressures, strict=True
+        ):
+            rotation += spread @ response.angles(dt, float(pressure), temperature)
+        return rotation.reshape(self._shape)
+
+    def reset(self) -> None:
+        """Forget the effects' memory: at rest at zero pressure."""
+        for response in self._responses:
+            response.reset()

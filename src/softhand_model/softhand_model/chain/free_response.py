@@ -1,0 +1,175 @@
+"""Free bending of an actuator's segments over pressure: tabulated for the base model, by stages
+under effects.
+
+Free bending of one actuator's segments under a model's effects, stage by stage; the base model
+needs none of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.bending.balance import SteppedBalance, free_curvature
+from softhand_model.effects.effect import Effect
+from softhand_model.effects.pipeline import StagedEffects, at_modulus, overrides
+from softhand_model.effects.stages import (
+    ElasticEffect,
+    InputEffect,
+    LoadEffect,
+    SectionShape,
+    StructureEffect,
+)
+from softhand_model.hand.actuator import Actuator
+from softhand_model.model_file import Model
+
+Array = NDArray[np.float64]
+
+INTERVALS = 1024
+HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit
+
+
+class RestTable:
+    """Joint rotations of a chain by one actuator's pressure, by cubic Hermite interpolation.
+
+    The table holds the exact integral of the free curvature over each segment, already spread onto
+    the chain's joint axes by `spread` (m, n): values (m,) [rad] = spread @ segment angles (n,).
+    Between its points the error is below 1e-8 of the value. Suction counts as no pressure; beyond
+    the table it goes on in a straight line, as kappa(p) does.
+
+    step [Pa]: width of an interval; cubic (INTERVALS + 1, 4, m): coefficients of 1, t, t**2, t**3
+    with t the pressure in an interval over its width.
+    """
+
+    def __init__(self, actuator: Actuator, segments: int, spread: Array) -> None:
+        highest = HIGHEST_OVER_LIMIT * actuator.max_pressure
+        self.step = highest / INTERVALS
+        pressures = np.linspace(0.0, highest, INTERVALS + 1)
+        value, slope = (part @ spread.T for part in segment_angles(actuator, segments, pressures))
+        self.cubic = _hermite(value, slope * self.step)
+
+    def __deepcopy__(self, memo: dict[int, object]) -> RestTable:
+        """Itself: a table never changes, and snapshots of a simulation copy the models."""
+        return self
+
+    def value(self, pressure: float) -> Array:
+        """Values (m,) [rad] at a gauge pressure [Pa]."""
+        index, t = self._place(pressure)
+        return np.array((1.0, t, t * t, t * t * t)) @ self.cubic[index]
+
+    def slope(self, pressure: float) -> Array:
+        """Derivative (m,) [rad/Pa] of the values by the pressure; under suction the one at zero."""
+        index, t = self._place(pressure)
+        return np.array((0.0, 1.0, 2.0 * t, 3.0 * t * t)) @ self.cubic[index] / self.step
+
+    def _place(self, pressure: float) -> tuple[int, float]:
+        relative = max(float(pressure), 0.0) / self.step
+        index = min(int(relative), INTERVALS)
+        return index, relative - index
+
+
+def _hermite(value: Array, slope: Array) -> Array:
+    """Coefficients (k, 4, m) of 1, t, t**2, t**3 on k - 1 intervals of unit length, and a straight
+    line after them.
+    """
+    rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
+    inside = np.stack(
+        [value[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=1
+    )
+    zero = np.zeros_like(value[-1])
+    return np.concatenate([inside, [[value[-1], slope[-1], zero, zero]]])
+
+
+def segment_angles(actuator: Actuator, segments: int, pressures: Array) -> tuple[Array, Array]:
+    """Exact angles (m, n) [rad] of n segments at pressures (m,) [Pa] without load, and their
+    derivatives [rad/Pa].
+
+    The derivative is eq. 3.31 with the side walls of 3.35: dkappa/dp = ratio/(4*G*d*(1 +
+    3*lambda**-4)).
+    """
+    x, weight = actuator.segment_quadrature(segments)
+    curvature = actuator.free_curvature(pressures[:, None, None], x)
+    stretch = 1.0 + curvature * actuator.height(x)
+    slope = actuator.side_wall_ratio(x) / (
+        4.0 * actuator.shear_modulus * actuator.wall * (1.0 + 3.0 * stretch**-4.0)
+    )
+    return np.sum(weight * curvature, axis=-1), np.sum(weight * slope, axis=-1)
+
+
+BEND = 1  # index of the bending axis (y)
+ACTING_ON_CHAINS = (
+    "wall_stress",
+    "act_on_curvature",
+    "stiffness_factor",
+    "bend_twist_coupling",
+)
+
+
+class SegmentResponse:
+    """Free angles of an actuator's segments, with the effects' memory from step to step.
+
+    Pressures and temperatures are numbers, or (lanes, 1, 1) for many at once; angles are then
+    (lanes, n).
+    """
+
+    def __init__(self, actuator: Actuator, segments: int, model: Model) -> None:
+        x, self._weight = actuator.segment_quadrature(segments)
+        self._shape = SectionShape(
+            actuator.height(x),
+            actuator.width(x),
+            actuator.wall,
+            actuator.side_wall,
+            actuator.side_wall_ratio(x),
+            actuator.shear_modulus,
+        )
+        self._stepped = SteppedBalance(StagedEffects(model.effects))
+
+    def reset(self) -> None:
+        """Forget everything: at rest at zero pressure."""
+        self._stepped.reset()
+
+    def angles(self, dt: float, pressure: Array | float, temperature: Array | float) -> Array:
+        """Free angle (n,) [rad] of each segment after a step dt [s] at a gauge pressure [Pa] and
+        temperature [K].
+
+        Raises RuntimeError where the effects' parameters let the elastic side fall, so that nothing
+        balances the load.
+        """
+        staged = self._stepped.staged
+        chamber = staged.chamber_pressure(np.asarray(pressure, float), dt)
+        shape = at_modulus(self._shape, staged.modulus_factor(np.asarray(temperature, float)))
+        curvature = free_curvature(self._stepped, chamber, shape, dt)
+        if not self._stepped.settled:
+            raise RuntimeError(
+                f"the effects {', '.join(staged.memory)} leave no equilibrium of the rubber at "
+                f"{float(np.max(chamber)):.4g} Pa"
+            )
+        return np.sum(self._weight * curvature, axis=-1)
+
+    def springs(
+        self, bend: Array, rest: Array, temperature: Array | float
+    ) -> tuple[Array, Array | float]:
+        """What effects do to the joints' springs: factors (n, 3) [-] on the stiffness about x, y
+        and z, and the coupling [-] of lateral bending and twist.
+
+        bend, rest (n,) [rad]: actual and free bend of the joints; temperature in [K].
+        """
+        staged = self._stepped.staged
+        factor = np.full((*np.shape(bend), 3), staged.modulus_factor(np.asarray(temperature)))
+        factor[..., BEND] *= staged.stiffness_factor(bend, rest)
+        return factor, staged.bend_twist_coupling()
+
+
+def bends(model: Model) -> bool:
+    """Whether any effect of the model changes how chains bend; weight, gauges and sensors do
+    not.
+    """
+    return any(_acts(effect) for effect in model.effects)
+
+
+def _acts(effect: Effect) -> bool:
+    if isinstance(effect, LoadEffect):
+        return overrides(effect, LoadEffect, "act_on_load", "modulus_factor")
+    if isinstance(effect, StructureEffect):
+        return overrides(effect, StructureEffect, *ACTING_ON_CHAINS)
+    return isinstance(effect, InputEffect | ElasticEffect)

@@ -1,0 +1,183 @@
+"""Volumes of a hand's channels: in free posture over pressure, and as chambers of the pretended
+bench.
+
+What the channels of the pretended bench fill: bottles, or actuators that bend and are pushed.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.gas import AMBIENT_PRESSURE
+from softhand_model.hand.hand import HandDescription
+from softhand_model.model_file import Model
+
+Array = NDArray[np.float64]
+
+SEGMENTS = 5  # an actuator, as the simulator has by default
+INTERVALS = 128
+HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the weakest actuator's pressure limit
+BEND = 1  # index of the bending axis (y)
+
+
+class FreeVolumes:
+    """Air volumes of a hand that nothing touches, weight left out, tabulated over the pressures.
+
+    Each chamber follows the free curvature of its sections (eq. 3.33) by `dV/dkappa = z h**2/2`
+    (eq. 3.17), the rubber of the side walls taken off and the tubes added. Two parallel arcs bend
+    as one: where two channels feed them, each changes the volume of the other. Arrays have the
+    channels in the order of the hand (n,). Suction counts as no pressure; beyond the table, at
+    three times the pressure limit, volumes go on in a straight line.
+
+    Args:
+        hand: whose channels are meant.
+        segments: into which the simulator cuts an actuator. Against many, five are exact to 2e-4
+            for a finger, and to 0.01 for two parallel arcs at pressures far apart.
+
+    Raises:
+        ValueError: fewer than one segment.
+    """
+
+    def __init__(self, hand: HandDescription, segments: int = SEGMENTS) -> None:
+        n = len(hand.channels)
+        self.rest: Array = np.asarray(hand.rest_volumes())
+        self._step: Array = HIGHEST_OVER_LIMIT * hand.max_pressures() / INTERVALS
+        pressures = np.arange(INTERVALS + 1)[:, None] * self._step
+        value, slope = np.zeros((2, INTERVALS + 1, n, n))  # pressure, source, volume of
+        for chain in hand.chains:
+            _add_chain(hand, discretise(chain, segments, Model()), pressures, value, slope)
+        self._cubic = _hermite(value, slope * self._step[:, None])
+        self._source = np.arange(n)
+
+    def volumes(self, gauge: ArrayLike) -> Array:
+        """Volumes (n,) [m3] of the channels, tubes included, at gauge pressures (n,) [Pa].
+
+        >>> from softhand_model.hand.hand import load_hand
+        >>> finger = FreeVolumes(load_hand("single_finger"))
+        >>> [round(1e6 * float(finger.volumes([p])[0]), 1) for p in (0.0, 30e3)]
+        [18.8, 24.5]
+        """
+        c, t = self._place(np.asarray(gauge, float))
+        parts = c[:, 0] + t * (c[:, 1] + t * (c[:, 2] + t * c[:, 3]))
+        return np.asarray(self.rest + parts.sum(axis=0))
+
+    def slopes(self, gauge: ArrayLike) -> Array:
+        """Derivatives (n,) [m3/Pa] of the volumes by the pressure in the same channel.
+
+        Args:
+            gauge: pressures (n,) [Pa]; the slope under suction is that at zero.
+        """
+        c, t = self._place(np.asarray(gauge, float))
+        parts = (c[:, 1] + t * (2.0 * c[:, 2] + t * 3.0 * c[:, 3])) / self._step[:, None]
+        return np.asarray(parts.diagonal())
+
+    def _place(self, gauge: Array) -> tuple[Array, Array]:
+        """Cubics (source, 4, volume of) and positions (source, 1) in their intervals."""
+        relative = np.maximum(gauge, 0.0) / self._step
+        index = np.minimum(relative.astype(np.intp), INTERVALS)
+        return self._cubic[index, self._source], (relative - index)[:, None]
+
+
+def _add_chain(
+    hand: HandDescription, chain: ChainModel, pressures: Array, value: Array, slope: Array
+) -> None:
+    """Add what the pressures (k, n) [Pa] in a chain's chambers do to the volumes (k, n, n)."""
+    channels = [hand.channel_of(name) for name in chain.description.actuators]
+    for actuator, source in enumerate(channels):
+        bend, bend_slope = _bends(chain, actuator, pressures[:, source])
+        for gain, channel in zip(chain.volume_gain, channels, strict=True):
+            value[:, source, channel] += bend @ gain
+            slope[:, source, channel] += bend_slope @ gain
+
+
+def _bends(chain: ChainModel, actuator: int, pressures: Array) -> tuple[Array, Array]:
+    """Rotations (k, joints) [rad] by one chamber's pressures (k,) [Pa], and derivatives."""
+    table = chain.rest_tables[actuator]
+    value = [table.value(pressure)[BEND::3] for pressure in pressures]
+    slope = [table.slope(pressure)[BEND::3] for pressure in pressures]
+    return np.array(value), np.array(slope)
+
+
+def _hermite(value: Array, slope: Array) -> Array:
+    """Coefficients (k, source, 4, volume of) of the powers of t on intervals of unit length."""
+    rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
+    inside = np.stack(
+        [value[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=2
+    )
+    zero = np.zeros_like(value[-1])
+    end = np.stack([value[-1], slope[-1], zero, zero], axis=1)
+    return np.concatenate([inside, end[None]])
+
+
+Floats = NDArray[np.float64]
+
+
+class Chambers(Protocol):
+    """Volumes on the channels, tubes included."""
+
+    def volumes(self, pressures_abs: Floats) -> Floats:
+        """Volumes (n,) [m3] in balance with absolute pressures (n,) [Pa]."""
+
+
+class Bottles:
+    """Rigid volumes (n,) [m3], as for calibration.
+
+    >>> Bottles([0.5e-3]).volumes(np.array([3e5])).tolist()
+    [0.0005]
+    """
+
+    def __init__(self, volumes: ArrayLike) -> None:
+        self._volumes = np.array(volumes, dtype=float)
+
+    def volumes(self, pressures_abs: Floats) -> Floats:
+        """Volumes (n,) [m3], whatever the pressures."""
+        return self._volumes
+
+
+class FreeActuators:
+    """The actuators of a hand in free posture, or bent back by a load.
+
+    The volume follows `FreeVolumes` at the gauge pressure less that of the load. In the balance of
+    a section (eq. 3.23) a moment `M` that straightens it counts like a loss of pressure of
+    `2 M/(h**2 z)`; a load is given as this pressure, the same along the whole actuator. Pressure
+    below the load leaves the actuators straight: the passive layer and what stands behind it do
+    not give way.
+
+    Args:
+        hand: whose channels are filled.
+        ambient: absolute pressure outside [Pa].
+
+    >>> from softhand_model.hand.hand import load_hand
+    >>> finger = FreeActuators(load_hand("single_finger"))
+    >>> free = finger.volumes(np.array([AMBIENT_PRESSURE + 30e3]))
+    >>> finger.set_load([20e3])
+    >>> pushed = finger.volumes(np.array([AMBIENT_PRESSURE + 30e3]))
+    >>> round(1e6 * float(free[0]), 1), round(1e6 * float(pushed[0]), 1)
+    (24.5, 20.2)
+    """
+
+    def __init__(self, hand: HandDescription, ambient: float = AMBIENT_PRESSURE) -> None:
+        self._free = FreeVolumes(hand)
+        self._ambient = ambient
+        self._load: Floats = np.zeros(len(hand.channels))
+
+    def set_load(self, pressures: ArrayLike) -> None:
+        """Push with loads (n,) [Pa] from now on; 0 lets go.
+
+        Raises:
+            ValueError: wrong shape, or a load that is negative or not finite.
+        """
+        given = np.array(pressures, dtype=float)
+        if given.shape != self._load.shape:
+            raise ValueError(f"pressures must have shape {self._load.shape}, got {given.shape}")
+        if not (np.isfinite(given) & (given >= 0)).all():
+            raise ValueError(f"pressures must be finite and at least 0 Pa, got {given.tolist()}")
+        self._load = given
+
+    def volumes(self, pressures_abs: Floats) -> Floats:
+        """Volumes (n,) [m3] in balance with absolute pressures (n,) [Pa] and the load."""
+        return self._free.volumes(pressures_abs - self._ambient - self._load)

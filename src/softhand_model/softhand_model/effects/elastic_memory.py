@@ -1,0 +1,184 @@
+"""Elastic effects with memory: softening, relaxation and hysteresis of the rubber.
+
+Rubber that resists more when it is strained fast, and creeps afterwards.
+
+Rubber and mesh that rub against themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from softhand_model.effects.effect import RUBBER, Parameter
+from softhand_model.effects.stages import Array, ElasticEffect, Memory, SectionShape, Strain, decay
+
+
+class MullinsSoftening(ElasticEffect):
+    """Below the largest stretch so far: factor 1 - softening*(1 - exp(-(lam_max -
+    lambda)/stretch_scale)).
+
+    Named after L. Mullins; the thesis has elastic rubber only. The largest stretch belongs to the
+    specimen, not to the run.
+    """
+
+    name = "mullins_softening"
+    experiments = RUBBER
+    parameters = (
+        Parameter(
+            "softening",
+            "",
+            0.0,
+            0.95,
+            "share of the stress that is lost far below the largest stretch",
+            typical=(0.05, 0.5),
+            neutral=0.0,
+        ),
+        Parameter(
+            "stretch_scale",
+            "",
+            0.005,
+            10.0,
+            "distance from the largest stretch over which it is lost",
+            typical=(0.05, 1.0),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "hysteresis": "both part loading from unloading: small loops after large ones tell",
+    }
+    has_memory = True
+    largest: ClassVar[Mapping[str, float]] = {"largest_stretch": 1.0}
+
+    def stress(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> Array:
+        """Stress [-] times the factor."""
+        below = np.maximum(memory.get("largest_stretch", 1.0) - strain.stretch, 0.0)
+        lost = -np.expm1(-below / self.values["stretch_scale"])
+        return stress * (1.0 - self.values["softening"] * lost)
+
+    def remember(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> None:
+        """Keep the largest stretch."""
+        before = memory.get("largest_stretch", 1.0)
+        memory["largest_stretch"] = np.maximum(strain.stretch, before)
+
+
+class Viscoelasticity(ElasticEffect):
+    """Standard linear solid: nu' = -nu/tau + g*Q', added to the elastic stress Q.
+
+    The shear modulus is the relaxed one; at once the rubber is 1 + g times as stiff. Q is the
+    stress after the stiffening factors. Exact for a stress that changes in a straight line over a
+    step. (Zener's model; the thesis has elastic rubber only.)
+    """
+
+    name = "viscoelasticity"
+    experiments = RUBBER
+    parameters = (
+        Parameter(
+            "relative_modulus",
+            "",
+            0.0,
+            5.0,
+            "modulus of the part that relaxes, over the relaxed one",
+            typical=(0.03, 0.6),
+            neutral=0.0,
+        ),
+        Parameter(
+            "relaxation_time",
+            "s",
+            1e-3,
+            1e4,
+            "time in which that part relaxes",
+            typical=(0.1, 60.0),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "tube_lag": "alike on triangles of one rate",
+        "hysteresis": "alike on triangles of one rate; steps and rates tell them apart",
+    }
+    has_memory = True
+    adds = True
+    _decay: tuple[Array | float, Array, Array] | None = None
+
+    def stress(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> Array:
+        """Stress [-] with the part that has not relaxed yet."""
+        return stress + self._overstress(stress, memory, dt)
+
+    def remember(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> None:
+        """Keep the part that has not relaxed, and the stress."""
+        memory["state"] = self._overstress(stress, memory, dt), stress
+
+    def _overstress(self, stress: Array, memory: Memory, dt: Array | float) -> Array:
+        over, before = memory.get("state", (0.0, 0.0))
+        if self._decay is None or self._decay[0] is not dt:  # the same in all calls of a step
+            self._decay = dt, *decay(dt, self.values["relaxation_time"])
+        _, left, share = self._decay
+        return left * over + self.values["relative_modulus"] * share * (stress - before)
+
+
+class Hysteresis(ElasticEffect):
+    """Rate-independent: s_c*w added, dw = (sign(dlambda) - w)*abs(dlambda)/stretch_scale.
+
+    The model of Duhem and Dahl, exact for any step in one direction: w goes to the sign of the
+    motion over a stretch of stretch_scale. Section 5.2.4 sees 1 to 2 mm of it at the tip.
+    """
+
+    name = "hysteresis"
+    experiments = RUBBER
+    parameters = (
+        Parameter(
+            "relative_pressure",
+            "",
+            0.0,
+            3.0,
+            "half the height of the loop in units of the load s",
+            typical=(0.02, 0.4),
+            neutral=0.0,
+        ),
+        Parameter(
+            "stretch_scale",
+            "",
+            1e-3,
+            5.0,
+            "stretch over which the friction turns",
+            typical=(0.01, 0.3),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "viscoelasticity": "alike on triangles of one rate",
+        "tube_lag": "alike on triangles of one rate",
+        "mullins_softening": "both part loading from unloading",
+    }
+    has_memory = True
+    adds = True
+    rank = 1
+
+    def stress(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> Array:
+        """Stress [-] with the friction."""
+        return stress + self.values["relative_pressure"] * self._turned(strain.stretch, memory)
+
+    def remember(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> None:
+        """Keep w and the stretch."""
+        memory["state"] = self._turned(strain.stretch, memory), strain.stretch
+
+    def _turned(self, stretch: Array, memory: Memory) -> Array:
+        turned, before = memory.get("state", (0.0, 1.0))
+        moved = stretch - before
+        towards = np.sign(moved)
+        left = np.exp(-np.abs(moved) / self.values["stretch_scale"])
+        return towards + (turned - towards) * left

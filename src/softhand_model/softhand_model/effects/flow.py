@@ -1,0 +1,315 @@
+"""Flow effects: the air mass that a valve pulse moves.
+
+Viscous friction along the flow path.
+
+Air that valve and dead volume move at each switching, whatever the duration.
+
+A mass that every pulse moves alike.
+
+Valves that let air through for a shorter time than they are commanded to.
+
+A leak of the channel.
+
+A supply that gives way to the flow that is taken from it.
+
+Air that has not come back to room temperature when its pressure is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from softhand_model.effects.effect import Parameter
+from softhand_model.effects.stages import Array, FlowEffect, Pulse
+from softhand_model.gas import AMBIENT_PRESSURE
+
+
+class InjectorFlow(FlowEffect):
+    """Choked and unchoked flow through a small orifice: c2*int(p_in*Psi(p_out/p_in)) dt (eq. 4.1).
+
+    It takes the place of the naive term c*p_in*duration, of which it is the refinement: while the
+    flow is choked Psi is constant, and the two are collinear. c2 [kg/(s Pa)] is the conductance of
+    choke and valve in series (`gas.orifice_conductance`), a value a direction.
+    """
+
+    name = "injector_flow"
+    experiments = frozenset({"valve_pulse"})
+    parameters = (
+        Parameter(
+            "c2_inflate",
+            "kg/(s Pa)",
+            1e-12,
+            1e-7,
+            "conductance of the inlet's choke",
+            typical=(8e-11, 2.5e-10),
+            logarithmic=True,
+        ),
+        Parameter(
+            "c2_deflate",
+            "kg/(s Pa)",
+            1e-12,
+            1e-7,
+            "conductance of the outlet's choke",
+            typical=(5e-10, 2e-9),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "calibration": "collinear with the naive term, which it replaces, while the flow is choked",
+        "line_friction": "both grow as the channel nears p_in; varied supply tells them apart",
+    }
+    replaces_naive = True
+
+    def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
+        """Mass [kg] with the injector term in place of the naive one."""
+        term = self.by_direction("c2", pulse) * pulse.injector_integral
+        return mass - pulse.naive + term
+
+
+class LineFriction(FlowEffect):
+    """Flow against the viscous friction of the walls: c1*int(p_in - p_out) dt (eq. 4.1).
+
+    c1 [kg/(s Pa)] has a value a direction. The thesis adds it to the flow through the choke though
+    the two resistances lie in series, so beside `injector_flow` a c1 below zero makes sense: the
+    tube takes away what the choke alone would pass.
+    """
+
+    name = "line_friction"
+    experiments = frozenset({"valve_pulse"})
+    parameters = (
+        Parameter(
+            "c1_inflate",
+            "kg/(s Pa)",
+            -1e-8,
+            1e-8,
+            "conductance of the line to the channel",
+            typical=(1e-12, 5e-11),
+            neutral=0.0,
+        ),
+        Parameter(
+            "c1_deflate",
+            "kg/(s Pa)",
+            -1e-8,
+            1e-8,
+            "conductance of the line from the channel",
+            typical=(1e-11, 5e-10),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "injector_flow": "both fall as the pressures even out",
+        "leakage": "inflating, c1*(p_in - p_out) and a leak both fall linearly with p_out",
+    }
+
+    def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
+        """Mass [kg] with the friction term added."""
+        return mass + self.by_direction("c1", pulse) * pulse.friction_integral
+
+
+class SwitchingVolume(FlowEffect):
+    """What a pulse moves by being switched: c3*p_in(t_on) + c4*p_out(t_on) (eq. 4.1).
+
+    c3 and c4 [kg/Pa]; a dead volume V between valve and choke gives c3 = V/(R_s*T) = -c4 while
+    inflating (1.8e-12 kg/Pa for 0.15 cm3). ERRATUM: while deflating p_out is ambient and constant,
+    its column is collinear with the bias, so there is no c4 (Algorithm 1 lists it).
+    """
+
+    name = "switching_volume"
+    experiments = frozenset({"valve_pulse"})
+    parameters = (
+        Parameter(
+            "c3_inflate",
+            "kg/Pa",
+            -1e-9,
+            1e-9,
+            "inlet's dead volume, filled from the supply",
+            typical=(1e-12, 1e-11),
+            neutral=0.0,
+        ),
+        Parameter(
+            "c3_deflate",
+            "kg/Pa",
+            -1e-9,
+            1e-9,
+            "outlet's dead volume, filled from the channel",
+            typical=(1e-12, 1e-11),
+            neutral=0.0,
+        ),
+        Parameter(
+            "c4_inflate",
+            "kg/Pa",
+            -1e-9,
+            1e-9,
+            "what the channel's pressure holds back",
+            typical=(-1e-11, -1e-12),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "valve_delay": "a delay takes off c*p_in*delay, which is a c3 below zero",
+        "pulse_bias": "alike while p_in varies little",
+    }
+
+    def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
+        """Mass [kg] with the switching terms added."""
+        channel = np.where(pulse.inflating, self.of("c4_inflate"), 0.0) * pulse.p_out
+        return mass + self.by_direction("c3", pulse) * pulse.p_in + channel
+
+
+class PulseBias(FlowEffect):
+    """The bias c0 [kg] of a pulse, a value a direction: what the other terms get wrong on average
+    (eq. 4.1).
+    """
+
+    name = "pulse_bias"
+    experiments = frozenset({"valve_pulse"})
+    parameters = (
+        Parameter(
+            "c0_inflate",
+            "kg",
+            -1e-4,
+            1e-4,
+            "mass added to every inflating pulse",
+            typical=(1e-7, 2e-6),
+            neutral=0.0,
+        ),
+        Parameter(
+            "c0_deflate",
+            "kg",
+            -1e-4,
+            1e-4,
+            "mass added to every deflating pulse",
+            typical=(1e-7, 2e-6),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "switching_volume": "alike while p_in varies little",
+        "valve_delay": "a delay takes off c*p_in*delay, a bias while p_in varies little",
+    }
+
+    def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
+        """Mass [kg] with the bias added."""
+        return mass + self.by_direction("c0", pulse)
+
+
+class ValveDelay(FlowEffect):
+    """The valve opens later than it closes: duration -> max(0, duration - delay).
+
+    The integrals of friction and injector shrink in proportion. delay [s] is the one of opening
+    less the one of closing, 20 to 40 ms each (section 4.3); a valve that closes more slowly than it
+    opens has one below zero.
+    """
+
+    name = "valve_delay"
+    experiments = frozenset({"valve_pulse"})
+    parameters = (
+        Parameter(
+            "delay",
+            "s",
+            -0.05,
+            0.2,
+            "time by which the open valve falls short of its command",
+            typical=(0.002, 0.04),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "switching_volume": "takes off c*p_in*delay as a c3 below zero does, while no pulse is "
+        "shorter than the delay",
+        "pulse_bias": "alike while p_in varies little",
+    }
+    rank = -1
+
+    def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
+        """The pulse with the time that the valve is open."""
+        return pulse.lasting(np.maximum(pulse.duration - self.of("delay"), 0.0))
+
+
+class Leakage(FlowEffect):
+    """Air that leaks from the channel during a pulse: mass - conductance*(p_channel - p_ambient)
+    *duration.
+
+    p_channel is p_out inflating and p_in deflating, at switch-on; conductance in [kg/(s Pa)], that
+    of a laminar gap; p_ambient is 101.3 kPa.
+    """
+
+    name = "leakage"
+    experiments = frozenset({"valve_pulse"})
+    parameters = (
+        Parameter(
+            "conductance",
+            "kg/(s Pa)",
+            0.0,
+            1e-8,
+            "mass flow of the leak per gauge pressure",
+            typical=(1e-12, 5e-11),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "line_friction": "inflating, c1*(p_in - p_out) and a leak both fall linearly with p_out",
+    }
+
+    def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
+        """Mass [kg] less what leaks."""
+        channel = np.where(pulse.inflating, pulse.p_out, pulse.p_in)
+        return mass - self.of("conductance") * (channel - AMBIENT_PRESSURE) * pulse.duration
+
+
+class SupplyDroop(FlowEffect):
+    """Inflating, the supply falls with the mean flow: p_in -> p_in - resistance*mass/duration.
+
+    resistance [Pa s/kg]. The mass is the pulse's own, so the equation is implicit; the integrals
+    are measured, with what the supply did, and stay.
+    """
+
+    name = "supply_droop"
+    experiments = frozenset({"valve_pulse"})
+    parameters = (
+        Parameter(
+            "resistance",
+            "Pa s/kg",
+            0.0,
+            1e11,
+            "loss of supply pressure per mass flow",
+            typical=(1e8, 1e10),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "calibration": "with the naive term c*p_in*duration alone a factor 1/(1 + resistance*c) "
+        "on c while inflating; it shows beside switching_volume only",
+    }
+
+    def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
+        """The pulse with the supply pressure that is left to it."""
+        lasting = np.where(pulse.duration > 0.0, pulse.duration, np.inf)
+        loss = np.where(pulse.inflating, self.of("resistance") * mass / lasting, 0.0)
+        return pulse.fed_at(pulse.p_in - loss)
+
+
+class PolytropicGas(FlowEffect):
+    """A measured mass dp*V/(R_s*T) of air that changes by p*V**n = const is n times the true one.
+
+    exponent n: 1 isothermal (the base), 1.4 adiabatic. It is a mere factor on the mass.
+    """
+
+    name = "polytropic_gas"
+    experiments = frozenset({"valve_pulse"})
+    parameters = (
+        Parameter("exponent", "", 1.0, 1.4, "of the change of state", (1.02, 1.35), neutral=1.0),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = {
+        "valve_pulse": "a mere factor on the mass, which the calibration of both directions takes "
+        "up",
+    }
+    confounded_with: ClassVar[Mapping[str, str]] = {"calibration": "a factor on both directions"}
+    rank = 1
+
+    def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
+        """Mass [kg] as read by who takes the air to be isothermal."""
+        return mass * self.of("exponent")

@@ -1,0 +1,137 @@
+"""Input effects: what pressure acts in the chamber.
+
+A pressure sensor whose scale is wrong.
+
+Air that takes its time from the sensor to the chamber.
+
+Pressure that does nothing until it has filled what gives way first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
+from softhand_model.effects.stages import Array, InputEffect, Memory, lagged
+
+
+class PressureOffset(InputEffect):
+    """The pressure sensor's zero is off: p_read = p + offset.
+
+    With `pressure_gain`: p_read = gain*p + offset, so the offset is taken off first.
+    """
+
+    name = "pressure_offset"
+    experiments = BENDING
+    parameters = (
+        Parameter(
+            "offset",
+            "Pa",
+            -50e3,
+            50e3,
+            "reading at no pressure",
+            typical=(-4e3, 4e3),
+            neutral=0.0,
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "angle_offset": "alike in free bending as far as the curve is straight",
+        "force_offset": "one with it in a blocked tip as far as the force is proportional to p",
+        "dead_zone": "alike where no reading lies below the threshold",
+    }
+    rank = 0
+
+    def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
+        """Pressure [Pa] in the chamber."""
+        return pressure - self.values["offset"]
+
+
+class PressureGain(InputEffect):
+    """The pressure sensor's scale is off: p_read = gain*p (after `pressure_offset`).
+
+    In bending gain and shear modulus are one: the load holds p/G. Only a gain that the calibration
+    of G cannot take up shows there, or forces against a gauge.
+    """
+
+    name = "pressure_gain"
+    experiments = BENDING
+    parameters = (
+        Parameter("gain", "", 0.2, 5.0, "reading over pressure", typical=(0.7, 1.4), neutral=1.0),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "modulus_scale": "one with the shear modulus in free bending, where only p/G acts",
+        "coefficient": "one with it",
+        "passive_layer_slack": "one with its ratio at small loads of a blocked tip",
+    }
+    rank = 1
+
+    def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
+        """Pressure [Pa] in the chamber."""
+        return pressure / self.values["gain"]
+
+
+class TubeLag(InputEffect):
+    """The chamber follows the sensor through the tube: time_constant*p' = p_read - p.
+
+    First order, in place of the flow itself (`pneumatics.plant` has that); exact for readings that
+    change in a straight line between samples.
+    """
+
+    name = "tube_lag"
+    experiments = BENDING
+    parameters = (
+        Parameter(
+            "time_constant",
+            "s",
+            1e-4,
+            100.0,
+            "time in which the chamber follows",
+            typical=(0.02, 1.0),
+            logarithmic=True,
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "angle_sensor_lag": "a lag of the output instead: where the curve is straight they are one",
+        "viscoelasticity": "alike on triangles of one rate",
+        "hysteresis": "alike on triangles of one rate",
+    }
+    has_memory = True
+    rank = 2
+
+    def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
+        """Pressure [Pa] in the chamber."""
+        return lagged(pressure, memory, dt, self.values["time_constant"])
+
+
+class DeadZone(InputEffect):
+    """The first pressure does nothing: p -> max(0, p - threshold)."""
+
+    name = "dead_zone"
+    experiments = BENDING
+    parameters = (
+        Parameter(
+            "threshold",
+            "Pa",
+            0.0,
+            100e3,
+            "pressure from which the actuator moves",
+            typical=(500.0, 10e3),
+            neutral=0.0,
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "pressure_offset": "alike where no reading lies below the threshold",
+        "section_rounding": "alike at low pressure, which it weakens smoothly",
+    }
+    rank = 3
+
+    def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
+        """Pressure [Pa] that acts."""
+        return np.maximum(pressure - self.values["threshold"], 0.0)

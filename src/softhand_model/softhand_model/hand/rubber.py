@@ -1,0 +1,200 @@
+"""Rubbers: strain measures, strain through a wall, limits of the neo-Hookean model, and which
+rubber suits.
+
+Strain through the thickness of the wall of a bent actuator (section 3.4.5).
+
+Depths and curvatures are relative to the height h: depth = d/h [-] counts from the outer face of
+the undeformed wall, bend = kappa*h [-].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softhand_model import yaml_document as plausible
+from softhand_model.hand.section import NEWTON_STEPS
+from softhand_model.yaml_document import Node, data_file, read_document
+
+Array = NDArray[np.float64]
+
+FORMAT = "softhand-rubbers/1"
+USEFUL_STRETCH = (0.3, 0.5)  # stretch in use over the largest one (section 3.3.3)
+PASCAL_PER_KILOPASCAL = 1e3
+
+
+@dataclass(frozen=True)
+class Rubber:
+    """A rubber: largest stretch [-] and shear modulus [Pa] as in Table 3.2, density [kg/m3]."""
+
+    name: str
+    maker: str
+    chemistry: str
+    max_stretch: float
+    shear_modulus: float
+    density: float
+
+    @property
+    def suitability(self) -> float:
+        """Suitability index [kPa**0.25] (eq. 3.10)."""
+        return float(suitability(self.max_stretch, self.shear_modulus))
+
+
+def load_rubbers(path: Path | None = None) -> dict[str, Rubber]:
+    """The rubbers of data/rubbers.yaml or another file of its format, by name.
+
+    Raises ValueError naming file, key, expected and got.
+
+    >>> round(load_rubbers()["Dragon Skin 10"].suitability, 1)
+    26.6
+    """
+    document = read_document(path or data_file("rubbers.yaml"), FORMAT)
+    rubbers = document.fields(["format", "rubbers"])["rubbers"].mapping()
+    return {name: _rubber(name, node) for name, node in rubbers.items()}
+
+
+def _rubber(name: str, node: Node) -> Rubber:
+    fields = node.fields(["maker", "chemistry", "max_stretch", "shear_modulus", "density"])
+    return Rubber(
+        name,
+        fields["maker"].text(),
+        fields["chemistry"].text(),
+        fields["max_stretch"].number(above=1.0),
+        fields["shear_modulus"].within(plausible.SHEAR_MODULUS),
+        fields["density"].within(plausible.DENSITY),
+    )
+
+
+def suitability(max_stretch: ArrayLike, shear_modulus: ArrayLike) -> Array:
+    """Suitability index S = (lambda_max - 1)*G**0.25 [kPa**0.25], G given in [Pa] (eq. 3.10).
+
+    ERRATUM: for Elastosil M4125 Table 3.2 prints a largest stretch of 6, which gives 21.4; its 23.5
+    needs 6.5.
+
+    >>> [round(float(suitability(stretch, 333e3)), 1) for stretch in (6.0, 6.5)]
+    [21.4, 23.5]
+    """
+    modulus = np.asarray(shear_modulus, float) / PASCAL_PER_KILOPASCAL
+    return (np.asarray(max_stretch, float) - 1.0) * modulus**0.25
+
+
+def suitability_by_tear_strength(max_stretch: ArrayLike, tear_strength: ArrayLike) -> Array:
+    """Suitability index [kPa**0.25] from the largest tensile load [Pa] (eq. 3.11).
+
+    Equals eq. 3.10 where the load grows linearly, sigma_max = G*(lambda_max - 1).
+    """
+    strain = np.asarray(max_stretch, float) - 1.0
+    return suitability(max_stretch, np.asarray(tear_strength, float) / strain)
+
+
+def strain_invariant(stretch: ArrayLike) -> Array:
+    """J1 = J2 = lambda**2 + lambda**-2 - 2 [-] of pure shear, as in the actuator's top (eq. 3.18).
+
+    >>> round(float(strain_invariant(3.0)), 3)
+    7.111
+    """
+    stretch = np.asarray(stretch, float)
+    return stretch**2 + stretch**-2.0 - 2.0
+
+
+def gent_energy(stretch: ArrayLike, shear_modulus: float, jm: float) -> Array:
+    """Energy per volume [J/m3] of a Gent solid in pure shear: -(G/2)*jm*ln(1 - J1/jm).
+
+    ERRATUM: section 3.4.7 prints it without the minus sign, hence negative.
+    """
+    return -0.5 * shear_modulus * jm * np.log1p(-strain_invariant(stretch) / jm)
+
+
+def gent_factor(stretch: ArrayLike, jm: float) -> Array:
+    """Stress of a Gent solid over that of the neo-Hookean one [-]: 1/(1 - J1/jm) (eq. 3.45).
+
+    >>> round(float(gent_factor(3.0, 100.0)), 4)
+    1.0766
+    """
+    return 1.0 / (1.0 - strain_invariant(stretch) / jm)
+
+
+def mooney_rivlin_energy_error(stretch: ArrayLike, c01: float = 0.02, c20: float = 0.002) -> Array:
+    """Share [-] of the energy that C01 and C20 add to C10*J1 (section 3.4.6); both relative to C10.
+
+    ERRATUM: the text calls these 3.4 % at lambda = 3 the error of the stiffness; see
+    `mooney_rivlin_stiffness_error`.
+
+    >>> round(float(mooney_rivlin_energy_error(3.0)), 3)
+    0.034
+    """
+    return c01 + c20 * strain_invariant(stretch)
+
+
+def mooney_rivlin_stiffness_error(
+    stretch: ArrayLike, c01: float = 0.02, c20: float = 0.002
+) -> Array:
+    """Share [-] that C01 and C20 (relative to C10) add to the energy's gradient in J1.
+
+    >>> round(float(mooney_rivlin_stiffness_error(3.0)), 3)
+    0.048
+    """
+    return c01 + 2.0 * c20 * strain_invariant(stretch)
+
+
+def radial_modulus(rubber: float, fibre: float, share: float = 0.02) -> float:
+    """Young's modulus [Pa] across the helix: volume mean of rubber and fibre (eq. 3.3)."""
+    return (1.0 - share) * rubber + share * fibre
+
+
+def radial_stretch(axial_stretch: float, axial_modulus: float, radial_modulus: float) -> float:
+    """Stretch [-] across the fibres at an axial one, moduli [Pa] (eq. 3.1 and 3.2).
+
+    >>> round(radial_stretch(3.0, 0.15e6, radial_modulus(0.15e6, 2.5e9)), 3)
+    1.006
+    """
+    return 1.0 + (axial_stretch - 1.0) * axial_modulus / radial_modulus
+
+
+def griffith_stress(modulus: float, surface_energy: float, width: float) -> float:
+    """Largest stress [Pa] of a solid with a crack of the full width a [m] (eq. 3.4).
+
+    sqrt(4*E*G_c/(pi*a)) with Young's modulus E [Pa] and the surface energy G_c [J/m2]. A fibre in
+    the passive layer counts as such a crack: mesh threads of 70 um allow 2.7 times the stress of a
+    0.5 mm thread.
+
+    >>> round(griffith_stress(0.15e6, 10.0, 70e-6) / griffith_stress(0.15e6, 10.0, 0.5e-3), 2)
+    2.67
+    """
+    return float(np.sqrt(4.0 * modulus * surface_energy / (np.pi * width)))
+
+
+def deformed_depth(depth: ArrayLike, bend: ArrayLike) -> Array:
+    """Depth d'/h [-] at which rubber from the depth d/h ends up when the actuator bends.
+
+    The differential equation 3.44 keeps the volume; its integral is the cubic
+    u**2/2 + bend*u**3/3 = v**2/2 + bend/3 with u = 1 - d'/h and v = 1 - d/h, solved here by Newton
+    from u = 1. ERRATUM: the text sets the boundary lambda1 = (1 + kappa*h)/lambda2 with
+    lambda2 = 1; at the outer face lambda1 = 1 + kappa*h, lambda2 = 1/lambda1 and lambda3 = 1.
+    """
+    depth, bend = np.broadcast_arrays(np.asarray(depth, float), np.asarray(bend, float))
+    kept = (1.0 - depth) ** 2 / 2.0 + bend / 3.0
+    u = np.ones_like(kept)
+    for _ in range(NEWTON_STEPS):
+        u = u - (u**2 / 2.0 + bend * u**3 / 3.0 - kept) / (u + bend * u**2)
+    return 1.0 - u
+
+
+def wall_stretches(depth: ArrayLike, bend: ArrayLike) -> tuple[Array, Array, Array]:
+    """Stretches along, across (radial) and around the wall [-] at a depth (eq. 3.38-3.40)."""
+    u = 1.0 - deformed_depth(depth, bend)
+    along = 1.0 + np.asarray(bend, float) * u
+    around = u / (1.0 - np.asarray(depth, float))
+    return along, 1.0 / (along * around), around
+
+
+def wall_strain_invariant(depth: ArrayLike, bend: ArrayLike) -> Array:
+    """J1 = sum of the squared stretches - 3 [-] at a depth of the wall (Fig. 3.10).
+
+    >>> wall_strain_invariant([0.0, 0.3, 0.5], 2.0).round(3).tolist()
+    [7.111, 6.689, 7.386]
+    """
+    return np.sum(np.square(wall_stretches(depth, bend)), axis=0) - 3.0

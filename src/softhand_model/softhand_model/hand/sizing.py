@@ -1,0 +1,351 @@
+"""An actuator from what it should do: wall and profile from an actuation ratio and a stiffness.
+
+The rules of thumb (3.6.1) are solved together with the side walls, so that `actuation_ratio` and
+`Actuator.stiffness` give back what was wanted. The free section is square. Along the actuator the
+stiffness falls in a straight line, as the cube of a circumference that tapers with the root 3;
+height and width taper as those of P10 (7.3).
+
+An actuator as YAML: a hand of a single finger that brings it along, for `load_hand`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import yaml
+from scipy.optimize import brentq
+
+from softhand_model.hand import design_rules as design
+from softhand_model.hand import section
+from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.design_rules import BrokenRule
+from softhand_model.hand.hand import FORMAT, WRIST
+from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
+from softhand_model.hand.rubber import Rubber
+
+MOST_TAPER = 0.925  # of height and width, as of P10
+TAPER_ROOT = {"height": 3.0, "width": 8.0, "circumference": 3.0}
+SIDE_WALL_SHARE = 1.0 / 3.0  # of the width at most, as of P5
+LEAST_TIP_HEIGHT = 2.0  # walls
+TUBE_VOLUME = 9.4e-7  # [m3], 0.3 m of the tube of P10
+DIGITS = 7  # of the sizes of an actuator
+UNITS = {  # of what an actuator should do; of all else [m]
+    "actuation_ratio": "1/(m Pa)",
+    "stiffness": "N m2",
+    "tip_stiffness": "N m2",
+    "max_stretch": "",
+}
+
+
+class WishError(ValueError):
+    """A wish that cannot be fulfilled: its `key`, what is `expected` with `{}` for the bound, and
+    bound and value that came in `unit`, the SI unit of the key.
+    """
+
+    def __init__(self, key: str, expected: str, bound: float, got: float) -> None:
+        self.key, self.expected, self.bound, self.got = key, expected, bound, got
+        self.unit = UNITS.get(key, "m")
+        super().__init__(self.told(key, 1.0, self.unit))
+
+    def told(self, name: str, scale: float, unit: str) -> str:
+        """The same with another name of the key, in a unit of `scale` SI units.
+
+        >>> WishError("wall", "below {}", 0.009, 0.03).told("wall", 1e-3, "mm")
+        'wall: expected below 9 mm, got 30 mm'
+        """
+        bound, got = (f"{value / scale:.4g} {unit}".rstrip() for value in (self.bound, self.got))
+        return f"{name}: expected {self.expected.format(bound)}, got {got}"
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What an actuator should do: actuation_ratio [1/(m Pa)] and stiffness [N m2] at the base,
+    length [m], rubber, tip_stiffness [N m2]; wall, height and width [m] where a mould fixes them.
+
+    Raises WishError for numbers that are not above 0, and a tip stiffer than the base.
+    """
+
+    actuation_ratio: float
+    stiffness: float
+    length: float
+    rubber: Rubber
+    tip_stiffness: float = 0.0
+    wall: float | None = None
+    height: float | None = None
+    width: float | None = None
+
+    def __post_init__(self) -> None:
+        for key in ("actuation_ratio", "stiffness", "length", "wall", "height", "width"):
+            value = getattr(self, key)
+            if value is not None and not 0.0 < value < np.inf:
+                raise WishError(key, "a number above {}", 0.0, value)
+        if not 0.0 <= self.tip_stiffness <= self.stiffness:
+            expected = "0 to the stiffness at the base, {}"
+            raise WishError("tip_stiffness", expected, self.stiffness, self.tip_stiffness)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Height, width and wall [m] of a section of a shear modulus [Pa]; the side walls are as thick
+    as the wall, or a third of the width where that is less.
+    """
+
+    height: float
+    width: float
+    wall: float
+    shear_modulus: float
+
+    @property
+    def side_wall(self) -> float:
+        """Thickness [m] of each side wall."""
+        return min(self.wall, SIDE_WALL_SHARE * self.width)
+
+    @property
+    def ratio(self) -> float:
+        """Factor of the side walls [-] (eq. 3.35)."""
+        return float(section.side_wall_ratio(self.height, self.width, self.wall, self.side_wall))
+
+    @property
+    def actuation_ratio(self) -> float:
+        """Actuation ratio [1/(m Pa)] by the rule with side walls (eq. 3.32 with 3.37)."""
+        return self.ratio * float(section.rule_actuation_ratio(self.wall, self.shear_modulus))
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness [N m2] as of `Actuator.stiffness` (eq. 3.26 with 3.35)."""
+        edge = 0.5 * (self.height + self.width)
+        return 2.0 / self.ratio * float(section.rule_stiffness(edge, self.wall, self.shear_modulus))
+
+
+@dataclass(frozen=True)
+class Design:
+    """An actuator for a wish, and the rules that it breaks."""
+
+    wish: Wish
+    actuator: Actuator
+    broken: tuple[BrokenRule, ...]
+
+
+def actuation_ratio(actuator: Actuator) -> float:
+    """Actuation ratio dkappa/dp = ratio/(8*G*d) [1/(m Pa)] at the base (eq. 3.32 with 3.37).
+
+    It is the exact kappa/p where lambda + lambda**-3 = 2, that is where the top is stretched to
+    1.839; below that pressure the actuator bends less, above it more.
+
+    >>> from softhand_model.hand.actuator import load_actuator
+    >>> round(1e3 * actuation_ratio(load_actuator("P10.finger")), 3)
+    1.031
+    """
+    rule = section.rule_actuation_ratio(actuator.wall, actuator.shear_modulus)
+    return float(actuator.side_wall_ratio(0.0) * rule)
+
+
+def design_actuator(wish: Wish, name: str = "finger") -> Design:
+    """Size an actuator: wall by rule 1 and circumference by rule 2, with side walls, height equal
+    to width by rule 3; what the wish fixes stays. Rules that are broken are listed.
+
+    Raises WishError when no such actuator exists: the walls would fill it, or it would be as high
+    as it is long.
+
+    >>> dragon_skin = Rubber("Dragon Skin 10", "", "", 11.0, 67e3, 1070.0)
+    >>> found = design_actuator(Wish(0.93e-3, 3.9e-3, 0.09, dragon_skin)).actuator
+    >>> [round(1e3 * float(size), 2) for size in (found.wall, found.height(0), found.width(0))]
+    [2.25, 19.36, 19.36]
+    """
+    base = _section(wish)
+    _refuse_unfit(wish, base)
+    actuator = _actuator(wish, base, name)
+    return Design(wish, actuator, _broken_rules(wish, base))
+
+
+def _section(wish: Wish) -> Section:
+    """Section at the base; raises WishError where the wall would fill it."""
+    height, width = _sides(wish, _edge(wish))
+    modulus = wish.rubber.shear_modulus
+    if wish.wall is None:
+        return Section(height, width, _wall(wish, height, width), modulus)
+    if wish.wall >= height:
+        raise WishError("wall", "below {}, the height that gives the stiffness", height, wish.wall)
+    return Section(height, width, wish.wall, modulus)
+
+
+def _sides(wish: Wish, edge: float) -> tuple[float, float]:
+    """Height and width [m] whose mean is `edge` [m]; square unless one or both are fixed."""
+    height = wish.height or (2.0 * edge - wish.width if wish.width else edge)
+    return height, wish.width or 2.0 * edge - height
+
+
+def _edge(wish: Wish) -> float:
+    """Mean of height and width [m] that gives the stiffness (rule 2, with side walls)."""
+    if wish.height and wish.width:
+        return 0.5 * (wish.height + wish.width)
+    half = 0.5 * (wish.height or wish.width or 0.0) * (1.0 + 1e-6)
+    if wish.wall is None:  # modulus, wall and ratio cancel in stiffness*actuation_ratio = edge**3/2
+        edge = (2.0 * wish.stiffness * wish.actuation_ratio) ** (1.0 / 3.0)
+    else:
+        edge = _edge_at_wall(wish, wish.wall, half)
+    if edge <= half:
+        fixed = "height" if wish.height else "width"
+        raise WishError(fixed, "below {} for this stiffness", 2.0 * edge, 2.0 * half)
+    return edge
+
+
+def _edge_at_wall(wish: Wish, wall: float, least: float) -> float:
+    """The same for a wall [m] that is fixed; `least` [m] where that is already too stiff."""
+    modulus = wish.rubber.shear_modulus
+
+    def excess(edge: float) -> float:
+        return Section(*_sides(wish, edge), wall, modulus).stiffness - wish.stiffness
+
+    # side walls only make it stiffer
+    most = design.circumference_for_stiffness(wish.stiffness, wall, modulus) / 4.0
+    least = max(least, 0.1 * most)
+    return least if excess(least) >= 0.0 else float(brentq(excess, least, most))
+
+
+def _wall(wish: Wish, height: float, width: float) -> float:
+    """Wall [m] that gives the actuation ratio (rule 1, with side walls)."""
+    modulus = wish.rubber.shear_modulus
+    least = _least_actuation_ratio(wish, height)
+    if wish.actuation_ratio <= least:
+        expected = (
+            "above {}, at which the wall fills the section (a stiffer actuator is higher, a "
+            "stiffer rubber takes less wall)"
+        )
+        raise WishError("actuation_ratio", expected, least, wish.actuation_ratio)
+
+    def excess(wall: float) -> float:
+        return wish.actuation_ratio / Section(height, width, wall, modulus).actuation_ratio - 1.0
+
+    return float(brentq(excess, 1e-6 * height, height, xtol=1e-12))
+
+
+def _least_actuation_ratio(wish: Wish, height: float) -> float:
+    """Actuation ratio [1/(m Pa)] at which the wall is as thick as the actuator is high: 1/(4*G*h),
+    where the height [m] is free together with h = (2*B*dkappa/dp)**(1/3).
+    """
+    modulus = wish.rubber.shear_modulus
+    if wish.height or wish.width:
+        return 1.0 / (4.0 * modulus * height)
+    return float((128.0 * modulus**3 * wish.stiffness) ** -0.25)
+
+
+def _refuse_unfit(wish: Wish, base: Section) -> None:
+    if base.height >= wish.length:
+        expected = "above {}, the height that gives the stiffness"
+        raise WishError("length", expected, base.height, wish.length)
+
+
+def _actuator(wish: Wish, base: Section, name: str) -> Actuator:
+    """Actuator with that section at its base."""
+    taper = 1.0 - wish.tip_stiffness / wish.stiffness
+    # the chamber at the tip keeps the height of a wall, as far as there is one at the base
+    room = min(LEAST_TIP_HEIGHT * base.wall / base.height, 1.0) ** TAPER_ROOT["height"]
+    height_taper = min(taper, MOST_TAPER, 1.0 - room)
+    found = Actuator(
+        name,
+        wish.length,
+        _profile("height", base.height, height_taper, wish.length),
+        _profile("width", base.width, min(taper, MOST_TAPER), wish.length),
+        _profile("circumference", 2.0 * (base.height + base.width), taper, wish.length),
+        _rounded(base.wall),
+        _rounded(base.side_wall),
+        wish.rubber.shear_modulus,
+        mass=0.0,
+        max_pressure=0.0,
+        supply_volume=TUBE_VOLUME,
+    )
+    mass = _rounded(wish.rubber.density * found.rubber_volume())
+    return replace(found, mass=mass, max_pressure=pressure_limit(found, wish.rubber))
+
+
+def _profile(key: str, largest: float, taper: float, length: float) -> Profile:
+    if taper < 1e-9:
+        return ConstantProfile(_rounded(largest))
+    return TaperedProfile(_rounded(largest), length, _rounded(taper), TAPER_ROOT[key])
+
+
+def pressure_limit(actuator: Actuator, rubber: Rubber) -> float:
+    """Pressure [Pa] at which the top is stretched as far as the rubber should be in use: to 0.3 of
+    its largest stretch, or to 0.5 of it where 0.3 is no stretch at all (section 3.3.3).
+
+    Raises WishError for a rubber that may not be stretched at all.
+    """
+    stretch = next((s for s in design.useful_stretch(rubber.max_stretch) if s > 1.0), None)
+    if stretch is None:
+        least = 1.0 / design.USEFUL_STRETCH[1]
+        raise WishError("max_stretch", f"above {{}} of {rubber.name}", least, rubber.max_stretch)
+    x = actuator.quadrature()[0]
+    load = section.bending_load(
+        1.0, actuator.height(x), actuator.wall, actuator.side_wall_ratio(x), actuator.shear_modulus
+    )
+    return _rounded(float(section.elastic_term(stretch) / load.max()))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _broken_rules(wish: Wish, base: Section) -> tuple[BrokenRule, ...]:
+    checks = (
+        design.check_actuation_ratio(base.actuation_ratio, wish.actuation_ratio),
+        design.check_stiffness(base.stiffness, wish.stiffness),
+        design.check_shape(base.height, base.width),
+        design.check_wall(base.height, base.wall),
+        design.check_rubber(wish.rubber),
+    )
+    return tuple(check for check in checks if check is not None)
+
+
+PLATE = {"size": [0.030, 0.030, 0.010], "position": [-0.010, 0.0, -0.005]}  # [m]
+STAND_MASS = 0.020  # [kg]
+
+
+def actuator_entry(actuator: Actuator) -> dict[str, Any]:
+    """What stands under the actuator's name in a hand's `types`, SI units.
+
+    Raises ValueError for an arc, which is no finger.
+    """
+    if actuator.arc_radius is not None:
+        raise ValueError(f"{actuator.name}: expected a straight actuator, got an arc")
+    profiles = {key: _entry(getattr(actuator, key)) for key in ("height", "width", "circumference")}
+    plain = ("wall", "side_wall", "shear_modulus", "mass", "max_pressure", "supply_volume")
+    numbers = {key: float(getattr(actuator, key)) for key in plain}
+    return {"length": actuator.length, **profiles, **numbers}
+
+
+def finger_text(actuator: Actuator, comment: str = "") -> str:
+    """Text of a YAML file of the format softhand-hand/1: the actuator as a finger on a stand, with
+    lines of comment before it. Raises ValueError as `actuator_entry` does.
+    """
+    name = actuator.name
+    hand = {
+        "format": FORMAT,
+        "name": f"{name}_on_stand",
+        "channels": ["a"],
+        "mass": round(actuator.mass + STAND_MASS, 3),
+        "types": {name: actuator_entry(actuator)},
+        "plate": PLATE,
+        "chains": {
+            "finger": {
+                "actuators": {"finger": {"type": name, "channel": "a"}},
+                "mount": {"parent": WRIST, "position": [0.0, 0.0, 0.0], "rpy": [0.0, 0.0, 0.0]},
+            }
+        },
+        "tips": ["finger"],
+    }
+    lines = "".join(f"# {line}\n" for line in comment.splitlines())
+    return lines + yaml.safe_dump(hand, sort_keys=False, default_flow_style=None)
+
+
+def _entry(profile: Profile) -> Any:
+    """A profile as `actuator.read_profile` reads it."""
+    if isinstance(profile, ConstantProfile):
+        return profile.value
+    if isinstance(profile, TableProfile):
+        return [list(row) for row in zip(profile.x, profile.value, strict=True)]
+    if isinstance(profile, TaperedProfile):
+        return {"maximum": profile.maximum, "taper": profile.taper, "root": profile.root}
+    raise ValueError(f"profile: expected a constant, a table or a taper, got {profile!r}")

@@ -1,0 +1,1 @@
+"""Numerics that the physics shares: compiled kernels and rotations."""

@@ -1,0 +1,39 @@
+"""numba where it is installed, plain Python where it is not (the same results, slower)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+COMPILED = find_spec("numba") is not None
+
+
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Decorate a numerical kernel: compiled and cached on disk by numba, or left as it is.
+
+    What is cached counts as old when any kernel of its package has changed: by itself numba looks
+    at the file of the function alone, and would go on with what it calls in other files as it was.
+    """
+    if not COMPILED:
+        return function
+    from numba import njit
+
+    kernel: Any = njit(cache=True, fastmath=False)(function)
+    file = sys.modules[function.__module__].__file__ if function.__module__ in sys.modules else None
+    if file is not None:
+        depth = function.__module__.count(".")
+        kernel._cache._cache_file._source_stamp = kernels_stamp(
+            Path(file).parents[max(0, depth - 1)]
+        )
+    return kernel
+
+
+@cache
+def kernels_stamp(folder: Path) -> tuple[float, int]:
+    """Time of the latest change [s] and size [bytes] of all files with kernels below a folder."""
+    stats = [file.stat() for file in folder.rglob("*.py") if "@compiled" in file.read_text("utf-8")]
+    return max((s.st_mtime for s in stats), default=0.0), sum(s.st_size for s in stats)

@@ -1,0 +1,154 @@
+"""One step of the air between valves, dead volumes and channels, and its temperature.
+
+Temperature of the air in the channels: a lumped energy balance of each.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.gas import GAS_CONSTANT, HEAT_CAPACITY_RATIO, series_flow
+
+Floats = NDArray[np.float64]
+IN, OUT = 0, 1  # rows of the arrays over flow paths
+
+
+class Paths(NamedTuple):
+    """What resists the air on the inlet and outlet path of `n` channels.
+
+    Conductances of the chokes and of chokes with open valves (2, n) [kg/(s Pa)], of the lines
+    (n,) [kg/(s Pa2)].
+    """
+
+    choke: Floats
+    choke_and_valve: Floats
+    line: Floats
+
+
+class Contents(NamedTuple):
+    """Air of `n` channels; a step changes these arrays in place.
+
+    `air` (n,) in the actuators, `dead` (2, n) in the dead volumes, `inflow` and `outflow` (n,)
+    through the valves since the start [kg]; of the last step `received` (n,) that came into the
+    actuators, by whichever path [kg], and `net_flow` (n,) along the lines into them [kg/s].
+    """
+
+    air: Floats
+    dead: Floats
+    inflow: Floats
+    outflow: Floats
+    received: Floats
+    net_flow: Floats
+
+
+def move_air(
+    dt: float,
+    state: NDArray[np.int8],
+    outer: tuple[float, float],
+    capacity: Floats,
+    dead_capacity: float,
+    paths: Any,
+    contents: Any,
+    at_box: Floats,
+) -> float:
+    """Let air flow for `dt` [s] with the spools held; changes `contents` and `at_box` in place.
+
+    The dead volume of an open path takes the outer pressure at once. Through each choke flows
+    `softhand_model.gas.series_flow`, at most what evens out the two sides, or the step would
+    overshoot the equilibrium.
+
+    Args:
+        dt: step [s].
+        state: spools (n,): +1 inflating, -1 deflating, 0 closed.
+        outer: absolute pressure of supply and surroundings [Pa].
+        capacity: of the actuators (n,) [kg/Pa].
+        dead_capacity: of one dead volume [kg/Pa].
+        paths: the fields of `Paths`.
+        contents: the fields of `Contents`.
+        at_box: its first n entries become the absolute pressures [Pa] at the box's end of the
+            lines.
+
+    Returns:
+        Mass that has left the supply [kg].
+    """
+    choke, choke_and_valve, line = paths
+    air, dead, inflow, outflow, received, net_flow = contents
+    opened = np.array([state > 0, state < 0])
+    through = np.zeros(dead.shape)
+    if opened.any():
+        through = opened * (np.array(outer)[:, None] * dead_capacity - dead)
+        dead += through
+    pressure, inner = air / capacity, dead / dead_capacity
+    high, low = np.maximum(inner, pressure), np.minimum(inner, pressure)
+    flow = series_flow(high, low, np.where(opened, choke_and_valve, choke), line)
+    both = capacity * dead_capacity / (capacity + dead_capacity)
+    most = (high - low) * np.where(opened, capacity, both)
+    moved = np.copysign(np.minimum(flow * dt, most), inner - pressure)
+    dead -= np.where(opened, 0.0, moved)
+    through += np.where(opened, moved, 0.0)
+    inflow += through[IN]
+    outflow -= through[OUT]
+    net = moved[IN] + moved[OUT]
+    air += net
+    received[:] = np.maximum(moved, 0.0).sum(axis=0)
+    net_flow[:] = net / dt
+    at_box[: len(air)] = np.sqrt(np.maximum((air / capacity) ** 2 + net_flow / line, 0.0))
+    return float(through[IN].sum())
+
+
+HEAT_CAPACITY = GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1)  # of air at constant volume [J/(kg K)]
+
+
+class ChannelHeat:
+    """Temperature (n,) [K] of ideal, well-mixed air in `n` channels.
+
+    First law for the air of a channel: `d(m c_v T) = c_p T_wall dm_in - c_p T dm_out - p dV -
+    m c_v (T - T_wall)/tau dt`; air comes in at the temperature of the walls. Each term is taken in
+    its exact solution, one after the other. `heat` counts what the walls have taken [J].
+
+    Args:
+        channels: number of channels.
+        wall: temperature of walls, supply and surroundings [K].
+        time_constant: `tau`, in which the air takes on the wall's temperature [s].
+    """
+
+    def __init__(self, channels: int, wall: float, time_constant: float) -> None:
+        self._wall, self._time_constant = wall, time_constant
+        self.temperature: Floats = np.full(channels, wall)
+        self.heat: Floats = np.zeros(channels)
+
+    def compress(self, ratio: Floats) -> None:
+        """Change the volumes by `ratio` (n,) = new/old without heat: `T V**(kappa - 1)` stays."""
+        self.temperature = self.temperature * ratio ** (1 - HEAT_CAPACITY_RATIO)
+
+    def exchange(self, dt: float, air: Floats) -> None:
+        """Let the walls take heat from the `air` (n,) [kg] for `dt` [s]."""
+        excess = self.temperature - self._wall
+        change = excess * -np.expm1(-dt / self._time_constant)
+        self.temperature = self.temperature - change
+        self.heat += HEAT_CAPACITY * air * change
+
+    def mix(self, air: Floats, received: Floats, net: Floats) -> None:
+        """Let air in, then out.
+
+        Args:
+            air: in the channels, before (n,) [kg].
+            received: air that came in (n,) [kg].
+            net: air that came in less air that left (n,) [kg].
+        """
+        if received.any():
+            energy = air * self.temperature + HEAT_CAPACITY_RATIO * received * self._wall
+            self.temperature = energy / (air + received)
+        left = (air + net) / (air + received)  # what stays expands without heat
+        self.temperature = self.temperature * left ** (HEAT_CAPACITY_RATIO - 1)
+
+    def save(self) -> dict[str, Any]:
+        """Return a copy of the changing state."""
+        return {"temperature": self.temperature.copy(), "heat": self.heat.copy()}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Go back to what `save` returned."""
+        self.temperature, self.heat = saved["temperature"].copy(), saved["heat"].copy()

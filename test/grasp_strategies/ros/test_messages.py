@@ -1,0 +1,134 @@
+from types import SimpleNamespace as Fields
+
+import numpy as np
+import pytest
+
+from grasp_strategies.ros.messages import (
+    Feed,
+    read_air_state,
+    read_driver_fault,
+    read_force,
+    read_pose,
+    read_touching,
+    seconds,
+)
+
+
+def pose(position=(1.0, 2.0, 3.0), orientation=(0.0, 0.0, 0.6, 0.8), frame="world"):
+    return Fields(
+        header=Fields(frame_id=frame),
+        pose=Fields(
+            position=Fields(**dict(zip("xyz", position, strict=True))),
+            orientation=Fields(**dict(zip("xyzw", orientation, strict=True))),
+        ),
+    )
+
+
+def contacts(*pairs, action=0):
+    return Fields(markers=[Fields(ns=pair, action=action) for pair in pairs])
+
+
+def state(name=("a", "b"), position=(1e-5, 2e-5), effort=(3e4, 4e4)):
+    return Fields(name=list(name), position=list(position), effort=list(effort))
+
+
+def test_a_pose_is_read_and_its_quaternion_normalised():
+    read = read_pose(pose(orientation=(0.0, 0.0, 0.603, 0.804)))
+    assert read.position.tolist() == [1.0, 2.0, 3.0]
+    assert read.orientation == pytest.approx([0.0, 0.0, 0.6, 0.8])
+
+
+@pytest.mark.parametrize(
+    ("message", "field"),
+    [
+        (pose(frame="wrist"), "header.frame_id: expected world, got 'wrist'"),
+        (pose(position=(1.0, np.nan, 3.0)), "pose.position: expected 3 finite numbers"),
+        (pose(orientation=(0.0, 0.0, 0.0, 0.0)), "pose.orientation: expected a unit quaternion"),
+        (pose(orientation=(0.0, 0.0, np.inf, 0.0)), "pose.orientation: expected 4 finite"),
+    ],
+)
+def test_a_pose_that_cannot_be_used_is_refused_by_field(message, field):
+    with pytest.raises(ValueError, match=field):
+        read_pose(message)
+
+
+@pytest.mark.parametrize(
+    ("message", "field"),
+    [
+        (state(position=(1e-5,)), "position: expected 2 finite numbers"),
+        (state(effort=(1.0, np.nan)), "effort: expected 2 finite numbers"),
+        (state(name=("a", "a")), "name: expected channel names that differ"),
+        (state(name=(), position=(), effort=()), "name: expected channel names"),
+    ],
+)
+def test_a_state_that_cannot_be_used_is_refused_by_field(message, field):
+    with pytest.raises(ValueError, match=field):
+        read_air_state(message)
+
+
+def test_air_is_read_by_channel():
+    air = read_air_state(state())
+    assert air.channels == ("a", "b")
+    assert air.air_mass.tolist() == [1e-5, 2e-5]
+    assert air.pressure.tolist() == [3e4, 4e4]
+
+
+def test_a_force_that_is_not_finite_is_refused():
+    with pytest.raises(ValueError, match="wrench.force"):
+        read_force(Fields(wrench=Fields(force=Fields(x=np.nan, y=0.0, z=0.0))))
+
+
+def test_touching_is_every_other_side_of_the_object():
+    message = contacts("index/object", "object/table", "thumb/object", "index/table")
+    assert read_touching(message) == {"index", "table", "thumb"}
+
+
+def test_deleted_markers_touch_nothing():
+    assert read_touching(contacts("", "index/object", action=3)) == frozenset()
+
+
+def test_a_contact_name_that_is_no_pair_is_refused():
+    with pytest.raises(ValueError, match=r"markers\.ns: expected <body>/<body>, got 'index'"):
+        read_touching(contacts("index"))
+
+
+def status(name, level, message):
+    return Fields(name=name, level=bytes([level]), message=message)
+
+
+def test_a_fault_of_the_driver_is_its_errors_only():
+    message = Fields(
+        status=[
+            status("pneumaticbox: sensors", 1, "no sample"),
+            status("pneumaticbox: safety", 2, "vented until reset"),
+            status("hand_sim: simulation", 2, "diverged"),
+        ]
+    )
+    assert read_driver_fault(message) == "vented until reset"
+
+
+def test_a_driver_without_errors_takes_its_fault_back_and_others_say_nothing_of_it():
+    assert read_driver_fault(Fields(status=[status("pneumaticbox: safety", 0, "fine")])) == ""
+    assert read_driver_fault(Fields(status=[status("hand_sim: simulation", 2, "x")])) is None
+
+
+def test_a_stamp_is_read_in_seconds():
+    assert seconds(Fields(sec=3, nanosec=250_000_000)) == 3.25
+
+
+def test_a_feed_keeps_the_last_good_contents_and_why_a_message_was_refused():
+    feed = Feed("scene/object_pose", "hand_sim", read_pose)
+    feed.accept(pose(), 1.0, 100.0)
+    feed.accept(pose(position=(np.nan, 0.0, 0.0)), 2.0, 101.0)
+    assert feed.value.position.tolist() == [1.0, 2.0, 3.0]
+    assert (feed.arrived, feed.refused) == (1.0, 1)
+    assert feed.last_refusal.startswith("pose.position")
+
+
+def test_a_feed_is_silent_only_when_both_scene_and_wall_time_went_on():
+    feed = Feed("wrist/pose", "hand_sim", read_pose)
+    assert feed.silent_for(0.0, 0.0, 0.5, 1.0)
+    feed.accept(pose(), 1.0, 100.0)
+    assert not feed.silent_for(9.0, 100.5, 0.5, 1.0)
+    assert not feed.silent_for(1.2, 200.0, 0.5, 1.0)
+    assert feed.silent_for(1.6, 101.1, 0.5, 1.0)

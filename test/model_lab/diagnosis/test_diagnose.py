@@ -1,0 +1,183 @@
+"""Diagnosis of sets in which an independent generator has hidden an effect, or none."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hidden import make_set
+
+from model_lab.diagnosis.diagnose import diagnose, diagnose_folder
+from model_lab.measurements.load import load_measurements
+from softhand_model.effects import effect_classes
+from softhand_model.model_file import load_model
+
+KEYS = {
+    "format",
+    "experiment",
+    "verdict",
+    "holdout",
+    "effects",
+    "tied",
+    "ranking",
+    "not_visible",
+    "detectable",
+    "calibration",
+    "noise_floor",
+    "noise_floor_parts",
+    "rmse_before",
+    "rmse_after",
+    "unit",
+    "failures",
+    "unexplained",
+    "next_experiment",
+}
+
+
+def diagnosed(folder, experiment, hidden, **options):
+    """What the lab says of a set, and what was hidden in it."""
+    truth = make_set(folder, experiment, [(name, {}) for name in hidden], **options)
+    return diagnose_folder(folder), truth
+
+
+def named(answer):
+    """Each named effect with those tied with it."""
+    return [
+        {effect["name"], *tied}
+        for effect, tied in zip(answer["effects"], answer["tied"], strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("experiment", "effect", "options"),
+    [
+        ("free_bending", "gent_stiffening", {}),
+        ("free_bending", "viscoelasticity", {}),
+        ("free_bending", "pressure_offset", {}),
+        ("free_bending", "temperature_modulus", {"design": "temperatures"}),
+        ("blocked_tip", "tip_friction", {}),
+        ("uniaxial", "hysteresis", {}),
+        ("uniaxial", "mooney_rivlin", {}),
+        ("valve_pulse", "valve_delay", {}),
+        ("valve_pulse", "switching_volume", {}),
+    ],
+)
+def test_a_hidden_effect_is_named_and_the_error_falls_to_the_floor(
+    tmp_path, experiment, effect, options
+):
+    answer, truth = diagnosed(tmp_path, experiment, [effect], seed=2, ratio=4.0, **options)
+    assert answer["verdict"] == "effects_missing"
+    assert len(answer["effects"]) == 1
+    assert effect in named(answer)[0] and len(named(answer)[0]) <= 3
+    assert answer["rmse_before"] > 3.0 * answer["noise_floor"]
+    assert answer["rmse_after"] < 1.3 * answer["noise_floor"]
+    (hidden,) = truth["hidden"]
+    if answer["effects"][0]["name"] == effect:
+        for name, value in hidden["parameters"].items():
+            low, high = answer["effects"][0]["parameters"][name]["interval"]
+            middle, reach = 0.5 * (low + high), 0.5 * (high - low)
+            assert abs(value - middle) <= 2.0 * reach  # twice a 95 % interval
+
+
+@pytest.mark.parametrize(
+    ("law", "family"),
+    [("ogden", {"gent_stiffening", "yeoh_stiffening"}), ("bouc_wen", {"hysteresis"})],
+)
+def test_an_effect_in_another_form_is_named_by_its_family(tmp_path, law, family):
+    answer, _ = diagnosed(tmp_path, "free_bending", [law], seed=1, ratio=5.0)
+    assert answer["verdict"] == "effects_missing"
+    assert any(family & group for group in named(answer))
+    assert answer["rmse_after"] < 2.0 * answer["noise_floor"]
+
+
+def test_two_effects_are_both_named(tmp_path):
+    hidden = ["gent_stiffening", "temperature_modulus"]
+    answer, _ = diagnosed(tmp_path, "uniaxial", hidden, seed=1, ratio=3.0, design="temperatures")
+    assert {effect["name"] for effect in answer["effects"]} == set(hidden)
+
+
+@pytest.mark.parametrize("experiment", ["free_bending", "uniaxial", "valve_pulse"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_nothing_is_named_in_noise(tmp_path, experiment, seed):
+    answer, _ = diagnosed(tmp_path, experiment, [], seed=seed)
+    assert answer["verdict"] == "adequate"
+    assert not answer["effects"]
+    assert answer["detectable"]
+
+
+@pytest.mark.parametrize("law", ["hard_saturation", "gain_step", "clamp_slip", "two_leaks"])
+def test_what_no_effect_explains_is_called_so_with_what_it_depends_on(tmp_path, law):
+    answer, _ = diagnosed(tmp_path, "free_bending", [law], seed=1, ratio=5.0)
+    assert answer["verdict"] == "unexplained"
+    assert not answer["effects"]
+    assert answer["unexplained"]["against"]
+    assert answer["unexplained"]["rms"] > 2.0 * answer["noise_floor"]
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """A small set with an effect that memory does not slow down."""
+    folder = tmp_path_factory.mktemp("measured") / "set"
+    make_set(folder, "free_bending", [("gent_stiffening", {})], seed=3, ratio=4.0)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def answer(measured):
+    """What the lab says of it."""
+    return diagnose_folder(measured)
+
+
+def test_the_answer_is_as_the_contract_has_it_and_can_be_written(answer):
+    assert answer.keys() >= KEYS
+    assert json.loads(json.dumps(answer)) is not None
+    estimate = answer["effects"][0]["parameters"]["jm"]
+    assert set(estimate) == {"value", "std", "interval", "unit"}
+    assert estimate["interval"][0] < estimate["value"] < estimate["interval"][1]
+    assert "mooney_rivlin" in {entry["name"] for entry in answer["not_visible"]}
+
+
+def test_the_answer_is_the_same_again_in_two_processes_and_without_other_files(measured, tmp_path):
+    first = diagnose_folder(measured, seed=4)
+    assert diagnose_folder(measured, seed=4, jobs=2) == first
+    copy = shutil.copytree(measured, tmp_path / "copy")
+    (copy / ".seal").write_text("anything")
+    assert diagnose_folder(copy, seed=4) == first
+
+
+def test_an_effect_of_the_model_file_is_not_named_again(measured, answer):
+    data, base = load_measurements(measured), load_model("base")
+    jm = answer["effects"][0]["parameters"]["jm"]["value"]
+    known = replace(base, effects=(effect_classes()["gent_stiffening"](jm=jm),))
+    again = diagnose(data, known).diagnosis
+    assert again.verdict == "adequate"
+    assert again.rmse_before < 1.3 * again.noise_floor
+
+
+def test_what_is_said_to_be_detectable_would_have_been_named(tmp_path):
+    quiet, _ = diagnosed(tmp_path / "quiet", "free_bending", [], seed=5)
+    smallest = next(d["smallest"] for d in quiet["detectable"] if d["name"] == "pressure_offset")
+    make_set(
+        tmp_path / "loud",
+        "free_bending",
+        [("pressure_offset", {"offset": 3.0 * abs(smallest)})],
+        seed=5,
+    )
+    loud = diagnose_folder(tmp_path / "loud")
+    assert any("pressure_offset" in group for group in named(loud))
+
+
+def test_a_set_in_which_no_noise_can_be_known_is_refused(tmp_path):
+    make_set(tmp_path, "free_bending", [], seed=0, runs=2, repeats=1, samples=12, with_noise=False)
+    with pytest.raises(ValueError, match="noise floor: expected repeats"):
+        diagnose_folder(tmp_path)
+
+
+def test_noise_of_the_input_is_not_called_an_effect(tmp_path):
+    make_set(tmp_path, "free_bending", [], seed=1, noise=0.0005, scatter=0.0005)
+    data = load_measurements(tmp_path)
+    random = np.random.default_rng(0)
+    for run in data.runs:
+        run.columns["pressure"] += 150.0 * random.standard_normal(run.samples)
+    assert diagnose(data, load_model("base")).diagnosis.effects == ()

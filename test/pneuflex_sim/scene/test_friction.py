@@ -1,0 +1,66 @@
+"""The table of friction: symmetric pairs, and the product of two coefficients is the pair."""
+
+import pytest
+
+from pneuflex_sim.scene.friction import load_friction
+from pneuflex_sim.scene.objects import load_objects
+from pneuflex_sim.scene.scenes import load_scenes
+
+OWN = """
+format: pneuflex-friction/1
+pairs:
+  rubber: {steel: 0.45, rubber: 0.81}
+  steel: {wood: 0.2}
+"""
+
+
+def test_pairs_are_found_in_either_order():
+    table = load_friction()
+    assert table.pair("wood", "latex") == table.pair("latex", "wood") == 0.7
+
+
+def test_the_products_are_the_pairs(tmp_path):
+    (tmp_path / "own.yaml").write_text(OWN)
+    table = load_friction(tmp_path / "own.yaml")
+    assert table.hand**2 == pytest.approx(0.81)
+    steel = table.towards_hand("steel")
+    assert table.hand * steel == pytest.approx(0.45)
+    assert table.hand * table.towards_hand("wood") == pytest.approx(0.6)
+    assert steel * table.towards_object("wood", "steel") == pytest.approx(0.2)
+
+
+def test_pairs_of_ones_own_stand_on_top_of_the_shipped(tmp_path):
+    (tmp_path / "own.yaml").write_text(OWN)
+    own, shipped = load_friction(tmp_path / "own.yaml"), load_friction()
+    assert shipped.pair("rubber", "rubber") == 1.0 and "steel" not in shipped.materials
+    assert own.pair("wood", "latex") == shipped.pair("wood", "latex")
+
+
+def test_the_shipped_table_has_every_pair_of_the_shipped_objects_and_scenes():
+    table = load_friction()
+    for scene in load_scenes().values():
+        for part in filter(None, (scene.table, scene.wall)):
+            assert table.pair("rubber", part.material) > 0
+            for described in load_objects().values():
+                assert table.pair(described.material, part.material) > 0
+                assert table.pair(described.material, "rubber") > 0
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("rubber: {wood: 0.5}\n  wood: {rubber: 0.4}", "wood.rubber: expected every pair once"),
+        ("rubber: {wood: 0}", "pairs.rubber.wood: expected a number above 0 and at most 10, got 0"),
+        ("rubber: 0.5", "pairs.rubber: expected a mapping, got 0.5"),
+    ],
+)
+def test_a_table_that_cannot_be_used_is_refused_with_its_place(tmp_path, text, named):
+    path = tmp_path / "own.yaml"
+    path.write_text(f"format: pneuflex-friction/1\npairs:\n  {text}\n")
+    with pytest.raises(ValueError, match=f"own.yaml: .*{named}"):
+        load_friction(path)
+
+
+def test_a_pair_that_is_not_there_is_refused_with_the_materials():
+    with pytest.raises(ValueError, match="the pair wood and steel, got one of cardboard, .* wood"):
+        load_friction().pair("wood", "steel")

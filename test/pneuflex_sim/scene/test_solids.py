@@ -1,0 +1,107 @@
+"""Mass properties against closed forms."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.scene.mesh import box, mesh_of
+from pneuflex_sim.scene.solids import (
+    box_solid,
+    cylinder_solid,
+    ellipsoid_solid,
+    hull_solid,
+    joined,
+    polyhedron_solid,
+)
+
+
+def torus(ring, tube, around=96, across=64):
+    """Mesh of a torus about z."""
+    u, v = np.meshgrid(
+        2 * np.pi * np.arange(around) / around, 2 * np.pi * np.arange(across) / across
+    )
+    u, v = u.T, v.T
+    radius = ring + tube * np.cos(v)
+    vertices = np.stack([radius * np.cos(u), radius * np.sin(u), tube * np.sin(v)], -1)
+    faces = []
+    for i in range(around):
+        for j in range(across):
+            a, b = i * across + j, (i + 1) % around * across + j
+            c, d = (i + 1) % around * across + (j + 1) % across, i * across + (j + 1) % across
+            faces += [(a, b, c), (a, c, d)]
+    return mesh_of(vertices.reshape(-1, 3), np.array(faces, np.int32).ravel())
+
+
+def test_a_box_as_a_mesh_is_the_box_of_the_closed_form():
+    size, center = (0.02, 0.05, 0.11), np.array([0.3, -0.2, 0.1])
+    solid, expected = polyhedron_solid(box(size, center).corners), box_solid(size)
+    assert solid.volume == pytest.approx(expected.volume)
+    np.testing.assert_allclose(solid.center, center)
+    np.testing.assert_allclose(solid.inertia, expected.inertia, atol=1e-15)
+
+
+def test_a_torus_as_a_mesh_is_the_torus_of_the_closed_form():
+    ring, tube = 0.04, 0.012
+    solid = polyhedron_solid(torus(ring, tube).corners)
+    assert solid.volume == pytest.approx(2 * np.pi**2 * ring * tube**2, rel=5e-3)
+    about_axis = ring**2 + 0.75 * tube**2
+    across = 0.5 * ring**2 + 0.625 * tube**2
+    np.testing.assert_allclose(
+        solid.inertia, np.diag([across, across, about_axis]), rtol=5e-3, atol=1e-9
+    )
+
+
+def test_the_integral_comes_to_the_closed_form_by_the_square_of_the_mesh_width():
+    exact = 2 * np.pi**2 * 0.04 * 0.012**2
+    errors = [
+        1 - polyhedron_solid(torus(0.04, 0.012, n, n).corners).volume / exact for n in (24, 48)
+    ]
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
+
+
+def test_an_ellipsoid_and_a_cylinder_are_those_of_many_points():
+    around = 2 * np.pi * np.arange(100) / 100
+    height = np.linspace(-1, 1, 61)
+    ring = np.sqrt(1 - height**2)
+    points = np.stack(
+        [np.outer(np.cos(around), ring), np.outer(np.sin(around), ring), np.tile(height, (100, 1))]
+    ).reshape(3, -1)
+    size = np.array([0.086, 0.063, 0.035])
+    many, solid = hull_solid(points.T * size / 2), ellipsoid_solid(size)
+    assert many.volume == pytest.approx(solid.volume, rel=5e-3)
+    np.testing.assert_allclose(many.inertia, solid.inertia, rtol=5e-3, atol=1e-10)
+    circle = 0.02 * np.stack([np.cos(around), np.sin(around)], 1)
+    points = np.array([[*point, z] for point in circle for z in (-0.05, 0.05)])
+    many, solid = hull_solid(points), cylinder_solid(0.04, 0.1)
+    np.testing.assert_allclose(many.inertia, solid.inertia, rtol=2e-3, atol=1e-10)
+
+
+def test_two_halves_of_a_box_are_the_box():
+    halves = [
+        hull_solid(np.unique(box((0.03, 0.04, 0.1), np.array([x, 0, 0])).vertices, axis=0))
+        for x in (-0.015, 0.015)
+    ]
+    whole = joined(halves)
+    assert whole.volume == pytest.approx(box_solid((0.06, 0.04, 0.1)).volume)
+    np.testing.assert_allclose(whole.center, 0, atol=1e-12)
+    np.testing.assert_allclose(whole.inertia, box_solid((0.06, 0.04, 0.1)).inertia, atol=1e-12)
+
+
+def test_principal_axes_of_a_turned_box_give_its_inertia_back():
+    turn = Rotation.from_euler("xyz", (0.4, -0.7, 1.1)).as_matrix()
+    solid = polyhedron_solid(box((0.02, 0.05, 0.11), np.zeros(3)).moved(np.zeros(3), turn).corners)
+    moments, axes = solid.principal()
+    matrix = Rotation.from_quat(axes).as_matrix()
+    np.testing.assert_allclose(matrix @ np.diag(moments) @ matrix.T, solid.inertia, atol=1e-12)
+    np.testing.assert_allclose(
+        sorted(moments), sorted(np.diag(box_solid((0.02, 0.05, 0.11)).inertia))
+    )
+
+
+def test_axes_that_are_principal_stay():
+    assert cylinder_solid(0.04, 0.1).principal()[1].tolist() == [0, 0, 0, 1]
+
+
+def test_a_surface_that_looks_inwards_is_refused():
+    with pytest.raises(ValueError, match="expected one that encloses a volume, got -"):
+        polyhedron_solid(box((0.1, 0.1, 0.1), np.zeros(3)).corners[:, ::-1])

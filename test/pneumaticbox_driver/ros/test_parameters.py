@@ -1,0 +1,52 @@
+"""From the node's parameters to the box's settings."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pneumaticbox_driver.ros.parameters import PARAMETERS, box_settings, outlet_numbers, usage
+
+
+def settings(**given):
+    values = {parameter.name: parameter.default for parameter in PARAMETERS} | given
+    return box_settings(values.__getitem__)
+
+
+BOTTLES = {"channels": ["a"], "rest_volumes": [1e-4], "pressure_limits": [1e5]}
+
+
+@pytest.mark.parametrize(
+    ("given", "model"),
+    [
+        ({}, "hand"),
+        ({"backend": "hardware"}, "hand"),
+        ({"backend": "embedded"}, "fixed"),
+        ({"backend": "embedded", "volume_model": "hand"}, "hand"),
+        (BOTTLES, "fixed"),
+        ({"volume_model": "fixed"}, "fixed"),
+    ],
+)
+def test_volumes_are_the_hands_unless_there_are_bottles(given, model):
+    assert settings(**given).volume_model == model
+
+
+@pytest.mark.parametrize("given", [[1], [0, 1, 2], [1, 2, 3, 4]])
+def test_outlets_are_one_a_channel_counted_from_one(given):
+    with pytest.raises(ValueError, match="outlets must be 3 numbers from 1"):
+        outlet_numbers(given, 3)
+
+
+def test_every_parameter_stands_in_the_shipped_file_with_its_default():
+    file = Path(__file__).parents[3] / "src/pneumaticbox_driver/config/pneumaticbox.yaml"
+    shipped = yaml.safe_load(file.read_text())["pneumaticbox"]["ros__parameters"]
+    shipped.pop("use_sim_time")
+    assert shipped == {parameter.name: parameter.default for parameter in PARAMETERS}
+
+
+def test_the_help_names_every_parameter_and_which_may_change():
+    lines = {line[2:].split(" ")[0]: line for line in usage().splitlines()[5:]}
+    assert set(lines) == {parameter.name for parameter in PARAMETERS}
+    for parameter in PARAMETERS:
+        assert parameter.description in lines[parameter.name]
+        assert lines[parameter.name].startswith("*") != parameter.read_only

@@ -1,0 +1,96 @@
+"""Table 3.2 and the bounds of chapter 3."""
+
+import numpy as np
+import pytest
+from scipy.differentiate import derivative
+
+from softhand_model.hand import rubber
+from softhand_model.hand.rubber import load_rubbers
+
+
+@pytest.mark.parametrize(
+    ("name", "index"),
+    [
+        ("Dragon Skin 10", 26.6),
+        ("Dragon Skin 20", 20.2),
+        ("Dragon Skin 30", 13.5),
+        ("Ecoflex 00-30", 19.7),
+        ("Ecoflex 00-50", 22.5),
+        ("Elastosil M4125", 23.5),
+        ("TangoBlack+ FLX980 stiff", 8.0),
+        ("TangoBlack+ FLX980 soft", 8.6),
+    ],
+)
+def test_suitability_of_table_3_2(name, index):
+    assert load_rubbers()[name].suitability == pytest.approx(index, abs=0.06)
+
+
+def test_elastosil_as_printed_would_be_less_suitable():
+    assert rubber.suitability(6.0, 333e3) == pytest.approx(21.4, abs=0.05)
+
+
+def test_elastosil_makes_an_actuator_45_percent_slimmer():
+    """Same stiffness and curvature: h ~ lambda_max - 1 at equal kappa_max (eq. 3.5)."""
+    table = load_rubbers()
+    dragon, elastosil = table["Dragon Skin 10"], table["Elastosil M4125"]
+    slimmer = 1 - (elastosil.max_stretch - 1) / (dragon.max_stretch - 1)
+    assert slimmer == pytest.approx(0.45)
+
+
+def test_both_suitability_indices_agree_for_a_linear_rubber():
+    stretch, modulus = 5.0, 80e3
+    strength = modulus * (stretch - 1)
+    assert rubber.suitability_by_tear_strength(stretch, strength) == pytest.approx(
+        rubber.suitability(stretch, modulus)
+    )
+
+
+def test_strain_invariant_at_three():
+    assert rubber.strain_invariant(3.0) == pytest.approx(7.111, abs=5e-4)
+    assert rubber.strain_invariant(1.0) == 0.0
+
+
+def test_gent_factor_is_the_gradient_ratio_of_the_energies():
+    jm, modulus, stretch = 100.0, 67e3, 3.0
+    gent = derivative(lambda lam: rubber.gent_energy(lam, modulus, jm), stretch).df
+    neo = derivative(lambda lam: modulus / 2 * rubber.strain_invariant(lam), stretch).df
+    assert gent / neo == pytest.approx(rubber.gent_factor(stretch, jm))
+    assert gent / neo == pytest.approx(1.0765, abs=1e-4)
+
+
+def test_gent_energy_is_positive_and_neo_hookean_for_large_jm():
+    assert rubber.gent_energy(2.0, 67e3, 50.0) > 0
+    assert rubber.gent_energy(2.0, 67e3, 1e9) == pytest.approx(
+        67e3 / 2 * rubber.strain_invariant(2.0)
+    )
+
+
+def test_mooney_rivlin_bounds_at_three():
+    c10, c01, c20 = 1.0, 0.02, 0.002
+
+    def energy(j1):
+        return c10 * j1 + c01 * j1 + c20 * j1**2
+
+    j1 = rubber.strain_invariant(3.0)
+    assert energy(j1) / (c10 * j1) - 1 == pytest.approx(rubber.mooney_rivlin_energy_error(3.0))
+    assert derivative(energy, j1).df / c10 - 1 == pytest.approx(
+        rubber.mooney_rivlin_stiffness_error(3.0)
+    )
+    assert rubber.mooney_rivlin_energy_error(3.0) == pytest.approx(0.034, abs=5e-4)
+    assert rubber.mooney_rivlin_stiffness_error(3.0) == pytest.approx(0.048, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("fibre", "radial", "stretch"),
+    [(1.5e6, 0.177e6, 2.70), (2.5e9, 50e6, 1.006), (115e9, 2300e6, 1.000)],
+)
+def test_fibres_of_table_3_1(fibre, radial, stretch):
+    modulus = rubber.radial_modulus(0.15e6, fibre)
+    assert modulus == pytest.approx(radial, rel=5e-3)
+    assert rubber.radial_stretch(3.0, 0.15e6, modulus) == pytest.approx(stretch, abs=6e-3)
+
+
+def test_griffith_stress_halves_for_a_fibre_four_times_as_wide():
+    thin, thick = (rubber.griffith_stress(0.15e6, 10.0, width) for width in (70e-6, 280e-6))
+    assert thin == pytest.approx(2 * thick)
+    assert thin == pytest.approx(np.sqrt(4 * 0.15e6 * 10.0 / np.pi) / np.sqrt(70e-6))

@@ -1,0 +1,42 @@
+"""Compiled kernels go with the sources, also with those of the kernels that they call."""
+
+import subprocess
+import sys
+
+import pytest
+
+from softhand_model.numerics.compiled import COMPILED
+
+INNER = """from softhand_model.numerics.compiled import compiled
+
+@compiled
+def inner(x):
+    return {}
+"""
+OUTER = """from inner import inner
+from softhand_model.numerics.compiled import compiled
+
+@compiled
+def outer(x):
+    return inner(x)
+
+if __name__ == "__main__":
+    import outer as module
+    print(module.outer(1.0))
+"""
+
+
+def run(folder):
+    done = subprocess.run(
+        [sys.executable, "outer.py"], cwd=folder, capture_output=True, text=True, check=True
+    )
+    return float(done.stdout)
+
+
+@pytest.mark.skipif(not COMPILED, reason="numba is not installed")
+def test_a_kernel_is_compiled_anew_when_one_that_it_calls_has_changed(tmp_path):
+    (tmp_path / "outer.py").write_text(OUTER)
+    (tmp_path / "inner.py").write_text(INNER.format("x + 1.0"))
+    assert run(tmp_path) == 2.0
+    (tmp_path / "inner.py").write_text(INNER.format("x + 10.0"))
+    assert run(tmp_path) == 11.0

@@ -1,0 +1,32 @@
+"""Rotations of chains against matrices written out."""
+
+import numpy as np
+import pytest
+
+from softhand_model.numerics.rotations import about_x, compose, from_rpy, rotate
+
+
+def matrix(axis, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return {
+        "x": np.array([[1, 0, 0], [0, c, -s], [0, s, c]]),
+        "y": np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]),
+        "z": np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]),
+    }[axis]
+
+
+def test_roll_pitch_yaw_turn_about_fixed_axes_in_this_order():
+    roll, pitch, yaw = 0.3, -0.7, 1.9
+    whole = matrix("z", yaw) @ matrix("y", pitch) @ matrix("x", roll)
+    vectors = np.eye(3)
+    assert rotate(from_rpy([roll, pitch, yaw]), vectors) == pytest.approx(vectors @ whole.T)
+
+
+def test_rotation_about_x():
+    assert rotate(about_x(0.4), [0, 0, 1]) == pytest.approx(matrix("x", 0.4) @ [0, 0, 1])
+
+
+def test_composition_applies_the_rightmost_first():
+    first, second = about_x(0.4), from_rpy([0.0, 0.9, 0.0])
+    both = rotate(compose(second, first), [0.0, 1.0, 2.0])
+    assert both == pytest.approx(rotate(second, rotate(first, [0.0, 1.0, 2.0])))

@@ -1,0 +1,1 @@
+"""The thesis's experiments made again, outside the installed packages."""

@@ -1,0 +1,132 @@
+"""Force of a blocked fingertip over pressure, P10 finger (section 5.2.3, Fig. 5.11)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pneuflex_sim.hand.collision import BOXES, PIECES
+from softhand_model.equilibrium.planar import exact_springs
+from softhand_model.hand.actuator import Actuator, load_actuator
+from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+from thesis.chapter_3_and_5.stand import FingerStand
+from thesis.chapter_3_and_5.static_finger import blocked_finger
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PRESSURES = (10e3, 15e3, 20e3, 30e3, 40e3, 50e3)  # [Pa]
+GAP = 0.015  # [m]: from there on the tip alone touches, at every pressure
+BLOCK_BOTTOM = 0.07  # [m]
+SEGMENTS, FINEST = 10, 50
+
+
+def simulate() -> Results:
+    """Force at every pressure: simulator, static chains, and a chain of springs that stiffen."""
+    actuator = load_actuator("P10.finger")
+    simulated, touched = _simulated(actuator, BOXES)
+    return {
+        "pressures": list(PRESSURES),
+        "gap": GAP,
+        "simulated": simulated,
+        "with_pieces": _simulated(actuator, PIECES)[0],
+        "touched_at": touched,
+        "chain": [  # blocked where the tip is: Bullet keeps contacts 0.01 mm apart
+            blocked_finger(actuator, SEGMENTS, pressure, place[0]).tip_force
+            for pressure, place in zip(PRESSURES, touched, strict=True)
+        ],
+        "fine_chain": [blocked_finger(actuator, FINEST, p, GAP).tip_force for p in PRESSURES[-3:]],
+        "section_moments": [
+            blocked_finger(
+                actuator, SEGMENTS, p, GAP, exact_springs(actuator, SEGMENTS, p)
+            ).tip_force
+            for p in PRESSURES
+        ],
+    }
+
+
+def _simulated(actuator: Actuator, collision: str) -> tuple[list[float], list[list[float]]]:
+    """Forces [N] on the block, and the places (2,) [m] of their centres, at every pressure."""
+    touches = []
+    with FingerStand(actuator, SEGMENTS, collision=collision) as stand:
+        block = stand.block(GAP, BLOCK_BOTTOM)
+        for pressure in PRESSURES:
+            stand.settle(pressure)
+            touches.append(stand.touch(block))
+    return [touch.force for touch in touches], [touch.place.tolist() for touch in touches]
+
+
+def _slopes(results: Results, key: str) -> tuple[float, float]:
+    """Newtons per kilopascal between 15 and 20, and between 40 and 50 kPa."""
+    force = np.interp([15e3, 20e3, 40e3, 50e3], results["pressures"], results[key])
+    return float(force[1] - force[0]) / 5.0, float(force[3] - force[2]) / 10.0
+
+
+def report(results: Results) -> list[Finding]:
+    """The simulator against the chains; how force grows with pressure."""
+    simulated = np.array(results["simulated"])
+    chain = 100.0 * np.abs(simulated / results["chain"] - 1.0).max()
+    fine = 100.0 * np.abs(simulated[-3:] / results["fine_chain"] - 1.0).max()
+    linear, bent = _slopes(results, "simulated"), _slopes(results, "section_moments")
+    pieces = 100.0 * (results["with_pieces"] / simulated - 1.0)
+    return [
+        Finding(
+            "force at 20, 30, 50 kPa",
+            "printed as a curve without numbers; matches the finger",
+            ", ".join(
+                f"{np.interp(p, results['pressures'], simulated):.2f}" for p in (20e3, 30e3, 50e3)
+            )
+            + " N",
+        ),
+        Finding(
+            "growth, 15-20 and 40-50 kPa",
+            "nonlinear as the finger's, with linear springs",
+            f"{linear[0]:.3f} and {linear[1]:.3f} N/kPa: {linear[1] / linear[0]:.2f} times",
+        ),
+        Finding(
+            "the same with the moments of section 3.4.3",
+            "-",
+            f"{bent[0]:.3f} and {bent[1]:.3f} N/kPa: {bent[1] / bent[0]:.2f} times",
+        ),
+        Finding(
+            "collision pieces along the outline, against boxes",
+            "-",
+            f"force {pieces.min():+.1f} to {pieces.max():+.1f} %",
+        ),
+        Finding.at_most("simulator against the same static chain", "-", chain, 0.1, "%"),
+        Finding.at_most("10 segments against 50, from 30 kPa", "-", fine, 1.0, "%"),
+    ]
+
+
+def conclude(results: Results) -> str:
+    """What came out."""
+    linear, bent = _slopes(results, "simulated"), _slopes(results, "section_moments")
+    return (
+        f"Linear springs make the force grow {linear[1] / linear[0]:.1f} times as fast at high "
+        "pressure as at low, because the free curvature does; the moments of the section itself "
+        f"would make it grow {bent[1] / bent[0]:.1f} times as fast."
+    )
+
+
+def draw(figure: Figure, results: Results) -> None:
+    """Force over pressure."""
+    axes = figure.subplots()
+    pressures = np.array(results["pressures"]) / 1e3
+    axes.plot(pressures, results["chain"], "C0", lw=1, label="static chain, linear springs")
+    axes.plot(pressures, results["simulated"], "C0o", ms=5, label="simulator, 10 segments")
+    axes.plot(pressures, results["section_moments"], "C1--", label="static chain, moments of 3.4.3")
+    axes.set(xlabel="pressure [kPa]", ylabel="force of the blocked tip [N]", xlim=(0, None))
+    axes.set_ylim(0, None)
+    axes.legend(fontsize=8)
+
+
+EXPERIMENT = Experiment(
+    "blocked_force",
+    "force of a P10 finger's blocked tip over pressure (Fig. 5.11)",
+    simulate,
+    report,
+    conclude,
+    draw,
+    (6.0, 4.0),
+)

@@ -1,0 +1,289 @@
+"""How many segments a finger needs: its tip blocked, and free at every pressure (section 5.2.1,
+Fig. 5.8).
+
+How many segments a finger needs: its tip blocked, 3 to 50 segments (section 5.2.1, Fig. 5.8),
+and free at every pressure up to its limit.
+
+A PyBullet body reports at most 30 spherical joints, so 50 segments are the static discrete chain of
+`softhand_model.equilibrium.planar`, which the simulator is compared with at all the other numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softhand_model.chain.free_response import segment_angles
+from softhand_model.equilibrium.planar import planar_finger
+from softhand_model.hand.actuator import Actuator, load_actuator
+from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+from thesis.chapter_3_and_5.stand import FingerStand
+from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of, line_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+PRESSURES = 101  # from 0 to the limit
+MOST = 40  # segments that are tried
+TARGET = 1.0  # [% of the length] that a tip may be off
+
+
+def free_tips(actuator: Actuator, segments: int, pressures: Array) -> Array:
+    """Places (m, 2) [m], x and z, of the free tip at pressures (m,) [Pa]: a joint in the middle of
+    each segment, as the simulator has them.
+
+    >>> from softhand_model.hand.actuator import load_actuator
+    >>> free_tips(load_actuator("P10.finger"), 5, np.array([0.0])).round(6).tolist()
+    [[0.0, 0.09]]
+    """
+    angles = segment_angles(actuator, segments, pressures)[0]
+    turned = np.hstack([np.zeros((len(angles), 1)), np.cumsum(angles, axis=1)])
+    along = np.full(segments + 1, actuator.length / segments)
+    along[[0, -1]] /= 2.0
+    return np.stack([np.sin(turned) @ along, np.cos(turned) @ along], axis=1)
+
+
+def sweep(actuator: Actuator, segments: Sequence[int], finest: int) -> dict[str, Any]:
+    """Pressures [Pa]; `off`, by number of segments, how far tips are from that of the finest chain
+    [% of the length]; `enough`: least number of segments with which TARGET holds up to each
+    pressure.
+    """
+    pressures = np.linspace(0.0, actuator.max_pressure, PRESSURES)
+    fine = free_tips(actuator, finest, pressures)
+
+    def off(count: int) -> Array:
+        apart = np.linalg.norm(free_tips(actuator, count, pressures) - fine, axis=1)
+        return 100.0 * apart / actuator.length
+
+    tried = np.array([np.maximum.accumulate(off(count)) for count in range(2, MOST + 1)])
+    beyond = np.vstack([np.ones(PRESSURES, bool), tried > TARGET])
+    # the last number that misses it, so that all larger ones keep it as well
+    last = len(beyond) - 1 - np.argmax(beyond[::-1], axis=0)
+    return {
+        "pressure": pressures.tolist(),
+        "off": {str(count): off(count).tolist() for count in segments},
+        "enough": (last + 2).tolist(),
+    }
+
+
+def worst(swept: dict[str, Any], segments: int) -> tuple[float, float]:
+    """Farthest that the tip is off [% of the length], and at which pressure [Pa]."""
+    off = swept["off"][str(segments)]
+    return max(off), swept["pressure"][int(np.argmax(off))]
+
+
+def holds_up_to(swept: dict[str, Any], segments: int) -> float:
+    """Pressure [Pa] up to which TARGET holds.
+
+    >>> holds_up_to({"pressure": [0.0, 1e3, 2e3, 3e3], "off": {"5": [0.0, 0.5, 1.5, 0.2]}}, 5)
+    1000.0
+    """
+    beyond = np.flatnonzero(np.array(swept["off"][str(segments)]) > TARGET)
+    return float(swept["pressure"][beyond[0] - 1 if len(beyond) else -1])
+
+
+ACTUATOR = "P10.finger"
+SWEPT = ("P10.finger", "P10.thumb", "P5")
+SEGMENTS = (3, 5, 10, 20)  # in the simulator
+FINEST = 50  # as a static chain
+JUDGED = 10  # segments that are held to a target
+PRESSURE, GAP = 40e3, 0.015  # [Pa, m]
+BLOCK_BOTTOM = 0.07  # [m]
+SHARES = np.linspace(0.0, 1.0, 201)  # of the length, where shapes are compared
+
+
+def simulate() -> Results:
+    """Fingers that press on a block (force, tip, line of the passive layer), and free ones."""
+    length = load_actuator(ACTUATOR).length
+    fingers = {str(count): {"static": _static(count)} for count in (*SEGMENTS, FINEST)}
+    for count in SEGMENTS:
+        fingers[str(count)]["simulated"] = _simulated(count)
+    return {
+        "pressure": PRESSURE,
+        "gap": GAP,
+        "length": length,
+        "fingers": fingers,
+        "free_at_limit": _free_at_limit(),
+        "swept": {name: sweep(load_actuator(name), SEGMENTS, FINEST) for name in SWEPT},
+    }
+
+
+def _simulated(segments: int) -> dict[str, Any]:
+    with FingerStand(load_actuator(ACTUATOR), segments) as stand:
+        stand.settle(PRESSURE)
+        free_tip = stand.line()[-1, [0, 2]]
+        stand.settle(0.0)
+        block = stand.block(GAP, BLOCK_BOTTOM)
+        stand.settle(PRESSURE)
+        touch = stand.touch(block)
+        return {
+            "force": touch.force,
+            "touched_at": touch.place.tolist(),
+            "tip_angle": float(stand.bends().sum()),
+            "line": stand.line()[:, [0, 2]].tolist(),
+            "free_tip": free_tip.tolist(),
+        }
+
+
+def _free_at_limit() -> dict[str, Any]:
+    """Free tip of JUDGED segments at the pressure limit: simulator and static chain."""
+    actuator = load_actuator(ACTUATOR)
+    with FingerStand(actuator, JUDGED) as stand:
+        stand.settle(actuator.max_pressure)
+        simulated = stand.line()[-1, [0, 2]]
+    model = chain_of(actuator, JUDGED)
+    rest = model.rest_rotation([actuator.max_pressure])[:, 1]
+    static = line_of(planar_finger(model.segments), rest)[-1]
+    return {"simulated": simulated.tolist(), "static": static.tolist()}
+
+
+def _static(segments: int) -> dict[str, Any]:
+    actuator = load_actuator(ACTUATOR)
+    found = blocked_finger(actuator, segments, PRESSURE, GAP)
+    model = chain_of(actuator, segments)
+    finger = planar_finger(model.segments)
+    line = line_of(finger, found.angles)
+    free_line = line_of(finger, model.rest_rotation([PRESSURE])[:, 1])
+    return {
+        "force": found.tip_force,
+        "tip_angle": float(found.angles.sum()),
+        "line": line.tolist(),
+        "free_tip": free_line[-1].tolist(),
+    }
+
+
+def report(results: Results) -> list[Finding]:
+    """Each number of segments against 50, blocked and free; the simulator against the static
+    chain.
+    """
+    return [
+        *(_blocked_row(results, count) for count in SEGMENTS),
+        *(_swept_row(name, swept) for name, swept in results["swept"].items()),
+        *_simulator_rows(results),
+    ]
+
+
+def _blocked_row(results: Results, count: int) -> Finding:
+    """The blocked finger, whose tip the block holds in place: so the whole shape, and the force."""
+    fingers = results["fingers"]
+    finger, finest = fingers[str(count)]["simulated"], fingers[str(FINEST)]["static"]
+    force = 100.0 * abs(finger["force"] / finest["force"] - 1.0)
+    gaps = _gaps(results, count)
+    turn = np.degrees(finger["tip_angle"] - finest["tip_angle"])
+    return Finding(
+        f"{count} against {FINEST} segments, blocked at {results['pressure'] / 1e3:g} kPa",
+        "deviates at the tip" if count == 3 else "same shape but at the tip",
+        f"shape off by {gaps.max():.2g} % of the length at most, at "
+        f"{100.0 * SHARES[gaps.argmax()]:.0f} % of it; tip {gaps[-1]:.2g} %, force {force:.2g} %, "
+        f"tip angle {turn:+.2g} deg"
+        + (f" (all but the angle <= {TARGET:g} %)" if count == JUDGED else ""),
+        bool(max(gaps.max(), force) <= TARGET) if count == JUDGED else None,
+    )
+
+
+def _swept_row(name: str, swept: dict[str, Any]) -> Finding:
+    off, pressure = worst(swept, JUDGED)
+    return Finding(
+        f"{name}, {JUDGED} against {FINEST} segments, free to {swept['pressure'][-1] / 1e3:g} kPa",
+        "-",
+        f"tip off by {off:.2g} % of the length at {pressure / 1e3:.0f} kPa (<= {TARGET:g}); "
+        f"{TARGET:g} % holds to {holds_up_to(swept, JUDGED) / 1e3:.0f} kPa, and with "
+        f"{swept['enough'][-1]} segments over the whole range",
+        bool(off <= TARGET),
+    )
+
+
+def _simulator_rows(results: Results) -> list[Finding]:
+    errors = [
+        100.0 * abs(pair["simulated"]["force"] / pair["static"]["force"] - 1.0)
+        for pair in (results["fingers"][str(count)] for count in SEGMENTS)
+    ]
+    free = results["free_at_limit"]
+    apart = 100.0 * float(np.hypot(*np.subtract(free["simulated"], free["static"])))
+    return [
+        Finding.at_most(
+            "force, simulator against the same static chain", "-", max(errors), 0.1, "%"
+        ),
+        Finding.at_most(
+            f"free tip at the pressure limit, {JUDGED} segments, against the same chain",
+            "-",
+            apart / results["length"],
+            0.1,
+            "%",
+        ),
+    ]
+
+
+def _gaps(results: Results, count: int) -> np.ndarray:
+    """Distances [% of the length] to the shape of FINEST segments at SHARES of the length."""
+    fingers = results["fingers"]
+    lines = (fingers[str(count)]["simulated"]["line"], fingers[str(FINEST)]["static"]["line"])
+    coarse, fine = (_at(line, SHARES) for line in lines)
+    return 100.0 * np.linalg.norm(coarse - fine, axis=1) / results["length"]
+
+
+def _at(line: list[list[float]], share: np.ndarray) -> np.ndarray:
+    places = np.array(line)
+    gone = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
+    return np.stack([np.interp(share, gone / gone[-1], column) for column in places.T], axis=1)
+
+
+def conclude(results: Results) -> str:
+    """What came out."""
+    blocked = ", ".join(f"{count}: {_gaps(results, count).max():.2g} %" for count in SEGMENTS)
+    free = "; ".join(
+        f"{name} to {holds_up_to(swept, JUDGED) / 1e3:.0f} of {swept['pressure'][-1] / 1e3:g} kPa "
+        f"({swept['enough'][-1]} segments do to the end)"
+        for name, swept in results["swept"].items()
+    )
+    return (
+        f"Blocked at {results['pressure'] / 1e3:g} kPa, largest distance to the shape of {FINEST} "
+        f"segments, of the length: {blocked}. Free, {JUDGED} segments keep the tip within "
+        f"{TARGET:g} %: {free}."
+    )
+
+
+def draw(figure: Figure, results: Results) -> None:
+    """Distance of the blocked shapes to that of 50 segments, and of free tips over pressure."""
+    blocked, *free = figure.subplots(1, 1 + len(results["swept"]), width_ratios=(1.3, 1, 1, 1))
+    for color, count in enumerate(SEGMENTS):
+        blocked.plot(100.0 * SHARES, _gaps(results, count), f"C{color}", label=f"{count} segments")
+    blocked.set(
+        xlabel="place along the finger [%]",
+        ylabel=f"distance to {FINEST} segments [% of length]",
+        ylim=(0, None),
+    )
+    blocked.set_title(f"{ACTUATOR}, tip blocked at {results['pressure'] / 1e3:g} kPa", fontsize=9)
+    blocked.legend(fontsize=8)
+    for axes, (name, swept) in zip(free, results["swept"].items(), strict=True):
+        _draw_free(axes, name, swept)
+    free[0].set_ylabel(f"tip, distance to {FINEST} segments [%]")
+
+
+def _draw_free(axes: Axes, name: str, swept: dict[str, Any]) -> None:
+    pressure = np.array(swept["pressure"]) / 1e3
+    for color, count in enumerate(SEGMENTS):
+        axes.semilogy(pressure, swept["off"][str(count)], f"C{color}", lw=1)
+    axes.axhline(TARGET, color="0.5", ls=":", lw=1)
+    axes.set_title(f"{name}, free tip", fontsize=9)
+    axes.set(xlabel="pressure [kPa]", xlim=(0, pressure[-1]), ylim=(0.01, 100.0))
+    turns = axes.twinx()
+    turns.plot(pressure, swept["enough"], "k", lw=1, ls="--")
+    turns.set(ylim=(0, 40), ylabel=f"segments for {TARGET:g} % (dashed)")
+
+
+EXPERIMENT = Experiment(
+    "discretisation",
+    "P10 finger of 3 to 50 segments with its tip blocked (Fig. 5.8), and free at every pressure",
+    simulate,
+    report,
+    conclude,
+    draw,
+    (13.0, 3.8),
+)

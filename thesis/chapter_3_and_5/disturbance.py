@@ -1,0 +1,245 @@
+"""The force at which a held cylinder slides in RBO Hand 2 (section 7.3.1, Fig. 7.10 b-d).
+
+The force at which a held cylinder slides in RBO Hand 2 (section 7.3.1, Fig. 7.10 b-d).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pneuflex_sim.simulation import Simulation
+from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+from thesis.chapter_3_and_5.held_cylinder import STEP, Grasp, HeldCylinder
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Contact points of an object at one instant: place (k, 3) [m], normal (k, 3) [-], force (k,)
+    [N]; and the frames of the object and of the parts that touch it: place [m] and axes, (3,) and
+    (3, 3), (k, 3) and (k, 3, 3).
+    """
+
+    place: Array
+    normal: Array
+    force: Array
+    object_place: Array
+    object_axes: Array
+    part_place: Array
+    part_axes: Array
+
+
+def slid(before: Touching, after_object: tuple[Array, Array], after_parts: tuple[Array, Array]):
+    """Mean way [m], weighed by the normal forces, by which the object has slid along the surfaces
+    that touched it, from one instant to the place and axes of a later one; 0 where nothing touched.
+    """
+    if not before.force.sum() > 0.0:
+        return 0.0
+    own = _carried(before.place, before.object_place, before.object_axes, *after_object)
+    theirs = _carried(before.place, before.part_place, before.part_axes, *after_parts)
+    way = own - theirs
+    way -= np.sum(way * before.normal, axis=1, keepdims=True) * before.normal
+    return float(before.force @ np.linalg.norm(way, axis=1) / before.force.sum())
+
+
+def _carried(point: Array, place: Array, axes: Array, new_place: Array, new_axes: Array) -> Array:
+    """Where points (k, 3) fixed to frames get to when these move."""
+    local = np.einsum("...ji,...j->...i", axes, point - place)
+    return new_place + np.einsum("...ij,...j->...i", new_axes, local)
+
+
+class SlipMeter:
+    """Sums up how far [m] the object of a simulation has slid in the hand, from `look` to `look`.
+
+    The wrist is taken to stand still, and the palm sheet with it.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._joint = {name: k for k, name in enumerate(simulation.bodies.layout.names)}
+        self.way = 0.0
+        self._touching, self._joints = self._now()
+
+    def look(self) -> float:
+        """Way [m] slid since the meter was made; call it every few milliseconds."""
+        before, joints = self._touching, self._joints
+        self._touching, self._joints = self._now()
+        self.way += slid(before, self._object(), self._frames(joints))
+        return self.way
+
+    def _object(self) -> tuple[Array, Array]:
+        place, turn = self._simulation.object_pose()
+        return place - self._origin(), Rotation.from_quat(turn).as_matrix()
+
+    def _origin(self) -> Array:
+        return np.array(self._simulation.scene.wrist_position)
+
+    def _frames(self, joints: list[int]) -> tuple[Array, Array]:
+        """Place (k, 3) [m] and axes (k, 3, 3) of links by their joints; -1 is the wrist."""
+        simulation = self._simulation
+        place, axes, _ = simulation.shape.frames(simulation.bodies.q)
+        place = np.vstack([place, np.zeros(3)])
+        axes = np.concatenate([axes, np.eye(3)[None]])
+        return place[joints], axes[joints]
+
+    def _now(self) -> tuple[Touching, list[int]]:
+        contacts = self._simulation.object_contacts()
+        joints = [self._joint.get(contact.segment, -1) for contact in contacts]
+        touching = Touching(
+            np.array([contact.position for contact in contacts]).reshape(-1, 3) - self._origin(),
+            np.array([contact.normal for contact in contacts]).reshape(-1, 3),
+            np.array([contact.force for contact in contacts]),
+            *self._object(),
+            *self._frames(joints),
+        )
+        return touching, joints
+
+
+HAND, PLACE = "rbo_hand_2", (0.055, 0.0, 0.115)
+PRESSURES = (45e3, 52e3, 60e3, 70e3)  # [Pa] of fingers, thumb and inner palm
+OUTER_PALM = 1.5  # pressure of channel d over that of the others: its wall is thicker
+DIRECTIONS = {  # [-] in the wrist's frame
+    "out of the palm": (1.0, 0.0, 0.0),
+    "along the fingers": (0.0, 0.0, 1.0),
+    "across the fingers": (0.0, 1.0, 0.0),
+}
+RATE, LARGEST = 4.0, 16.0  # [N/s], [N]
+SLID = 0.003  # [m] that the cylinder has slid on what touches it when it counts as slid
+OTHERS = (0.001, 0.010)  # [m] for which the force is told beside it
+FAR = 0.060  # [m] of its way where a push is ended: it has run away
+SAMPLED = 5  # steps from one look at the slip to the next
+JUDGED = 60e3  # [Pa], at which the hand carries its payload
+THESIS = (6.0, 8.0)  # [N]; the pressure is not given
+
+
+def pushed(held: HeldCylinder, direction: tuple[float, float, float]) -> dict[str, Any]:
+    """Force [N] growing in a direction, how far [m] the cylinder has moved, and how far [m] it has
+    slid on the links that touch it.
+    """
+    start, meter, found = (
+        held.place,
+        SlipMeter(held.simulation),
+        {"force": [], "way": [], "slip": []},
+    )
+    for k in range(round(LARGEST / RATE / STEP)):
+        force = RATE * STEP * (k + 1)
+        held.load(force * np.array(direction))
+        if (k + 1) % SAMPLED:
+            continue
+        found["force"].append(force)
+        found["way"].append(float(np.linalg.norm(held.place - start)))
+        found["slip"].append(meter.look())
+        if found["way"][-1] >= FAR:
+            break
+    return found
+
+
+def simulate() -> Results:
+    """Pushes in three directions at every pressure, each from the same grasp."""
+    grasps = []
+    for pressure in PRESSURES:
+        channels = (pressure, pressure, pressure, OUTER_PALM * pressure)
+        with HeldCylinder(Grasp(HAND, PLACE, channels)) as held:
+            saved, pushes = held.save(), {}
+            for name, direction in DIRECTIONS.items():
+                held.restore(saved)
+                pushes[name] = pushed(held, direction)
+            held.restore(saved)
+            grasps.append({"pressure": pressure, "touching": held.touching(), "pushes": pushes})
+    return {"grasps": grasps}
+
+
+def sliding_force(push: dict[str, Any], slid: float = SLID) -> float:
+    """Force [N] at which the cylinder has slid by `slid` [m]; infinite when it has not.
+
+    >>> sliding_force({"force": [0.0, 4.0, 8.0], "slip": [0.0, 0.001, 0.005]})
+    6.0
+    """
+    reached = np.array(push["slip"])
+    if reached[-1] < slid:
+        return float("inf")
+    return float(np.interp(slid, reached, push["force"]))
+
+
+def report(results: Results) -> list[Finding]:
+    """Sliding forces at every pressure; at the payload's pressure they are held to the thesis's."""
+    findings = []
+    for grasp in results["grasps"]:
+        for name, push in grasp["pushes"].items():
+            force, way = sliding_force(push), np.interp(SLID, push["slip"], push["way"])
+            others = ", ".join(
+                f"{1e3 * other:g} mm at {_shown(sliding_force(push, other))}" for other in OTHERS
+            )
+            judged = grasp["pressure"] == JUDGED
+            findings.append(
+                Finding(
+                    f"{grasp['pressure'] / 1e3:g} kPa, {name}",
+                    f"{THESIS[0]:g}-{THESIS[1]:g} N, pressure not given",
+                    f"slides by {1e3 * SLID:g} mm at {_shown(force)}, when it has given way by "
+                    f"{1e3 * way:.0f} mm ({others})",
+                    bool(THESIS[0] <= force <= THESIS[1]) if judged else None,
+                )
+            )
+    return findings
+
+
+def _shown(force: float) -> str:
+    return f"{force:.1f} N" if np.isfinite(force) else f"more than {LARGEST:g} N"
+
+
+def conclude(results: Results) -> str:
+    """What came out."""
+    judged = next(grasp for grasp in results["grasps"] if grasp["pressure"] == JUDGED)
+    forces = [sliding_force(push) for push in judged["pushes"].values()]
+    means = [
+        np.mean([min(sliding_force(push), LARGEST) for push in grasp["pushes"].values()])
+        for grasp in results["grasps"]
+    ]
+    words = ", ".join(
+        f"{mean:.1f} N at {grasp['pressure'] / 1e3:g} kPa"
+        for mean, grasp in zip(means, results["grasps"], strict=True)
+    )
+    return (
+        f"At {JUDGED / 1e3:g} kPa, with which the hand carries its payload, the cylinder slides at "
+        f"{_shown(min(forces))} to {_shown(max(forces))}; in the thesis, above {THESIS[0]:g} to "
+        f"{THESIS[1]:g} N. "
+        f"The force grows steeply with the pressure, which the thesis does not give: {words}, in "
+        "the mean of the directions."
+    )
+
+
+def draw(figure: Figure, results: Results) -> None:
+    """Slip, and way beneath it, over force in each direction."""
+    panels = figure.subplots(2, len(DIRECTIONS), sharex=True, sharey="row")
+    for (upper, lower), name in zip(panels.T, DIRECTIONS, strict=True):
+        for axes, key in ((upper, "slip"), (lower, "way")):
+            axes.axvspan(*THESIS, color="0.88")
+            for grasp in results["grasps"]:
+                push, label = grasp["pushes"][name], f"{grasp['pressure'] / 1e3:g} kPa"
+                axes.plot(push["force"], 1e3 * np.array(push[key]), lw=1, label=label)
+        upper.axhline(1e3 * SLID, color="0.6", ls=":", lw=1)
+        upper.set_title(name, fontsize=9)
+        lower.set_xlabel("force [N]")
+    panels[0, 0].set(ylabel="slid on the hand [mm]", xlim=(0, LARGEST), ylim=(0, 10))
+    panels[1, 0].set(ylabel="way [mm]", ylim=(0, 1e3 * FAR))
+    panels[0, 0].legend(fontsize=8, title="grey: thesis", title_fontsize=8)
+
+
+EXPERIMENT = Experiment(
+    "disturbance",
+    "force at which a cylinder slides in RBO Hand 2 (7.3.1, Fig. 7.10)",
+    simulate,
+    report,
+    conclude,
+    draw,
+    (9.0, 5.0),
+)

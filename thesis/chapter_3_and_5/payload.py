@@ -1,0 +1,141 @@
+"""Half a kilogram held by each hand, with its weight in every direction (section 7.3.1)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softhand_model.effects.load import STANDARD_GRAVITY
+from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+from thesis.chapter_3_and_5.held_cylinder import STEP, Grasp, HeldCylinder
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MASS = 0.5  # [kg]
+HAND_2, HAND_1 = "rbo_hand_2", "rbo_hand_1"
+PLACE_2, PLACE_1 = (0.055, 0.0, 0.115), (0.062, 0.0, 0.100)  # [m] of the cylinder in the hands
+ENOUGH = 17  # segments: the joints of a P5 then do not come to their stops up to its limit
+GRASPS = {
+    "RBO Hand 2 at 60 kPa": Grasp(HAND_2, PLACE_2, (60e3, 60e3, 60e3, 90e3)),
+    "RBO Hand 1 at 120 kPa": Grasp(HAND_1, PLACE_1, (120e3,), ENOUGH),
+    "RBO Hand 1 at 150 kPa": Grasp(HAND_1, PLACE_1, (150e3,), ENOUGH),
+    "RBO Hand 1 at 210 kPa": Grasp(HAND_1, PLACE_1, (210e3,), ENOUGH),  # the thesis's, 8.1.2
+}
+JUDGED_HAND = "RBO Hand 2 at 60 kPa"  # the thesis tells of no other payload
+DIRECTIONS = {  # of the weight, in the wrist's frame
+    "palm down": (1.0, 0.0, 0.0),
+    "palm up": (-1.0, 0.0, 0.0),
+    "fingers down": (0.0, 0.0, 1.0),
+    "fingers up": (0.0, 0.0, -1.0),
+    "thumb's side down": (0.0, 1.0, 0.0),
+    "other side down": (0.0, -1.0, 0.0),
+}
+LOADING, HOLDING = 1.5, 1.5  # [s]
+JUDGED = 1.0  # [s] at the end of the hold
+DRIFT = 0.001  # [m] that a held object may move in that time
+LOST = "squeezed out while the hand closes, before any weight acts"
+
+
+def weighed(held: HeldCylinder, direction: tuple[float, float, float]) -> dict[str, Any]:
+    """Times [s] and ways [m] of the cylinder while its weight grows and is held."""
+    start, times, ways = held.place, [], []
+    for k in range(round((LOADING + HOLDING) / STEP)):
+        share = min(1.0, (k + 1) * STEP / LOADING)
+        held.load(share * MASS * STANDARD_GRAVITY * np.array(direction))
+        if k % 10 == 9:
+            times.append((k + 1) * STEP)
+            ways.append((held.place - start).tolist())
+    return {"time": times, "way": ways}
+
+
+def simulate() -> Results:
+    """The weight in every direction, each from the same grasp; none where the closing hand has
+    lost the cylinder.
+    """
+    return {"hands": {name: _held(grasp) for name, grasp in GRASPS.items()}}
+
+
+def _held(grasp: Grasp) -> dict[str, Any]:
+    with HeldCylinder(grasp, MASS) as held:
+        saved, holds, touching = held.save(), {}, held.touching()
+        for posture, direction in DIRECTIONS.items() if touching else ():
+            held.restore(saved)
+            holds[posture] = weighed(held, direction)
+    return {
+        "pressures": list(grasp.pressures),
+        "segments": grasp.segments,
+        "touching": touching,
+        "holds": holds,
+    }
+
+
+def drift(hold: dict[str, Any]) -> float:
+    """Way [m] of the cylinder between the ends of the judged time.
+
+    >>> ways = [[0.0, 0.0, 0.1], [0.0, 0.0, 0.2], [0.0, 0.0, 0.4]]
+    >>> round(drift({"time": [1.9, 2.5, 3.0], "way": ways}), 3)
+    0.2
+    """
+    ways = np.array(hold["way"])
+    begin = int(np.searchsorted(hold["time"], LOADING + HOLDING - JUDGED - 1e-9))
+    return float(np.linalg.norm(ways[begin:] - ways[-1], axis=1).max())
+
+
+def report(results: Results) -> list[Finding]:
+    """How far the cylinder gives way, and whether it is at rest then; the thesis tells of the
+    payload of RBO Hand 2 alone.
+    """
+    findings = []
+    for hand, found in results["hands"].items():
+        judged = hand == JUDGED_HAND
+        if not found["touching"]:
+            findings.append(Finding(hand, "-", LOST, False if judged else None))
+        for posture, hold in found["holds"].items():
+            way, moved = np.linalg.norm(hold["way"][-1]), drift(hold)
+            words = f"{1e3 * way:.1f} mm given way, {1e3 * moved:.2f} mm in the last second"
+            findings.append(
+                Finding(
+                    f"{hand}, {posture}",
+                    "0.5 kg" if judged else "-",
+                    words + (f" (<= {1e3 * DRIFT:g})" if judged else ""),
+                    moved <= DRIFT if judged else None,
+                )
+            )
+    return findings
+
+
+def conclude(results: Results) -> str:
+    """What came out."""
+    words = []
+    for hand, found in results["hands"].items():
+        held = sum(drift(hold) <= DRIFT for hold in found["holds"].values())
+        words.append(f"{hand} in {held} of {len(DIRECTIONS)}")
+    return f"Postures in which 0.5 kg stays in the hand: {'; '.join(words)}."
+
+
+def draw(figure: Figure, results: Results) -> None:
+    """Ways over time, of the grasps that hold the cylinder at all."""
+    hands = {hand: found for hand, found in results["hands"].items() if found["holds"]}
+    panels = figure.subplots(1, len(hands), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, (hand, found) in zip(panels, hands.items(), strict=True):
+        for posture, hold in found["holds"].items():
+            way = 1e3 * np.linalg.norm(hold["way"], axis=1)
+            axes.plot(hold["time"], way, lw=1, label=posture)
+        axes.axvline(LOADING, color="0.6", ls=":", lw=1)
+        axes.set_title(f"{hand}, {found['segments']} segments", fontsize=9)
+        axes.set_xlabel("time [s]")
+    panels[0].set(ylabel="way of 0.5 kg [mm]", xlim=(0, None), ylim=(0, None))
+    panels[0].legend(fontsize=8, loc="upper left")
+
+
+EXPERIMENT = Experiment(
+    "payload",
+    "payload of 0.5 kg in both hands, in six postures (7.3.1)",
+    simulate,
+    report,
+    conclude,
+    draw,
+    (9.0, 4.0),
+)

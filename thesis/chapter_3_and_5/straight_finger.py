@@ -1,0 +1,163 @@
+"""A finger of linear stiffness stays straight with its tip blocked (section 3.5.2, Fig. 3.13)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softhand_model.equilibrium.planar import exact_springs
+from softhand_model.hand.actuator import Actuator, load_actuator
+from softhand_model.hand.profile import ConstantProfile, TaperedProfile
+from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+from thesis.chapter_3_and_5.stand import FingerStand
+from thesis.chapter_3_and_5.static_finger import blocked_finger
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LENGTH, HEIGHT = 0.09, 0.02  # [m]
+PRESSURES = (10e3, 20e3, 30e3, 40e3)  # [Pa]
+NEARLY_ROUND = 60e3  # [Pa] that bend the free finger to 357 deg; static chain only
+SEGMENTS = 10
+BLOCK_BOTTOMS = {"tapered": 0.085, "even": 0.07}  # [m], so that the tip alone meets the block
+SIDE = TaperedProfile(HEIGHT, LENGTH, 1.0, 3)
+"""Height, width and a quarter of the circumference, which fall as (1 - x/L)**(1/3)."""
+
+
+def tapered() -> Actuator:
+    """The actuator of section 3.5.2: stiffness, and the moment of a straight section, fall linearly
+    to the tip.
+    """
+    around = TaperedProfile(4.0 * HEIGHT, LENGTH, 1.0, 3)
+    return _shaped(SIDE, around)
+
+
+def even() -> Actuator:
+    """The same with one section from base to tip, for comparison."""
+    return _shaped(ConstantProfile(HEIGHT), ConstantProfile(4.0 * HEIGHT))
+
+
+def _shaped(side: Any, around: Any) -> Actuator:
+    finger = load_actuator("P10.finger")
+    return replace(finger, length=LENGTH, height=side, width=side, circumference=around)
+
+
+def simulate() -> Results:
+    """Lines and joint angles of both fingers at every pressure, their tips kept where they are."""
+    pressures = [*PRESSURES, NEARLY_ROUND]
+    return {
+        "pressures": list(PRESSURES),
+        "bends_by_section_moments": [_by_section_moments(pressure) for pressure in pressures],
+        "length": LENGTH,
+        "tapered": [_blocked(tapered(), "tapered", pressure) for pressure in PRESSURES],
+        "even": [_blocked(even(), "even", pressure) for pressure in PRESSURES],
+    }
+
+
+def _blocked(actuator: Actuator, shape: str, pressure: float) -> dict[str, Any]:
+    with FingerStand(actuator, SEGMENTS) as stand:
+        block = stand.block(0.0, BLOCK_BOTTOMS[shape])
+        stand.settle(pressure)
+        touch = stand.touch(block)
+        line, bends = stand.line()[:, [0, 2]], stand.bends()
+    return {
+        "force": touch.force,
+        "touched_at": touch.place.tolist(),
+        "line": line.tolist(),
+        "bends": bends.tolist(),
+        "free_angle": float(actuator.tip_angle(pressure)),
+        "static_force": blocked_finger(actuator, SEGMENTS, pressure, 0.0).tip_force,
+    }
+
+
+def _by_section_moments(pressure: float) -> list[float]:
+    """Joint angles [rad] of the static chain whose joints carry the moments of section 3.4.3."""
+    springs = exact_springs(tapered(), SEGMENTS, pressure)
+    return blocked_finger(tapered(), SEGMENTS, pressure, 0.0, springs).angles.tolist()
+
+
+def bow(finger: dict[str, Any]) -> float:
+    """Largest distance [m] of the line from the straight finger."""
+    return float(np.abs(np.array(finger["line"])[:, 0]).max())
+
+
+def report(results: Results) -> list[Finding]:
+    """How far the fingers leave the straight line."""
+    length, findings = results["length"], []
+    for pressure, finger, even_one in zip(
+        results["pressures"], results["tapered"], results["even"], strict=True
+    ):
+        findings.append(
+            Finding(
+                f"{pressure / 1e3:g} kPa (free: {np.degrees(finger['free_angle']):.0f} deg)",
+                "straight; the last 10 to 15 mm bend slightly forward",
+                f"off the line by {1e3 * bow(finger):.2f} mm, "
+                f"an even section by {1e3 * bow(even_one):.1f} mm",
+            )
+        )
+    low = 100.0 * bow(results["tapered"][0]) / length
+    lowest = results["tapered"][0]
+    moment = lowest["force"] * lowest["touched_at"][1] / (lowest["static_force"] * length)
+    turn = float(np.degrees(np.abs(results["bends_by_section_moments"]).max()))
+    return [
+        *findings,
+        Finding.at_most(
+            f"off the line at {results['pressures'][0] / 1e3:g} kPa, of the length",
+            "straight",
+            low,
+            1.0,
+            "%",
+        ),
+        Finding.at_most(
+            "largest joint angle with the moments of 3.4.3, to 60 kPa",
+            "straight",
+            turn,
+            1e-3,
+            "deg",
+        ),
+        Finding.at_most(
+            "moment about the base at the lowest pressure, against the static chain",
+            "-",
+            100.0 * abs(moment - 1.0),
+            1.0,
+            "%",
+        ),
+    ]
+
+
+def conclude(results: Results) -> str:
+    """What came out."""
+    worst, other = (1e3 * bow(results[key][-1]) for key in ("tapered", "even"))
+    return (
+        "With the moments of section 3.4.3 the finger stays exactly straight. With linear springs "
+        f"it does at low pressure; at {results['pressures'][-1] / 1e3:g} kPa it leaves the line by "
+        f"{worst:.1f} mm (an even section: {other:.1f} mm), because the free curvature then "
+        "depends on the height, which the springs do not know."
+    )
+
+
+def draw(figure: Figure, results: Results) -> None:
+    """Lines of both fingers at all pressures."""
+    panels = figure.subplots(1, 2, sharey=True, sharex=True)
+    for axes, key, title in zip(
+        panels, ("tapered", "even"), ("(1 - x/L)^(1/3)", "even section"), strict=True
+    ):
+        for pressure, finger in zip(results["pressures"], results[key], strict=True):
+            x, z = 1e3 * np.array(finger["line"]).T
+            axes.plot(z, x, "o-", ms=3, lw=1, label=f"{pressure / 1e3:g} kPa")
+        axes.set_title(f"circumference: {title}", fontsize=9)
+        axes.set_xlabel("along the finger [mm]")
+    panels[0].set_ylabel("off the straight line [mm]")
+    panels[0].legend(fontsize=8)
+
+
+EXPERIMENT = Experiment(
+    "straight_finger",
+    "finger of linear stiffness that stays straight with its tip blocked (Fig. 3.13)",
+    simulate,
+    report,
+    conclude,
+    draw,
+)

@@ -1,0 +1,190 @@
+"""Strain through the wall, and what the model leaves out (sections 3.4.5-3.4.7, Fig. 3.10).
+
+No finger is simulated here: eq. 3.44 is integrated, and compared with its closed form.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.integrate import simpson, solve_ivp
+
+from softhand_model.hand.rubber import (
+    deformed_depth,
+    gent_factor,
+    mooney_rivlin_energy_error,
+    mooney_rivlin_stiffness_error,
+    strain_invariant,
+    wall_strain_invariant,
+)
+from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BENDS = (0.25, 0.5, 1.0, 1.5, 2.0)  # kappa*h [-]
+DEEPEST = 0.6  # d/h [-]
+LIMIT = 0.5  # d/h up to which the thesis takes the energy as uniform
+STRETCH = 3.0  # the largest one it counts on
+GENT_LIMIT = 100.0  # J_m
+TOLERANCE = 1e-10
+EVEN = 0.05  # [-] by which the mean energy may differ from that of uniform strain
+
+
+def integrated_depth(depth: np.ndarray, bend: float) -> np.ndarray:
+    """d'/h [-] at growing depths d/h [-] of the undeformed wall from eq. 3.44, d' = 0 outside.
+
+    >>> integrated_depth(np.array([0.0, 0.3]), 0.0).round(6).tolist()
+    [0.0, 0.3]
+    """
+
+    def slope(there: float, deformed: np.ndarray) -> np.ndarray:
+        along = 1.0 + bend * (1.0 - deformed)
+        return (1.0 - there) / ((1.0 - deformed) * along)
+
+    found = solve_ivp(
+        slope, (0.0, float(depth[-1])), [0.0], t_eval=depth, rtol=TOLERANCE, atol=TOLERANCE
+    )
+    return found.y[0]
+
+
+def simulate() -> Results:
+    """J1 through the wall at several curvatures, by the differential equation and the cubic."""
+    depth = np.linspace(0.0, DEEPEST, 61)
+    curves = {}
+    for bend in BENDS:
+        deformed = integrated_depth(depth, bend)
+        along = 1.0 + bend * (1.0 - deformed)
+        around = (1.0 - deformed) / (1.0 - depth)
+        invariant = along**2 + around**2 + (along * around) ** -2.0 - 3.0
+        curves[f"{bend:g}"] = {
+            "deformed_depth": deformed.tolist(),
+            "cubic_depth": deformed_depth(depth, bend).tolist(),
+            "invariant": invariant.tolist(),
+            "cubic_invariant": wall_strain_invariant(depth, bend).tolist(),
+            "uniform_invariant": float(strain_invariant(1.0 + bend)),
+        }
+    return {
+        "depth": depth.tolist(),
+        "curves": curves,
+        "bounds": {
+            "largest_invariant": float(strain_invariant(STRETCH)),
+            "mooney_rivlin_energy": float(mooney_rivlin_energy_error(STRETCH)),
+            "mooney_rivlin_stiffness": float(mooney_rivlin_stiffness_error(STRETCH)),
+            "gent": float(gent_factor(STRETCH, GENT_LIMIT)),
+        },
+    }
+
+
+def energy_error(results: Results, bend: str) -> float:
+    """Mean of J1 over the wall up to LIMIT over that of the outer face, less 1."""
+    depth, curve = np.array(results["depth"]), results["curves"][bend]
+    inside = depth <= LIMIT + 1e-9
+    depth, invariant = depth[inside], np.array(curve["invariant"])[inside]
+    weight = 1.0 - depth  # rubber per depth: a ring of this radius
+    mean = simpson(weight * invariant, x=depth) / simpson(weight, x=depth)
+    return float(mean / curve["uniform_invariant"] - 1.0)
+
+
+def unevenness(results: Results) -> list[tuple[float, str]]:
+    """Lowest and highest J1 in the wall up to LIMIT over that of the outer face, less 1, each with
+    its kappa*h.
+    """
+    inside = np.array(results["depth"]) <= LIMIT + 1e-9
+    found = [
+        (float(value / curve["uniform_invariant"] - 1.0), bend)
+        for bend, curve in results["curves"].items()
+        for value in np.array(curve["invariant"])[inside]
+    ]
+    return [min(found), max(found)]
+
+
+def _largest_energy_error(results: Results) -> tuple[float, str]:
+    found = [(energy_error(results, bend), bend) for bend in results["curves"]]
+    return max(found, key=lambda pair: abs(pair[0]))
+
+
+def _shown(error: tuple[float, str], digits: int = 0) -> str:
+    return f"{100.0 * error[0]:+.{digits}f} % (kappa*h = {error[1]})"
+
+
+def report(results: Results) -> list[Finding]:
+    """The differential equation against the cubic; how even the strain is; the bounds."""
+    curves, depth = results["curves"], np.array(results["depth"])
+    errors = [
+        np.abs(np.subtract(curve["deformed_depth"], curve["cubic_depth"])).max()
+        for curve in curves.values()
+    ]
+    strongest = curves["2"]
+    at = np.interp([0.0, 0.3, LIMIT], depth, strongest["invariant"])
+    low, high = unevenness(results)
+    energies = {bend: energy_error(results, bend) for bend in curves}
+    bounds = results["bounds"]
+    return [
+        Finding.at_most("depth by eq. 3.44 against the cubic", "-", max(errors), 1e-6, "h"),
+        Finding(
+            "J1 at kappa*h = 2 for d/h = 0, 0.3, 0.5",
+            "stays flat to about half the height",
+            ", ".join(f"{value:.3f}" for value in at),
+            bool(np.abs(at - [7.111, 6.689, 7.386]).max() < 1e-3),
+        ),
+        Finding(
+            "J1 to d/h = 0.5 against the outer face", "flat", f"{_shown(low)} to {_shown(high)}"
+        ),
+        Finding(
+            "mean energy of a wall of 0.5 h against uniform",
+            "equal",
+            f"{', '.join(_shown((error, bend), 1) for bend, error in energies.items())}; "
+            f"all within {100.0 * EVEN:g} %",
+            max(map(abs, energies.values())) <= EVEN,
+        ),
+        Finding("largest J1 at stretch 3", "7.11", f"{bounds['largest_invariant']:.2f}"),
+        Finding(
+            "left out by neo-Hooke (Mooney-Rivlin)",
+            "stiffness 3.4 %",
+            f"energy {100 * bounds['mooney_rivlin_energy']:.1f} %, stiffness "
+            f"{100 * bounds['mooney_rivlin_stiffness']:.1f} % (erratum: 3.4 % is the energy's)",
+        ),
+        Finding(
+            "left out without stiffening (Gent, J_m = 100)",
+            "7.7 %",
+            f"{100 * (bounds['gent'] - 1):.1f} %",
+        ),
+    ]
+
+
+def conclude(results: Results) -> str:
+    """What came out."""
+    bounds, worst = results["bounds"], _largest_energy_error(results)
+    low, high = unevenness(results)
+    word = "sound" if abs(worst[0]) <= EVEN else "not sound"
+    return (
+        f"In a wall of half the height J1 differs from the outer face's by {_shown(low)} to "
+        f"{_shown(high)}, its mean energy by {_shown(worst, 1)} at most. Taking the energy as "
+        f"uniform, which needs the mean alone, is {word} up to there. Mooney-Rivlin's bound on the "
+        f"stiffness is {100 * bounds['mooney_rivlin_stiffness']:.1f} %, not 3.4 %."
+    )
+
+
+def draw(figure: Figure, results: Results) -> None:
+    """J1 over depth as in Fig. 3.10: lines by eq. 3.44, dots by the cubic."""
+    axes = figure.subplots()
+    depth = np.array(results["depth"])
+    for k, (bend, curve) in enumerate(results["curves"].items()):
+        axes.plot(depth, curve["invariant"], f"C{k}", label=f"kappa h = {bend}")
+        axes.plot(depth[::6], curve["cubic_invariant"][::6], f"C{k}o", ms=4)
+    axes.axvline(LIMIT, color="0.6", ls=":", lw=1)
+    axes.set(xlabel="depth d/h in the undeformed wall [-]", ylabel="J1 [-]", ylim=(0, 11))
+    axes.legend(fontsize=8, title="lines: eq. 3.44; dots: cubic", title_fontsize=8, ncols=3)
+
+
+EXPERIMENT = Experiment(
+    "wall_strain",
+    "strain through the wall and the bounds of the rubber model (Fig. 3.10, 3.4.5-3.4.7)",
+    simulate,
+    report,
+    conclude,
+    draw,
+    (6.0, 4.0),
+)

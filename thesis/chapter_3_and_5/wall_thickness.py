@@ -1,0 +1,150 @@
+"""Tip angle over pressure of four wall thicknesses (sections 3.5.1 and 5.2.2, Figs. 3.11, 3.12 and
+5.10).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softhand_model.hand import section
+from softhand_model.hand.actuator import Actuator, load_actuator
+from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+from thesis.chapter_3_and_5.stand import FingerStand
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WALLS = (0.0025, 0.0035, 0.0045, 0.0055)  # [m]
+MODULUS_SCALE = 1.1  # of 67 kPa, as the thesis fitted it (5.2.2)
+PRESSURES = (5e3, 10e3, 15e3, 20e3, 30e3, 40e3, 46.3e3)  # [Pa]
+SEGMENTS = 10
+LOW = 10e3  # [Pa], where the thesis found its thickest finger too stiff
+
+
+def actuator_of(wall: float) -> Actuator:
+    """A P10 finger with another wall [m], on top and at the sides."""
+    return replace(load_actuator("P10.finger"), wall=wall, side_wall=wall).with_modulus(
+        MODULUS_SCALE
+    )
+
+
+def simulate() -> Results:
+    """Tip angle of every wall at every pressure, and the curvature along it at the last one."""
+    walls = {f"{1e3 * wall:g}": _bent(actuator_of(wall)) for wall in WALLS}
+    return {"pressures": list(PRESSURES), "walls": walls}
+
+
+def _bent(actuator: Actuator) -> dict[str, Any]:
+    pressures, simulated = np.array(PRESSURES), []
+    with FingerStand(actuator, SEGMENTS) as stand:
+        for pressure in PRESSURES:
+            stand.settle(pressure)
+            simulated.append(float(stand.bends().sum()))
+        curvature = stand.bends() * SEGMENTS / actuator.length
+    return {
+        "wall": actuator.wall,
+        "simulated": simulated,
+        "exact": actuator.tip_angle(pressures).tolist(),
+        "printed": _printed(actuator, pressures).tolist(),
+        "curvature": curvature.tolist(),
+    }
+
+
+def _printed(actuator: Actuator, pressures: np.ndarray) -> np.ndarray:
+    """Tip angle by eq. 5.2 and 5.3, as the thesis's simulator has it."""
+    x, weight = actuator.quadrature()
+    curvature = section.free_curvature_printed(
+        pressures[:, None],
+        actuator.height(x),
+        actuator.width(x),
+        actuator.wall,
+        actuator.side_wall,
+        actuator.shear_modulus,
+    )
+    return np.sum(weight * curvature, axis=-1)
+
+
+def _scaled(results: Results) -> dict[str, np.ndarray]:
+    """Angles of the thinnest wall over the thickness, as the design rule 3.32 has it."""
+    walls = results["walls"]
+    thinnest = walls[min(walls, key=float)]
+    angles = np.array(thinnest["simulated"]) * thinnest["wall"]
+    return {name: angles / wall["wall"] for name, wall in walls.items()}
+
+
+def report(results: Results) -> list[Finding]:
+    """Each wall at the highest pressure; how far the rule carries from the thinnest."""
+    walls, scaled = results["walls"], _scaled(results)
+    low = results["pressures"].index(LOW)
+    findings = []
+    for name, wall in walls.items():
+        angle, curvature = np.degrees(wall["simulated"]), np.array(wall["curvature"])
+        rule = 100.0 * (1.0 - np.array(wall["simulated"]) / scaled[name])
+        findings.append(
+            Finding(
+                f"{name} mm: tip angle at {results['pressures'][-1] / 1e3:g} kPa",
+                "no number; an arc of a circle",
+                f"{angle[-1]:.1f} deg; curvature of the last segment "
+                f"{100.0 * (curvature[-1] / curvature[0] - 1.0):+.0f} % against the first",
+            )
+        )
+        if name != min(walls, key=float):
+            seen = "stiffer than that at low pressure" if name == "5.5" else "agrees"
+            text = f"bends {_by(-rule[low])} at {LOW / 1e3:g} kPa, {_by(-rule[-1])} at the end"
+            findings.append(Finding(f"{name} mm against 2.5 mm scaled by the rule", seen, text))
+    errors = [np.divide(wall["simulated"], wall["exact"]) - 1.0 for wall in walls.values()]
+    worst = 100.0 * float(np.abs(errors).max())
+    printed = [np.divide(wall["printed"], wall["exact"]) - 1.0 for wall in walls.values()]
+    spread = f"{100.0 * np.min(printed):+.1f} to {100.0 * np.max(printed):+.1f} %"
+    return [
+        *findings,
+        Finding.at_most("tip angle, simulator against the exact integral", "-", worst, 0.1, "%"),
+        Finding("tip angle by eq. 5.3 against the exact one", "matches well", spread),
+    ]
+
+
+def conclude(results: Results) -> str:
+    """What came out."""
+    wall, scaled = np.array(results["walls"]["5.5"]["simulated"]), _scaled(results)["5.5"]
+    more = 100.0 * (wall / scaled - 1.0)
+    return (
+        "The simulator has the exact curve. Against the thin finger scaled by the rule, that of "
+        f"5.5 mm bends {_by(more[0])} at {results['pressures'][0] / 1e3:g} kPa and {_by(more[-1])} "
+        f"at {results['pressures'][-1] / 1e3:g} kPa. The thesis's bent less at low pressure, "
+        "which neither the exact curve nor eq. 5.3 explains."
+    )
+
+
+def _by(percent: float) -> str:
+    return f"{abs(percent):.0f} % {'more' if percent > 0.0 else 'less'}"
+
+
+def draw(figure: Figure, results: Results) -> None:
+    """Angles over pressure as in Fig. 5.10, and curvature along the fingers as in Fig. 3.11."""
+    left, right = figure.subplots(1, 2)
+    pressures, scaled = np.array(results["pressures"]) / 1e3, _scaled(results)
+    for k, (name, wall) in enumerate(results["walls"].items()):
+        left.plot(pressures, np.degrees(wall["exact"]), f"C{k}", lw=1)
+        left.plot(pressures, np.degrees(wall["simulated"]), f"C{k}o", ms=4, label=f"{name} mm")
+        left.plot(pressures, np.degrees(scaled[name]), f"C{k}:", lw=1)
+        place = (np.arange(SEGMENTS) + 0.5) * 100.0 / SEGMENTS
+        right.plot(place, wall["curvature"], f"C{k}o-", ms=3, lw=1)
+    left.plot([], [], "k-", lw=1, label="exact")
+    left.plot([], [], "k:", lw=1, label="2.5 mm, scaled by the rule")
+    left.set(xlabel="pressure [kPa]", ylabel="tip angle [deg]", xlim=(0, None), ylim=(0, None))
+    left.legend(fontsize=8)
+    right.set(xlabel="place along the finger [%]", ylabel="curvature [1/m]", ylim=(0, None))
+    right.set_title(f"at {pressures[-1]:g} kPa", fontsize=9)
+
+
+EXPERIMENT = Experiment(
+    "wall_thickness",
+    "tip angle over pressure of four wall thicknesses (Figs. 3.11, 3.12, 5.10)",
+    simulate,
+    report,
+    conclude,
+    draw,
+)

@@ -1,0 +1,261 @@
+"""A run of the box on the pretended bench that follows a sine of air mass, and the figures of it.
+
+A run of the box on the pretended bench, and what is kept of it.
+
+Figures of a recorded sine: drift of the estimate, tracking error, pulses.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.box.box import PneumaticBox
+from pneumaticbox_driver.box.commands import TrajectoryPoint
+from pneumaticbox_driver.calibration.calibration import ChannelCalibration
+from pneumaticbox_driver.settings import BoxSettings
+from softhand_model.gas import air_mass
+from softhand_model.pneumatics import Pneumatics
+from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD
+from thesis.chapter_4.report import Floats, Progress, Series, option
+
+KNOT = 0.05  # between the points of a command [s]
+
+
+@dataclass(frozen=True)
+class Sine:
+    """Targets of air mass: a step from rest, later `mean - amplitude cos`, then its last value.
+
+    The defaults are such that the box needs about the 122 pulses of Fig. 4.9 for them, on a
+    bottle at about the pressure at which a finger works.
+
+    >>> (1e6 * Sine().at(np.array([0.0, 8.0, 18.0]))).round(3).tolist()  # mg
+    [130.0, 130.0, 170.0]
+    """
+
+    duration: float = option(60.0, "time of the sine [s]")
+    mean: float = option(150e-6, "mean air mass of the sine above the fill at rest [kg]")
+    amplitude: float = option(20e-6, "amplitude of the sine [kg]")
+    period: float = option(20.0, "period of the sine [s]")
+    fill: float = option(8.0, "time to fill the channels to where the sine starts [s]")
+
+    def __post_init__(self) -> None:
+        for name in ("duration", "period", "fill"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name} must be above 0 s, got {getattr(self, name)}")
+        if not 0 < self.amplitude < self.mean:
+            # a target of zero empties the channel and tares it
+            got = f"{self.amplitude} and {self.mean}"
+            raise ValueError(f"amplitude must be above 0 kg and below the mean, got {got}")
+
+    @property
+    def end(self) -> float:
+        """When the sine is over, counted from the step at rest [s]."""
+        return self.fill + self.duration
+
+    def at(self, time: Floats) -> Floats:
+        """Targets at times counted from the step at rest [s], in the times' shape [kg]."""
+        phase = 2 * np.pi * (np.clip(time, self.fill, self.end) - self.fill) / self.period
+        return np.asarray(self.mean - self.amplitude * np.cos(phase))
+
+    def trajectory(self, channels: int) -> list[TrajectoryPoint]:
+        """The command for all channels, a point every 50 ms."""
+        times = np.arange(round(self.end / KNOT) + 1) * KNOT
+        return [
+            TrajectoryPoint(float(time), [float(mass)] * channels)
+            for time, mass in zip(times, self.at(times), strict=True)
+        ]
+
+
+PRESSURE_LIMIT = 2e5  # gauge: within the sensors' range [Pa]
+SETTLING = 0.1  # after a valve was closed, before its channel's pressure is taken [s]
+KEPT_EVERY = 10  # samples
+HOLD = 1.0  # after a sine, so that the last pulse is over and the pressure known [s]
+Supply = Callable[[float], float]  # gauge pressure of the regulator [Pa] at a time [s]
+MassOf = Callable[[Floats], Floats]  # air above the fill at rest [kg] at gauge pressures [Pa]
+TIMING = ("shortest_pulse", "shortest_pause")
+
+
+@dataclass
+class Record:
+    """Samples of a run that were kept, oldest first; per channel (n,) each."""
+
+    time: list[float] = field(default_factory=list)
+    estimate: list[Floats] = field(default_factory=list)
+    truth: list[Floats] = field(default_factory=list)
+    measured: list[Floats] = field(default_factory=list)
+    pulses: list[NDArray[np.int_]] = field(default_factory=list)
+    supply: list[float] = field(default_factory=list)
+    gauge: list[Floats] = field(default_factory=list)
+
+    def as_series(self) -> Series:
+        """The samples as arrays (samples,) and (samples, channels)."""
+        return {name: np.array(values, dtype=float) for name, values in vars(self).items()}
+
+
+class BenchRun:
+    """The box on the pretended bench, started and tared at rest.
+
+    `measured` is the thesis's ground truth, the mass by the sensors in between pulses, NaN while
+    a valve is open or has just been closed; `truth` is the mass that the plant has gained, with
+    none of the sensors' errors.
+
+    Args:
+        box: the driver's.
+        bench: the plant's.
+        mass_of: mass by the pressures, on bottles `dp V/(R T)`.
+        sensor_offset: that the channels' sensors have besides their own errors [Pa].
+    """
+
+    def __init__(
+        self,
+        box: PneumaticBox,
+        bench: EmbeddedBench,
+        mass_of: MassOf,
+        sensor_offset: float = 0.0,
+    ) -> None:
+        n = len(box.settings.channels)
+        self.box, self.bench, self.record = box, bench, Record()
+        self._mass_of = mass_of
+        self._offset: Floats = np.array([sensor_offset] * n + [0.0])
+        self._closed_since: Floats = np.zeros(n)
+        self._sum: Floats = np.zeros(n)
+        self._count: Floats = np.zeros(n)
+        self._pulses: NDArray[np.int_] = np.zeros(n, dtype=int)
+        while not self.box.ready:
+            self.sample()
+
+    def follow(self, sine: Sine, progress: Progress, supply: Supply | None = None) -> Series:
+        """Command a sine and record it, and the second after it.
+
+        Args:
+            sine: targets of all channels.
+            progress: is told.
+            supply: gauge pressure of the regulator [Pa] over the time since the start [s]; None
+                leaves it alone.
+
+        Returns:
+            The record, `time` [s] and `supply` [Pa] (samples,), the others (samples, channels),
+            and the `target` (samples,) [kg].
+        """
+        names, start = self.box.settings.channels, self.box.time
+        self._sum[:] = self._count[:] = 0.0  # of before the sensors were zeroed
+        self.box.command(names, sine.trajectory(len(names)), 0.0, start)
+        count = round((sine.end + HOLD) / PERIOD)
+        for k in range(count):
+            if supply is not None:
+                self.bench.plant.set_supply(supply(k * PERIOD))
+            self.sample()
+            if k % KEPT_EVERY == 0:
+                self._keep(self.box.time - start)
+            if k % 1000 == 0:
+                progress("sine", k / count)
+        self._keep(self.box.time - start)
+        series = self.record.as_series()
+        return {**series, "target": sine.at(series["time"])}
+
+    def sample(self) -> None:
+        """Let a sample's time pass, and the box answer it."""
+        readings = self.bench.advance(PERIOD) + self._offset
+        before = self.box.valves
+        valves = self.box.on_sample(self.bench.time, readings)
+        self.bench.command(valves)
+        self._pulses += (valves != before) & (valves != 0)
+        moving = (valves != 0) | (before != 0)
+        self._closed_since = np.where(moving, self.bench.time, self._closed_since)
+        settled = self.bench.time - self._closed_since > SETTLING
+        self._sum = np.where(settled, self._sum + self.box.gauge, 0.0)
+        self._count = np.where(settled, self._count + 1.0, 0.0)
+
+    def _keep(self, time: float) -> None:
+        keep = self.record
+        known = self._count > 0
+        mean = self._sum / np.maximum(self._count, 1.0)
+        keep.time.append(time)
+        keep.estimate.append(self.box.observer.mass.copy())
+        keep.truth.append(self.bench.mass)
+        keep.measured.append(np.where(known, self._mass_of(mean), np.nan))
+        keep.pulses.append(self._pulses.copy())
+        keep.supply.append(self.box.supply)
+        keep.gauge.append(self.box.gauge.copy())
+
+
+def on_bottles(
+    constants: Pneumatics,
+    calibrations: Sequence[ChannelCalibration],
+    seed: int,
+    shortest: tuple[float, float] | None = None,
+) -> BenchRun:
+    """A run in mass control with a bottle of 0.5 L on each channel.
+
+    Args:
+        constants: of the plant.
+        calibrations: one a channel.
+        seed: of noise and jitter.
+        shortest: pulse and pause that the box keeps [s]; None for its defaults.
+    """
+    n = len(calibrations)
+    timing = {} if shortest is None else dict(zip(TIMING, shortest, strict=True))
+    settings = BoxSettings(
+        tuple(OUTLETS[:n]), (BOTTLE,) * n, (PRESSURE_LIMIT,) * n, ("mass",) * n, **timing
+    )
+    bench = EmbeddedBench(OUTLETS[:n], np.full(n, BOTTLE), constants, seed)
+    box = PneumaticBox(settings, calibrations)
+    return BenchRun(box, bench, lambda gauge: air_mass(gauge, BOTTLE))
+
+
+def under(prefix: str, series: Series) -> Series:
+    """Series with a prefix before their names, so that two runs go into one file.
+
+    >>> under("own", {"time": np.zeros(1)})
+    {'own_time': array([0.])}
+    """
+    return {f"{prefix}_{name}": values for name, values in series.items()}
+
+
+def of(prefix: str, series: Series) -> Series:
+    """Those of the series that `under` has given this prefix."""
+    head = f"{prefix}_"
+    return {name[len(head) :]: v for name, v in series.items() if name.startswith(head)}
+
+
+def drift(run: Series, truth: str = "truth") -> Floats:
+    """Contained less estimated mass (samples, channels) [kg]; NaN unless the channel is still.
+
+    Args:
+        run: a record of `BenchRun.follow`.
+        truth: "truth" of the plant, or "measured" as in the thesis.
+    """
+    still = np.isfinite(run["measured"])
+    return np.where(still, run[truth] - run["estimate"], np.nan)
+
+
+def final_drift(run: Series, truth: str = "truth") -> Floats:
+    """Drift when the run is over (channels,) [kg]: the last sample at which a channel is still."""
+    course = drift(run, truth)
+    return np.array([column[np.isfinite(column)][-1] for column in course.T])
+
+
+def in_sine(run: Series, sine: Sine) -> np.ndarray:
+    """Marks the samples of the sine itself, without fill and hold (samples,)."""
+    return (run["time"] >= sine.fill) & (run["time"] <= sine.end)
+
+
+def tracking_error(run: Series, sine: Sine) -> Floats:
+    """Contained less wanted mass over the sine (samples of it, channels) [kg]."""
+    here = in_sine(run, sine)
+    return np.asarray(run["truth"][here] - run["target"][here, None])
+
+
+def control_error(run: Series, sine: Sine) -> Floats:
+    """Estimated less wanted mass over the sine (samples of it, channels) [kg]: without drift."""
+    here = in_sine(run, sine)
+    return np.asarray(run["estimate"][here] - run["target"][here, None])
+
+
+def pulses_in_sine(run: Series, sine: Sine) -> Floats:
+    """Pulses per channel that the sine took (channels,)."""
+    counts = run["pulses"][in_sine(run, sine)]
+    return np.asarray(counts[-1] - counts[0])

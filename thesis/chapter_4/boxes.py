@@ -1,0 +1,197 @@
+"""Pretended boxes of the experiments, their calibration as a user would make it, and what their
+valves can do.
+
+What the valves can do: the mass of the smallest pulse, and the flow of an open inlet.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.calibration.calibration import ChannelCalibration, Pulse
+from pneumaticbox_driver.calibration.recording import Sample, SeeSaw, SeeSawPlan, record_pulses
+from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
+from softhand_model.gas import air_mass
+from softhand_model.pneumatics import Pneumatics, load_pneumatics
+from thesis.chapter_4.report import Floats, Progress
+
+OUTLETS = "abcdefgh"
+PERIOD = 0.002  # of the sensor samples [s]
+BOTTLE = 0.5e-3  # of section 4.4.3 [m3]
+REGULATING = 3.0  # for the reservoir to follow the regulator [s]
+SUPPLIES = (260e3, 320e3)  # of section 4.4.3, gauge [Pa]
+
+
+def box_of(seed: int, constants: Pneumatics | None = None) -> Pneumatics:
+    """Constants of box number `seed`; 0 is the one that is shipped, others have other tolerances.
+
+    Args:
+        seed: number of the box.
+        constants: with which to start; None for those that are shipped.
+    """
+    constants = load_pneumatics() if constants is None else constants
+    return replace(constants, box_seed=constants.box_seed + seed)
+
+
+def record(
+    box: Pneumatics,
+    channels: int,
+    points: int,
+    supplies: Sequence[float],
+    seed: int,
+    progress: Progress,
+) -> list[list[Pulse]]:
+    """Record test pulses of Algorithm 1 on bottles, all channels at once.
+
+    Args:
+        box: constants of the plant.
+        channels: number of outlets.
+        points: pulses per channel, both directions and all supplies together.
+        supplies: gauge supply pressures, one after the other [Pa].
+        seed: of the pulses and the noise.
+        progress: is told.
+
+    Returns:
+        The pulses per channel.
+
+    Raises:
+        ValueError: fewer points than an inflation and a deflation at each supply pressure.
+    """
+    cycles = points // (2 * len(supplies))
+    if cycles < 1:
+        raise ValueError(f"points must be at least {2 * len(supplies)}, got {points}")
+    pulses: list[list[Pulse]] = [[] for _ in range(channels)]
+    for level, supply in enumerate(supplies):
+        stream = 1000 * seed + level
+        bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, stream)
+        bench.plant.set_supply(supply)
+        recorded = _recorded(bench, SeeSaw(SeeSawPlan(), channels, stream), channels, cycles)
+        for channel, more in zip(pulses, recorded, strict=True):
+            channel += more
+        progress("test pulses", (level + 1) / len(supplies))
+    return pulses
+
+
+def _recorded(
+    bench: EmbeddedBench, see_saw: SeeSaw, channels: int, cycles: int
+) -> list[list[Pulse]]:
+    recording = record_pulses(see_saw, channels, cycles, BOTTLE)
+    valves = next(recording)
+    while True:
+        bench.command(valves)
+        pressures = bench.advance(PERIOD)
+        try:
+            valves = recording.send(Sample(bench.time, pressures[:-1], float(pressures[-1])))
+        except StopIteration as end:
+            return list(end.value)
+
+
+def calibrated(
+    box: Pneumatics,
+    channels: int,
+    points: int,
+    seed: int,
+    progress: Progress,
+    supplies: Sequence[float] = SUPPLIES,
+    see_saw: SeeSawPlan | None = None,
+) -> list[ChannelCalibration]:
+    """Calibrate a box on bottles as a user does, who turns the supply when asked to.
+
+    The bottles are known to be tight: there is no leak test.
+
+    Args:
+        box: constants of the plant.
+        channels: number of outlets.
+        points: pulses per channel, both directions and all supplies together.
+        seed: of the pulses and the noise.
+        progress: is told.
+        supplies: gauge supply pressures, one after the other [Pa].
+        see_saw: ranges of the pulses; None for the driver's.
+
+    Raises:
+        ValueError: too few points, or pulses that do not determine the coefficients.
+    """
+    plan = CalibrationPlan(points, len(supplies), see_saw or SeeSawPlan(), leak_test=0.0)
+    run = CalibrationRun(OUTLETS[:channels], np.full(channels, BOTTLE), plan, seed)
+    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
+    for supply in supplies:
+        bench.plant.set_supply(supply)
+        _play(bench, run, REGULATING)
+        if run.state == "waiting":
+            run.next()
+        while run.state == "running":
+            _play(bench, run, PERIOD)
+            progress("calibration", run.progress)
+    return run.result
+
+
+def _play(bench: EmbeddedBench, run: CalibrationRun, duration: float) -> None:
+    """Answer the run's samples for a time [s]; a run that waits keeps the valves closed."""
+    for _ in range(round(duration / PERIOD)):
+        pressures = bench.advance(PERIOD)
+        bench.command(run.on_sample(Sample(bench.time, pressures[:-1], float(pressures[-1]))))
+
+
+WORKING = 25e3  # gauge pressure in the channels, about a finger's [Pa]
+WAITING = 0.5  # after a pulse, so that its dead volume has emptied, and the regulator rests [s]
+OPEN = 0.5  # of the pulse that the flow is taken from [s]
+SETTLED = 0.1  # of it, before the flow is steady [s]
+
+
+def smallest_steps(
+    constants: Pneumatics, channels: int, pulse: float, seed: int, repeats: int = 5
+) -> Floats:
+    """Mass that pulses move on bottles at working pressure, by the plant's truth.
+
+    Args:
+        constants: of the plant.
+        channels: number of outlets.
+        pulse: duration of the electrical command [s].
+        seed: of the jitter.
+        repeats: pulses that are averaged.
+
+    Returns:
+        What an inflating pulse brings and what a deflating one takes (2, channels) [kg].
+    """
+    bench = _at_work(constants, channels, seed)
+    moved = np.zeros((2, channels))
+    for _ in range(repeats):
+        for row, direction in enumerate((1, -1)):
+            before = bench.mass
+            _hold(bench, direction, pulse)
+            _hold(bench, 0, WAITING)
+            moved[row] += direction * (bench.mass - before)
+    return moved / repeats
+
+
+def inlet_flows(constants: Pneumatics, channels: int, seed: int) -> Floats:
+    """Steady mass flow into bottles at working pressure, inlets open (channels,) [kg/s].
+
+    One inlet is open at a time: the regulator gives way under the flow of many.
+    """
+    flows = np.zeros(channels)
+    for channel in range(channels):
+        bench = _at_work(constants, channels, seed)
+        alone = np.zeros(channels)
+        alone[channel] = 1
+        _hold(bench, alone, SETTLED)
+        before = bench.mass
+        _hold(bench, alone, OPEN - SETTLED)
+        flows[channel] = (bench.mass - before)[channel] / (OPEN - SETTLED)
+    return flows
+
+
+def _at_work(constants: Pneumatics, channels: int, seed: int) -> EmbeddedBench:
+    bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), constants, seed)
+    bench.plant.fill(bench.plant.mass + air_mass(WORKING, BOTTLE))
+    _hold(bench, 0, WAITING)
+    return bench
+
+
+def _hold(bench: EmbeddedBench, valves: Floats | int, duration: float) -> None:
+    """Command valves for a time [s]."""
+    for _ in range(round(duration / PERIOD)):
+        bench.command(np.broadcast_to(np.asarray(valves), (len(bench.mass),)))
+        bench.advance(PERIOD)
