@@ -52,10 +52,10 @@ bench-pneumatics: setup
 pneumatics-experiments: setup
 	@$(PYTHON_IN_VENV) -m thesis.chapter_4 all --force $(ARGS)
 
-# The pictures and tables of docs/pneumatics-experiments.md, from the latest results.
+# The pictures and tables of docs/thesis/pneumatics-experiments.md, from the latest results.
 pneumatics-figures: setup
 	@$(PYTHON_IN_VENV) -m thesis.chapter_4.page --copy docs/figures/pneumatics
-	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/pneumatics-experiments.md
+	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/thesis/pneumatics-experiments.md
 
 # The simulator: speed beside the prototype and the thesis, random trials, borders of success; ten
 # minutes on an idle machine (ARGS="--small", ARGS="--rows trials").

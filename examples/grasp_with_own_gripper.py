@@ -1,4 +1,4 @@
-"""A gripper of one's own, described in YAML alone, grasps a ball (docs/new-hand.md).
+"""A gripper of one's own, described in YAML alone, grasps a ball (docs/use/new-hand.md).
 
 `python examples/grasp_with_own_gripper.py` prints the outcome of a few seeds.
 """

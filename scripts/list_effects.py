@@ -1,4 +1,4 @@
-"""Writes docs/effects.md: the catalogue of effects, from their classes (`make docs`)."""
+"""Writes docs/reference/effects.md: the catalogue of effects, from their classes (`make docs`)."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from pathlib import Path
 
 from softhand_model.effects import STAGES, Effect, effect_classes
 
-PAGE = Path(__file__).parents[1] / "docs" / "effects.md"
+PAGE = Path(__file__).parents[1] / "docs" / "reference" / "effects.md"
 HEAD = """# Effects: what acts beyond the base model
 
-One class in one file each, under `src/softhand_model/softhand_model/effects`; simulator, live
+One class each, a file for each family under `src/softhand_model/softhand_model/effects`; simulator, live
 monitor and lab run the same code. A model file names those that take part ([change the hand or the
-object](hands-and-objects.md)). This page is made from the classes by `make docs`.
+object](../use/hands-and-objects.md)). This page is made from the classes by `make docs`.
 
 ## An effect of your own
 
-One small Python file: [`own_effect.py`](../examples/own_effect.py) is a whole one, with tests. It
+One small Python file: [`own_effect.py`](../../examples/own_effect.py) is a whole one, with tests. It
 holds a class that derives from the class of its stage (`softhand_model.effects`) and has
 
 * `name`, and `experiments`: those in which it can be seen, of `free_bending`, `blocked_tip`,

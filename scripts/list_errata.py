@@ -1,4 +1,4 @@
-"""Writes docs/errata.md: every ERRATUM that a docstring of the packages names (`make docs`)."""
+"""Writes docs/reference/errata.md: every ERRATUM that a docstring names (`make docs`)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "errata.md"
+PAGE = ROOT / "docs" / "reference" / "errata.md"
 HEAD = """# Errata of the thesis
 
 Where a printed equation, number or word of R. Deimel, *Soft Robotic Hands For Compliant Grasping*
 (TU Berlin, 2017) cannot be right, the code uses the right form, and the docstring beside it says
-so. This page is made from these docstrings by `make docs`; [the physics](physics.md) has the rest.
+so. This page is made from these docstrings by `make docs`; [the
+physics](../understand/physics.md) has the rest.
 
 | code | erratum |
 |---|---|
@@ -58,8 +59,9 @@ def documented(folder: Path) -> Iterator[tuple[str, str]]:
 def page() -> str:
     """The whole page."""
     rows = []
-    for folder in sorted((ROOT / "src").glob("*/*/__init__.py")):
-        for name, docstring in documented(folder.parent):
+    packages = [init.parent for init in sorted((ROOT / "src").glob("*/*/__init__.py"))]
+    for folder in [*packages, ROOT / "thesis"]:
+        for name, docstring in documented(folder):
             for text in errata(docstring):
                 escaped = text.replace("|", "\\|")
                 rows.append(f"| `{name}` | {escaped} |\n")

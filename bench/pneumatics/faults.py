@@ -2,7 +2,7 @@
 
     python -m bench.pneumatics.faults
 
-prints the table of docs/safety.md.
+prints the table of docs/use/safety.md.
 """
 
 from __future__ import annotations

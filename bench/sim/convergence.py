@@ -1,4 +1,4 @@
-"""What step, segments and iterations do to motion and grasp: a table for docs/simulator.md.
+"""What step, segments and iterations do to motion and grasp: a table for docs/understand/simulator.md.
 
 python -m bench.sim.convergence --help
 """
@@ -17,7 +17,7 @@ from grasp_strategies.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.world import SETTINGS
 
-DOCS = Path("docs/simulator.md")
+DOCS = Path("docs/understand/simulator.md")
 BEGIN, END = "<!-- convergence -->", "<!-- end of convergence -->"
 STEPS, SEGMENTS = (0.001, 0.002, 0.005, 0.010), (5, 10, 15)
 SEEDS = (0, 1, 2)

@@ -27,7 +27,7 @@ def test_help_of_the_convergence_table_says_what_it_rewrites_and_rewrites_nothin
     before = convergence.DOCS.read_text()
     with pytest.raises(SystemExit):
         convergence.main(["--help"])
-    assert "docs/simulator.md" in capsys.readouterr().out
+    assert "docs/understand/simulator.md" in capsys.readouterr().out
     assert convergence.DOCS.read_text() == before
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -26,17 +26,19 @@ def test_every_file_of_the_repository_that_a_page_names_exists(page):
 
 
 def test_every_page_is_reached_from_the_readme():
-    links = {
-        page.name: re.findall(r"\((?:docs/)?([\w-]+\.md)\)", page.read_text()) for page in PAGES
-    }
-    reached, fresh = set(), {"README.md"}
+    reached, fresh = set(), {ROOT / "README.md"}
     while fresh:
         reached |= fresh
-        fresh = {target for name in fresh for target in links.get(name, [])} - reached
-    assert set(links) <= reached
+        targets = {
+            (page.parent / target).resolve()
+            for page in fresh
+            for target in re.findall(r"\(([\w./-]+\.md)\)", page.read_text())
+        }
+        fresh = targets - reached
+    assert set(PAGES) <= reached
 
 
 @pytest.mark.parametrize("name", ["errata", "effects"])
 def test_a_page_that_is_made_from_docstrings_is_what_they_say(name):
     made = runpy.run_path(str(ROOT / f"scripts/list_{name}.py"))["page"]()
-    assert (ROOT / f"docs/{name}.md").read_text() == made, "run `make docs`"
+    assert (ROOT / f"docs/reference/{name}.md").read_text() == made, "run `make docs`"

@@ -1,4 +1,4 @@
-"""The board of one's own in docs/hardware.md: its text is run, against a microcontroller on TCP."""
+"""The board of one's own in docs/use/hardware.md: its text is run, against a microcontroller on TCP."""
 
 import socketserver
 import textwrap
@@ -10,7 +10,7 @@ import pytest
 
 from pneumaticbox_driver.backends.hardware.opening import open_bench
 
-PAGE = Path(__file__).parents[2] / "docs" / "hardware.md"
+PAGE = Path(__file__).parents[2] / "docs" / "use" / "hardware.md"
 
 
 def shown(first_line):

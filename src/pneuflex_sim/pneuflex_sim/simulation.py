@@ -33,7 +33,7 @@ from softhand_model.pneumatics.compiled_plant import PLANT
 
 Array = NDArray[np.float64]
 
-LARGEST_STEP = 0.05  # [s]; contacts are missed there, see docs/simulator.md
+LARGEST_STEP = 0.05  # [s]; contacts are missed there, see docs/understand/simulator.md
 STATE = (
     "steps",
     "wrist",

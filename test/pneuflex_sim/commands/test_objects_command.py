@@ -8,7 +8,7 @@ import pytest
 from pneuflex_sim.commands.objects import main, picture
 from pneuflex_sim.scene.objects import load_object
 
-PAGE = Path(__file__).parents[3] / "docs/objects.md"
+PAGE = Path(__file__).parents[3] / "docs/use/objects.md"
 
 
 def test_the_page_has_the_table_that_the_command_prints(capsys):

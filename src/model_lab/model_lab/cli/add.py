@@ -11,7 +11,7 @@ HELP = "add an effect to the model, fitted to the data"
 DESCRIPTION = (
     "Fit the model together with one more effect and write the model file that simulator, "
     "monitor and lab load. `add discrepancy` adds a generic term, marked as not physics, for when "
-    "no known effect explains the error. Units: see docs/effects.md."
+    "no known effect explains the error. Units: see docs/reference/effects.md."
 )
 EXAMPLES = (
     "model-lab add gent_stiffening --data out/set --model base --out model.yaml",

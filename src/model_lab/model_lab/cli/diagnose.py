@@ -13,7 +13,7 @@ DESCRIPTION = (
     "Search the known effects, and your own, for what the model lacks. Names an effect "
     "only if it removes at least half of the excess error on held-out data; else says "
     "`adequate` or `unexplained`. Errors are shown in deg, kPa, mg or N mm, parameters in the "
-    "units of docs/effects.md; --json is in SI units."
+    "units of docs/reference/effects.md; --json is in SI units."
 )
 EXAMPLES = (
     "model-lab diagnose out/set --model base --report out/report",

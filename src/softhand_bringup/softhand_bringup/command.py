@@ -1,0 +1,126 @@
+# PYTHON_ARGCOMPLETE_OK
+"""The command `softhand`: every command of the suite as a subcommand, and its nodes without ROS.
+
+Completion in the shell: `eval "$(register-python-argcomplete softhand)"`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+import argcomplete
+
+COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
+    "grasp": {
+        "demo": ("softhand_bringup.demo.__main__", "three nodes grasp and lift an object (ROS)"),
+        "trials": ("grasp_strategies.trials", "grasps in process, from seeds, as JSON"),
+        "film": ("softhand_bringup.film.command", "film of a trial or a bag: PNG, GIF or MP4"),
+        "figures": ("softhand_bringup.figures", "the two pictures of a grasp, from its bag"),
+    },
+    "build": {
+        "hand": ("pneuflex_sim.commands.hand", "design an actuator, draw a hand, write its URDF"),
+        "skin": ("pneuflex_sim.commands.skin", "a hand that closes, as meshes or pictures"),
+        "objects": ("pneuflex_sim.commands.objects", "objects to grasp: table or picture"),
+    },
+    "measure": {
+        "lab": ("model_lab.cli.main", "compare, diagnose, add ...; also as model-lab"),
+        "lab-demo": ("model_lab.demo", "find a sealed effect, add it, open the seal"),
+        "lab-story": ("softhand_bringup.lab_story.__main__", "the same on a running hand (ROS)"),
+    },
+    "box": {
+        "calibrate": (
+            "pneumaticbox_driver.calibration.command",
+            "calibrate the pretended box; a real one by its service",
+        ),
+        "hardware": ("pneumaticbox_driver.backends.hardware.__main__", "read, pulse, vent a box"),
+    },
+    "record": {
+        "record": ("softhand_bringup.ros.recorder", "write all topics to a bag (ROS)"),
+        "repair-bag": ("softhand_bringup.bags.repair", "mend a bag whose recorder was killed"),
+    },
+}
+NODES = {
+    "hand_sim": ("pneuflex_sim.ros.node", "the simulator"),
+    "driver": ("pneumaticbox_driver.ros.node", "control of the channels' air"),
+    "sequencer": ("grasp_strategies.ros.node", "runs grasp strategies"),
+    "monitor": ("model_lab.ros.monitor", "compares hand and model, live"),
+}
+RUN = "run"
+USAGE = "usage: softhand COMMAND [OPTIONS]    (softhand COMMAND --help: its options)"
+
+
+def overview() -> str:
+    """The whole suite in one screen."""
+    lines = [USAGE, "", "Grasping with pneumatic soft hands: simulator, driver, strategies, lab."]
+    for group, commands in COMMANDS.items():
+        lines += ["", f"{group}:"]
+        lines += [f"  {name:<12}{words}" for name, (_, words) in commands.items()]
+    lines += ["", "nodes, without ROS installed (softhand run NODE --ros-args -p NAME:=VALUE):"]
+    lines += [f"  run {name:<12}{words}" for name, (_, words) in NODES.items()]
+    return "\n".join(lines)
+
+
+def modules() -> dict[str, str]:
+    """Module of each command; those of the nodes under `run NODE`."""
+    found = {name: module for group in COMMANDS.values() for name, (module, _) in group.items()}
+    return found | {f"{RUN} {name}": module for name, (module, _) in NODES.items()}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Hand the arguments on to a command; its exit status, or 2 for a name that is none."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if "_ARGCOMPLETE" in os.environ:
+        return _complete()
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(overview())
+        return 0
+    taken = 2 if words[0] == RUN else 1
+    name, rest = " ".join(words[:taken]), words[taken:]
+    if name not in modules():
+        return _refuse(name)
+    if taken == 2:
+        return _start(name, rest)
+    return int(importlib.import_module(modules()[name]).main(rest) or 0)
+
+
+def _start(name: str, arguments: list[str]) -> int:
+    """Run a node in this process, with its arguments where rclpy looks for them."""
+    sys.argv = [f"softhand {name}", *arguments]
+    return int(importlib.import_module(modules()[name]).main() or 0)
+
+
+def _refuse(name: str) -> int:
+    near = difflib.get_close_matches(name, modules(), 1)
+    hint = f"did you mean {near[0]}?" if near else "softhand --help lists them"
+    print(f"softhand: expected a command, got {name!r}; {hint}", file=sys.stderr)
+    return 2
+
+
+def _complete() -> int:
+    """Answer the shell: names of commands, then the options of the one that stands there."""
+    words = os.environ.get("COMP_LINE", "").split()
+    name = words[1] if len(words) > 1 else ""
+    if name in modules() and not os.environ["COMP_LINE"].endswith(name):
+        # the command parses its arguments first of all; then its parser answers and ends
+        os.environ["_ARGCOMPLETE"] = str(int(os.environ["_ARGCOMPLETE"]) + 1)
+        argparse.ArgumentParser.parse_args = (  # type: ignore[method-assign]
+            lambda self, *_, **__: argcomplete.autocomplete(self)  # type: ignore[assignment]
+        )
+        importlib.import_module(modules()[name]).main([])
+        return 0
+    parser = argparse.ArgumentParser(prog="softhand")
+    commands = parser.add_subparsers()
+    for single in (name for group in COMMANDS.values() for name in group):
+        commands.add_parser(single)
+    commands.add_parser(RUN).add_argument("node", choices=list(NODES))
+    argcomplete.autocomplete(parser)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
