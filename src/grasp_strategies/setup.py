@@ -1,8 +1,15 @@
+import os
 from glob import glob
 
 from setuptools import find_packages, setup
 
 PACKAGE = "grasp_strategies"
+# `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
+EXECUTABLES = [
+    "sequencer = grasp_strategies.ros.node:main",
+    "trials = grasp_strategies.trials:main",
+]
+COMMANDS = EXECUTABLES if "COLCON" in os.environ else []
 
 setup(
     name=PACKAGE,
@@ -22,10 +29,5 @@ setup(
     install_requires=["setuptools", "softhand_model", "pneuflex_sim", "numpy", "PyYAML"],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
-    entry_points={
-        "console_scripts": [
-            "sequencer = grasp_strategies.ros.node:main",
-            "trials = grasp_strategies.trials:main",
-        ],
-    },
+    entry_points={"console_scripts": COMMANDS},
 )

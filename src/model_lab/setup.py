@@ -1,8 +1,15 @@
+import os
 from glob import glob
 
 from setuptools import find_packages, setup
 
 PACKAGE = "model_lab"
+# `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
+EXECUTABLES = [
+    "model_lab = model_lab.cli.main:main",
+    "monitor = model_lab.ros.monitor:main",
+]
+COMMANDS = ["model-lab = model_lab.cli.main:main"] + (EXECUTABLES if "COLCON" in os.environ else [])
 
 setup(
     name=PACKAGE,
@@ -30,11 +37,5 @@ setup(
     ],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
-    entry_points={
-        "console_scripts": [
-            "model-lab = model_lab.cli.main:main",
-            "model_lab = model_lab.cli.main:main",
-            "monitor = model_lab.ros.monitor:main",
-        ],
-    },
+    entry_points={"console_scripts": COMMANDS},
 )

@@ -1,8 +1,17 @@
+import os
 from glob import glob
 
 from setuptools import find_packages, setup
 
 PACKAGE = "pneuflex_sim"
+# `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
+EXECUTABLES = [
+    "hand_sim = pneuflex_sim.ros.node:main",
+    "hand = pneuflex_sim.commands.hand:main",
+    "pneuflex-objects = pneuflex_sim.commands.objects:main",
+    "pneuflex-skin = pneuflex_sim.commands.skin:main",
+]
+COMMANDS = EXECUTABLES if "COLCON" in os.environ else []
 
 setup(
     name=PACKAGE,
@@ -30,12 +39,5 @@ setup(
     ],
     extras_require={"test": ["pytest"], "plot": ["matplotlib"], "mesh": ["coacd"]},
     zip_safe=False,
-    entry_points={
-        "console_scripts": [
-            "hand_sim = pneuflex_sim.ros.node:main",
-            "hand = pneuflex_sim.commands.hand:main",
-            "pneuflex-objects = pneuflex_sim.commands.objects:main",
-            "pneuflex-skin = pneuflex_sim.commands.skin:main",
-        ],
-    },
+    entry_points={"console_scripts": COMMANDS},
 )

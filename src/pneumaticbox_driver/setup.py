@@ -1,8 +1,15 @@
+import os
 from glob import glob
 
 from setuptools import find_packages, setup
 
 PACKAGE = "pneumaticbox_driver"
+# `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
+EXECUTABLES = [
+    "driver = pneumaticbox_driver.ros.node:main",
+    "calibrate = pneumaticbox_driver.calibration.command:main",
+]
+COMMANDS = EXECUTABLES if "COLCON" in os.environ else []
 
 setup(
     name=PACKAGE,
@@ -27,10 +34,5 @@ setup(
         "test": ["pytest"],
     },
     zip_safe=False,
-    entry_points={
-        "console_scripts": [
-            "driver = pneumaticbox_driver.ros.node:main",
-            "calibrate = pneumaticbox_driver.calibration.command:main",
-        ],
-    },
+    entry_points={"console_scripts": COMMANDS},
 )

@@ -1,8 +1,20 @@
+import os
 from glob import glob
 
 from setuptools import find_packages, setup
 
 PACKAGE = "softhand_bringup"
+# `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
+EXECUTABLES = [
+    "demo = softhand_bringup.demo.__main__:main",
+    "film = softhand_bringup.film.command:main",
+    "lab_story = softhand_bringup.lab_story.__main__:main",
+    "recorder = softhand_bringup.ros.recorder:main",
+    "repair_bag = softhand_bringup.bags.repair:main",
+]
+COMMANDS = ["softhand = softhand_bringup.command:main"] + (
+    EXECUTABLES if "COLCON" in os.environ else []
+)
 
 setup(
     name=PACKAGE,
@@ -26,6 +38,7 @@ setup(
         "pneumaticbox_driver",
         "pneuflex_sim",
         "softhand_model",
+        "argcomplete",
         "numpy",
         "PyYAML",
         "matplotlib",
@@ -34,13 +47,5 @@ setup(
     ],
     extras_require={"test": ["pytest"], "film": ["pillow", "imageio-ffmpeg"]},
     zip_safe=False,
-    entry_points={
-        "console_scripts": [
-            "demo = softhand_bringup.demo.__main__:main",
-            "film = softhand_bringup.film.command:main",
-            "lab_story = softhand_bringup.lab_story.__main__:main",
-            "recorder = softhand_bringup.ros.recorder:main",
-            "repair_bag = softhand_bringup.bags.repair:main",
-        ],
-    },
+    entry_points={"console_scripts": COMMANDS},
 )
