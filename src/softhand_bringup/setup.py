@@ -42,6 +42,7 @@ setup(
         "numpy",
         "PyYAML",
         "matplotlib",
+        "mcap",
         "rosbags",
         "scipy",
     ],

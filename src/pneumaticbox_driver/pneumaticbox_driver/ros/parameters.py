@@ -93,7 +93,7 @@ def usage() -> str:
         "usage: driver [--ros-args -p NAME:=VALUE ... --params-file FILE]",
         "",
         "Controls the air of a soft hand's channels over ROS 2; topics and services stand in",
-        "docs/reference/topics-and-services.md. Parameters, * for those that may change while it runs:",
+        "docs/reference/topics-and-services.md. Parameters, * for those that may change:",
         "",
     ]
     for parameter in PARAMETERS:

@@ -9,22 +9,22 @@ from __future__ import annotations
 
 import argparse
 import shutil
-import struct
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
+from mcap.exceptions import EndOfFile, InvalidMagic
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2.metadata import parse_qos
 
 from softhand_bringup.bags.writing import BagWriter
 
-MAGIC = b"\x89MCAP0\r\n"
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0F
-_RECORD_HEADER = struct.Struct("<BQ")
-_MESSAGE_FIELDS = struct.Struct("<HIQQ")  # channel, sequence, logged, published
-_CHUNK_FIELDS_SIZE = 8 + 8 + 8 + 4  # start, end, uncompressed size, checksum
+CHUNK_HEAD = 9 + 28  # opcode and length; start, end, uncompressed size, checksum [bytes]
 
 
 @dataclass(frozen=True)
@@ -46,30 +46,58 @@ class Recovered:
     data: bytes
 
 
+class _Whole(BytesIO):
+    """Bytes that are read whole or not at all; mcap takes what is left for a record."""
+
+    def read(self, size: int | None = -1) -> bytes:
+        data = super().read(size)
+        if size is not None and len(data) < size:
+            raise EndOfFile
+        return data
+
+
 def recover(content: bytes) -> Iterator[Recovered]:
     """Messages of an MCAP file up to the first record that is not whole.
 
-    Args:
-        content: the file's bytes, uncompressed chunks (as `BagWriter` writes them).
-
     Raises:
-        ValueError: not an MCAP file, or its chunks are compressed.
+        ValueError: not an MCAP file.
     """
-    if not content.startswith(MAGIC):
-        raise ValueError(f"file: expected the magic {MAGIC!r}, got {content[:8]!r}")
     types: dict[int, str] = {}
     topics: dict[int, Topic] = {}
-    for opcode, body in _records(content, len(MAGIC)):
-        if opcode == _SCHEMA:
-            number, name = _read_schema(body)
-            types[number] = name
-        elif opcode == _CHANNEL:
-            number, topic = _read_channel(body, types)
-            topics[number] = topic
-        elif opcode == _MESSAGE:
-            channel, _, logged, published = _MESSAGE_FIELDS.unpack_from(body)
-            data = bytes(body[_MESSAGE_FIELDS.size :])
-            yield Recovered(topics[channel], logged, published, data)
+    for record in _records(content):
+        if isinstance(record, Schema):
+            types[record.id] = record.name
+        elif isinstance(record, Channel):
+            qos = parse_qos(record.metadata.get("offered_qos_profiles", ""))
+            topics[record.id] = Topic(record.topic, types[record.schema_id], qos)
+        elif isinstance(record, Message):
+            topic = topics[record.channel_id]
+            yield Recovered(topic, record.log_time, record.publish_time, record.data)
+
+
+def _records(content: bytes) -> Iterator[McapRecord]:
+    """Whole records, those inside chunks in place of the chunk."""
+    stream, whole = _Whole(content), 0
+    try:
+        for record in StreamReader(stream, emit_chunks=True).records:
+            yield from breakup_chunk(record) if isinstance(record, Chunk) else [record]
+            whole = stream.tell()
+    except InvalidMagic as reason:
+        raise ValueError(f"file: expected the magic of MCAP, got {content[:8]!r}") from reason
+    except EndOfFile:
+        yield from _of_cut_chunk(content[whole:])
+
+
+def _of_cut_chunk(content: bytes) -> Iterator[McapRecord]:
+    """Whole records at the beginning of a chunk that is not whole, unless it is compressed."""
+    if content[:1] != bytes([Opcode.CHUNK]) or content[CHUNK_HEAD : CHUNK_HEAD + 4] != bytes(4):
+        return
+    records: Iterable[McapRecord]
+    records = StreamReader(_Whole(content[CHUNK_HEAD + 12 :]), skip_magic=True).records
+    try:
+        yield from records
+    except EndOfFile:
+        return
 
 
 def repair(folder: Path) -> int:
@@ -111,58 +139,10 @@ def _rewrite(broken: Path, whole: Path) -> int:
     return bag.message_count
 
 
-def _records(content: bytes | memoryview, start: int) -> Iterator[tuple[int, memoryview]]:
-    """(opcode, body) of each whole record, those inside chunks in place of the chunk."""
-    view, position = memoryview(content), start
-    while position + _RECORD_HEADER.size <= len(view):
-        opcode, length = _RECORD_HEADER.unpack_from(view, position)
-        begin = position + _RECORD_HEADER.size
-        position = begin + length
-        if opcode == _CHUNK:  # also one that is not whole: its first messages can be read
-            yield from _records(*_chunk_content(view[begin:position]))
-        elif opcode == _DATA_END or position > len(view):
-            return
-        else:
-            yield opcode, view[begin:position]
-
-
-def _chunk_content(body: memoryview) -> tuple[memoryview, int]:
-    if len(body) < _CHUNK_FIELDS_SIZE + 4:
-        return body, len(body)
-    compression, position = _read_string(body, _CHUNK_FIELDS_SIZE)
-    if compression:
-        raise ValueError(f"chunk: expected no compression, got {compression!r}")
-    return body, position + 8  # behind the length of the records
-
-
-def _read_schema(body: memoryview) -> tuple[int, str]:
-    name, _ = _read_string(body, 2)
-    return struct.unpack_from("<H", body)[0], name
-
-
-def _read_channel(body: memoryview, types: dict[int, str]) -> tuple[int, Topic]:
-    number, schema = struct.unpack_from("<HH", body)
-    name, position = _read_string(body, 4)
-    _, position = _read_string(body, position)  # the encoding, always CDR here
-    position += 4
-    qos: list[Qos] = []
-    while position < len(body):
-        key, position = _read_string(body, position)
-        value, position = _read_string(body, position)
-        if key == "offered_qos_profiles":
-            qos = parse_qos(value)
-    return number, Topic(name, types[schema], qos)
-
-
-def _read_string(body: memoryview, position: int) -> tuple[str, int]:
-    (length,) = struct.unpack_from("<I", body, position)
-    begin = position + 4
-    return bytes(body[begin : begin + length]).decode(), begin + length
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Repair one bag; 0 when it is whole afterwards."""
-    parser = argparse.ArgumentParser(prog="repair_bag", description="Repair a cut-off bag.")
+    words = "Repair a bag whose recorder was killed."
+    parser = argparse.ArgumentParser(prog="softhand repair-bag", description=words)
     parser.add_argument("folder", type=Path, help="the bag's folder")
     folder = parser.parse_args(arguments).folder
     try:
