@@ -8,15 +8,13 @@ from typing import Any
 
 import numpy as np
 import pybullet
-from numpy.typing import NDArray
 
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT
 from thesis.chapter_3_and_5.stand import SENSOR
-
-Array = NDArray[np.float64]
+from thesis.frame import Array
 
 STEP = 0.002  # [s]
 CLOSING, CALM = 1.5, 1.0  # [s] in which the pressures rise, and the cylinder comes to rest

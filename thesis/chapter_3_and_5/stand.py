@@ -7,7 +7,6 @@ from types import TracebackType
 
 import numpy as np
 import pybullet
-from numpy.typing import NDArray
 
 from pneuflex_sim.hand.collision import BOXES, ENVIRONMENT
 from pneuflex_sim.hand.wrist import WristParameters
@@ -19,8 +18,7 @@ from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
+from thesis.frame import Array
 
 FINGER = "finger"
 STEP = 0.001  # [s]

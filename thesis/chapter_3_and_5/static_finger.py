@@ -5,7 +5,6 @@ step.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.equilibrium.planar import (
@@ -20,8 +19,7 @@ from softhand_model.equilibrium.planar import (
 from softhand_model.hand.actuator import Actuator
 from softhand_model.model_file import load_model
 from thesis.chapter_3_and_5.stand import FINGER, hand_of
-
-Array = NDArray[np.float64]
+from thesis.frame import Array
 
 
 def chain_of(actuator: Actuator, segments: int) -> ChainModel:

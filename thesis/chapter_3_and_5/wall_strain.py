@@ -1,11 +1,9 @@
-"""Strain through the wall, and what the model leaves out (sections 3.4.5-3.4.7, Fig. 3.10).
+"""Strain through the wall and the bounds of the rubber model (Fig. 3.10, 3.4.5-3.4.7).
 
-No finger is simulated here: eq. 3.44 is integrated, and compared with its closed form.
+No finger is simulated: eq. 3.44 is integrated, and compared with its closed form.
 """
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import simpson, solve_ivp
@@ -18,10 +16,9 @@ from softhand_model.hand.rubber import (
     strain_invariant,
     wall_strain_invariant,
 )
-from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+from thesis.frame import Array, Figure, Finding, Job, NoParameters, Report, Results, at_most
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+SIZE = (6.0, 4.0)
 
 BENDS = (0.25, 0.5, 1.0, 1.5, 2.0)  # kappa*h [-]
 DEEPEST = 0.6  # d/h [-]
@@ -32,14 +29,14 @@ TOLERANCE = 1e-10
 EVEN = 0.05  # [-] by which the mean energy may differ from that of uniform strain
 
 
-def integrated_depth(depth: np.ndarray, bend: float) -> np.ndarray:
+def integrated_depth(depth: Array, bend: float) -> Array:
     """d'/h [-] at growing depths d/h [-] of the undeformed wall from eq. 3.44, d' = 0 outside.
 
     >>> integrated_depth(np.array([0.0, 0.3]), 0.0).round(6).tolist()
     [0.0, 0.3]
     """
 
-    def slope(there: float, deformed: np.ndarray) -> np.ndarray:
+    def slope(there: float, deformed: Array) -> Array:
         along = 1.0 + bend * (1.0 - deformed)
         return (1.0 - there) / ((1.0 - deformed) * along)
 
@@ -49,7 +46,7 @@ def integrated_depth(depth: np.ndarray, bend: float) -> np.ndarray:
     return found.y[0]
 
 
-def simulate() -> Results:
+def run(given: NoParameters, job: Job) -> Results:
     """J1 through the wall at several curvatures, by the differential equation and the cubic."""
     depth = np.linspace(0.0, DEEPEST, 61)
     curves = {}
@@ -109,7 +106,7 @@ def _shown(error: tuple[float, str], digits: int = 0) -> str:
     return f"{100.0 * error[0]:+.{digits}f} % (kappa*h = {error[1]})"
 
 
-def report(results: Results) -> list[Finding]:
+def report(results: Results, given: NoParameters) -> Report:
     """The differential equation against the cubic; how even the strain is; the bounds."""
     curves, depth = results["curves"], np.array(results["depth"])
     errors = [
@@ -121,37 +118,40 @@ def report(results: Results) -> list[Finding]:
     low, high = unevenness(results)
     energies = {bend: energy_error(results, bend) for bend in curves}
     bounds = results["bounds"]
-    return [
-        Finding.at_most("depth by eq. 3.44 against the cubic", "-", max(errors), 1e-6, "h"),
-        Finding(
-            "J1 at kappa*h = 2 for d/h = 0, 0.3, 0.5",
-            "stays flat to about half the height",
-            ", ".join(f"{value:.3f}" for value in at),
-            bool(np.abs(at - [7.111, 6.689, 7.386]).max() < 1e-3),
-        ),
-        Finding(
-            "J1 to d/h = 0.5 against the outer face", "flat", f"{_shown(low)} to {_shown(high)}"
-        ),
-        Finding(
-            "mean energy of a wall of 0.5 h against uniform",
-            "equal",
-            f"{', '.join(_shown((error, bend), 1) for bend, error in energies.items())}; "
-            f"all within {100.0 * EVEN:g} %",
-            max(map(abs, energies.values())) <= EVEN,
-        ),
-        Finding("largest J1 at stretch 3", "7.11", f"{bounds['largest_invariant']:.2f}"),
-        Finding(
-            "left out by neo-Hooke (Mooney-Rivlin)",
-            "stiffness 3.4 %",
-            f"energy {100 * bounds['mooney_rivlin_energy']:.1f} %, stiffness "
-            f"{100 * bounds['mooney_rivlin_stiffness']:.1f} % (erratum: 3.4 % is the energy's)",
-        ),
-        Finding(
-            "left out without stiffening (Gent, J_m = 100)",
-            "7.7 %",
-            f"{100 * (bounds['gent'] - 1):.1f} %",
-        ),
-    ]
+    return Report(
+        [
+            at_most("depth by eq. 3.44 against the cubic", "-", max(errors), 1e-6, "h"),
+            Finding(
+                "J1 at kappa*h = 2 for d/h = 0, 0.3, 0.5",
+                "stays flat to about half the height",
+                ", ".join(f"{value:.3f}" for value in at),
+                bool(np.abs(at - [7.111, 6.689, 7.386]).max() < 1e-3),
+            ),
+            Finding(
+                "J1 to d/h = 0.5 against the outer face", "flat", f"{_shown(low)} to {_shown(high)}"
+            ),
+            Finding(
+                "mean energy of a wall of 0.5 h against uniform",
+                "equal",
+                f"{', '.join(_shown((error, bend), 1) for bend, error in energies.items())}; "
+                f"all within {100.0 * EVEN:g} %",
+                max(map(abs, energies.values())) <= EVEN,
+            ),
+            Finding("largest J1 at stretch 3", "7.11", f"{bounds['largest_invariant']:.2f}"),
+            Finding(
+                "left out by neo-Hooke (Mooney-Rivlin)",
+                "stiffness 3.4 %",
+                f"energy {100 * bounds['mooney_rivlin_energy']:.1f} %, stiffness "
+                f"{100 * bounds['mooney_rivlin_stiffness']:.1f} % (erratum: 3.4 % is the energy's)",
+            ),
+            Finding(
+                "left out without stiffening (Gent, J_m = 100)",
+                "7.7 %",
+                f"{100 * (bounds['gent'] - 1):.1f} %",
+            ),
+        ],
+        conclude(results),
+    )
 
 
 def conclude(results: Results) -> str:
@@ -167,7 +167,7 @@ def conclude(results: Results) -> str:
     )
 
 
-def draw(figure: Figure, results: Results) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """J1 over depth as in Fig. 3.10: lines by eq. 3.44, dots by the cubic."""
     axes = figure.subplots()
     depth = np.array(results["depth"])
@@ -177,14 +177,3 @@ def draw(figure: Figure, results: Results) -> None:
     axes.axvline(LIMIT, color="0.6", ls=":", lw=1)
     axes.set(xlabel="depth d/h in the undeformed wall [-]", ylabel="J1 [-]", ylim=(0, 11))
     axes.legend(fontsize=8, title="lines: eq. 3.44; dots: cubic", title_fontsize=8, ncols=3)
-
-
-EXPERIMENT = Experiment(
-    "wall_strain",
-    "strain through the wall and the bounds of the rubber model (Fig. 3.10, 3.4.5-3.4.7)",
-    simulate,
-    report,
-    conclude,
-    draw,
-    (6.0, 4.0),
-)

@@ -7,6 +7,7 @@ Figures of a recorded sine: drift of the estimate, tracking error, pulses.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD
-from thesis.chapter_4.report import Floats, Progress, Series, option
+from thesis.frame import Array, Progress, Results, option
 
 KNOT = 0.05  # between the points of a command [s]
 
@@ -55,7 +56,7 @@ class Sine:
         """When the sine is over, counted from the step at rest [s]."""
         return self.fill + self.duration
 
-    def at(self, time: Floats) -> Floats:
+    def at(self, time: Array) -> Array:
         """Targets at times counted from the step at rest [s], in the times' shape [kg]."""
         phase = 2 * np.pi * (np.clip(time, self.fill, self.end) - self.fill) / self.period
         return np.asarray(self.mean - self.amplitude * np.cos(phase))
@@ -69,12 +70,19 @@ class Sine:
         ]
 
 
+SMALL_SINE: dict[str, Any] = {
+    "duration": 2.0,
+    "fill": 3.0,
+    "period": 2.0,
+    "mean": 50e-6,
+    "points": 24,
+}
 PRESSURE_LIMIT = 2e5  # gauge: within the sensors' range [Pa]
 SETTLING = 0.1  # after a valve was closed, before its channel's pressure is taken [s]
 KEPT_EVERY = 10  # samples
 HOLD = 1.0  # after a sine, so that the last pulse is over and the pressure known [s]
 Supply = Callable[[float], float]  # gauge pressure of the regulator [Pa] at a time [s]
-MassOf = Callable[[Floats], Floats]  # air above the fill at rest [kg] at gauge pressures [Pa]
+MassOf = Callable[[Array], Array]  # air above the fill at rest [kg] at gauge pressures [Pa]
 TIMING = ("shortest_pulse", "shortest_pause")
 
 
@@ -83,14 +91,14 @@ class Record:
     """Samples of a run that were kept, oldest first; per channel (n,) each."""
 
     time: list[float] = field(default_factory=list)
-    estimate: list[Floats] = field(default_factory=list)
-    truth: list[Floats] = field(default_factory=list)
-    measured: list[Floats] = field(default_factory=list)
+    estimate: list[Array] = field(default_factory=list)
+    truth: list[Array] = field(default_factory=list)
+    measured: list[Array] = field(default_factory=list)
     pulses: list[NDArray[np.int_]] = field(default_factory=list)
     supply: list[float] = field(default_factory=list)
-    gauge: list[Floats] = field(default_factory=list)
+    gauge: list[Array] = field(default_factory=list)
 
-    def as_series(self) -> Series:
+    def as_series(self) -> Results:
         """The samples as arrays (samples,) and (samples, channels)."""
         return {name: np.array(values, dtype=float) for name, values in vars(self).items()}
 
@@ -110,24 +118,20 @@ class BenchRun:
     """
 
     def __init__(
-        self,
-        box: PneumaticBox,
-        bench: EmbeddedBench,
-        mass_of: MassOf,
-        sensor_offset: float = 0.0,
+        self, box: PneumaticBox, bench: EmbeddedBench, mass_of: MassOf, sensor_offset: float = 0.0
     ) -> None:
         n = len(box.settings.channels)
         self.box, self.bench, self.record = box, bench, Record()
         self._mass_of = mass_of
-        self._offset: Floats = np.array([sensor_offset] * n + [0.0])
-        self._closed_since: Floats = np.zeros(n)
-        self._sum: Floats = np.zeros(n)
-        self._count: Floats = np.zeros(n)
+        self._offset: Array = np.array([sensor_offset] * n + [0.0])
+        self._closed_since: Array = np.zeros(n)
+        self._sum: Array = np.zeros(n)
+        self._count: Array = np.zeros(n)
         self._pulses: NDArray[np.int_] = np.zeros(n, dtype=int)
         while not self.box.ready:
             self.sample()
 
-    def follow(self, sine: Sine, progress: Progress, supply: Supply | None = None) -> Series:
+    def follow(self, sine: Sine, progress: Progress, supply: Supply | None = None) -> Results:
         """Command a sine and record it, and the second after it.
 
         Args:
@@ -206,8 +210,8 @@ def on_bottles(
     return BenchRun(box, bench, lambda gauge: air_mass(gauge, BOTTLE))
 
 
-def under(prefix: str, series: Series) -> Series:
-    """Series with a prefix before their names, so that two runs go into one file.
+def under(prefix: str, series: Results) -> Results:
+    """Results with a prefix before their names, so that two runs go into one file.
 
     >>> under("own", {"time": np.zeros(1)})
     {'own_time': array([0.])}
@@ -215,13 +219,13 @@ def under(prefix: str, series: Series) -> Series:
     return {f"{prefix}_{name}": values for name, values in series.items()}
 
 
-def of(prefix: str, series: Series) -> Series:
+def of(prefix: str, series: Results) -> Results:
     """Those of the series that `under` has given this prefix."""
     head = f"{prefix}_"
     return {name[len(head) :]: v for name, v in series.items() if name.startswith(head)}
 
 
-def drift(run: Series, truth: str = "truth") -> Floats:
+def drift(run: Results, truth: str = "truth") -> Array:
     """Contained less estimated mass (samples, channels) [kg]; NaN unless the channel is still.
 
     Args:
@@ -232,30 +236,30 @@ def drift(run: Series, truth: str = "truth") -> Floats:
     return np.where(still, run[truth] - run["estimate"], np.nan)
 
 
-def final_drift(run: Series, truth: str = "truth") -> Floats:
+def final_drift(run: Results, truth: str = "truth") -> Array:
     """Drift when the run is over (channels,) [kg]: the last sample at which a channel is still."""
     course = drift(run, truth)
     return np.array([column[np.isfinite(column)][-1] for column in course.T])
 
 
-def in_sine(run: Series, sine: Sine) -> np.ndarray:
+def in_sine(run: Results, sine: Sine) -> np.ndarray:
     """Marks the samples of the sine itself, without fill and hold (samples,)."""
     return (run["time"] >= sine.fill) & (run["time"] <= sine.end)
 
 
-def tracking_error(run: Series, sine: Sine) -> Floats:
+def tracking_error(run: Results, sine: Sine) -> Array:
     """Contained less wanted mass over the sine (samples of it, channels) [kg]."""
     here = in_sine(run, sine)
     return np.asarray(run["truth"][here] - run["target"][here, None])
 
 
-def control_error(run: Series, sine: Sine) -> Floats:
+def control_error(run: Results, sine: Sine) -> Array:
     """Estimated less wanted mass over the sine (samples of it, channels) [kg]: without drift."""
     here = in_sine(run, sine)
     return np.asarray(run["estimate"][here] - run["target"][here, None])
 
 
-def pulses_in_sine(run: Series, sine: Sine) -> Floats:
+def pulses_in_sine(run: Results, sine: Sine) -> Array:
     """Pulses per channel that the sine took (channels,)."""
     counts = run["pulses"][in_sine(run, sine)]
     return np.asarray(counts[-1] - counts[0])

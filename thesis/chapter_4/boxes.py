@@ -15,7 +15,7 @@ from pneumaticbox_driver.calibration.recording import Sample, SeeSaw, SeeSawPlan
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
-from thesis.chapter_4.report import Floats, Progress
+from thesis.frame import Array, Progress
 
 OUTLETS = "abcdefgh"
 PERIOD = 0.002  # of the sensor samples [s]
@@ -142,7 +142,7 @@ SETTLED = 0.1  # of it, before the flow is steady [s]
 
 def smallest_steps(
     constants: Pneumatics, channels: int, pulse: float, seed: int, repeats: int = 5
-) -> Floats:
+) -> Array:
     """Mass that pulses move on bottles at working pressure, by the plant's truth.
 
     Args:
@@ -166,7 +166,7 @@ def smallest_steps(
     return moved / repeats
 
 
-def inlet_flows(constants: Pneumatics, channels: int, seed: int) -> Floats:
+def inlet_flows(constants: Pneumatics, channels: int, seed: int) -> Array:
     """Steady mass flow into bottles at working pressure, inlets open (channels,) [kg/s].
 
     One inlet is open at a time: the regulator gives way under the flow of many.
@@ -190,7 +190,7 @@ def _at_work(constants: Pneumatics, channels: int, seed: int) -> EmbeddedBench:
     return bench
 
 
-def _hold(bench: EmbeddedBench, valves: Floats | int, duration: float) -> None:
+def _hold(bench: EmbeddedBench, valves: Array | int, duration: float) -> None:
     """Command valves for a time [s]."""
     for _ in range(round(duration / PERIOD)):
         bench.command(np.broadcast_to(np.asarray(valves), (len(bench.mass),)))
