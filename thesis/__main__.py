@@ -152,7 +152,7 @@ def _given(module: ModuleType, options: argparse.Namespace) -> dict[str, Any]:
 @contextmanager
 def progress_line(name: str) -> Iterator[frame.Progress]:
     """What a run is at and how far, once a second on a terminal and rarely in a log."""
-    interval = ON_A_TERMINAL if sys.stderr.isatty() else IN_A_LOG
+    interval, end = (ON_A_TERMINAL, "") if sys.stderr.isatty() else (IN_A_LOG, "\n")
     with tqdm(
         total=100.0,
         desc=name,
@@ -160,7 +160,7 @@ def progress_line(name: str) -> Iterator[frame.Progress]:
         mininterval=interval,
         delay=interval,
         miniters=0,
-        bar_format="{desc}, {n:.0f} % [{elapsed}]",
+        bar_format="{desc}, {n:.0f} % [{elapsed}]" + end,
     ) as bar:
 
         def tell(what: str, share: float) -> None:

@@ -1,8 +1,7 @@
-"""P10 finger of 3 to 50 segments, tip blocked (Fig. 5.8), and free at every pressure.
+"""Segments that a finger needs: tip blocked, and free at every pressure (5.2.1, Fig. 5.8).
 
-How many segments a finger needs (section 5.2.1). A PyBullet body reports at most 30 spherical
-joints, so 50 segments are the static discrete chain of `softhand_model.equilibrium.planar`, which
-the simulator is compared with at all the other numbers.
+A PyBullet body reports at most 30 spherical joints, so 50 segments are the static discrete chain of
+`softhand_model.equilibrium.planar`, which the simulator is compared with at all other numbers.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from softhand_model.chain.volumes import FreeActuators
 from softhand_model.hand.hand import load_hand
 from softhand_model.pneumatics import Pneumatics
-from thesis.chapter_4 import FULL, MG, OTHER, SEED, THESIS_LINE
+from thesis.chapter_4 import FULL, MG, NOTE, OTHER, SEED, THESIS_LINE
 from thesis.chapter_4.boxes import PERIOD, box_of, inlet_flows, smallest_steps
 from thesis.frame import Figure, Job, Report, Results, number, option
 
@@ -126,8 +126,7 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
     for name, colour in (("inflation", FULL), ("deflation", OTHER)):
         left.loglog(flow, results[name] / MG, "o-", color=colour, label=f"smallest {name}")
     left.axhline(2.5, color=THESIS_LINE, ls="--", lw=1.0)
-    note = {"textcoords": "offset points", "color": "#555555"}
-    left.annotate("thesis: 2.5 mg", (flow[-1], 2.5), (0, -11), ha="right", **note)
+    left.annotate("thesis: 2.5 mg", (flow[-1], 2.5), (0, -11), ha="right", **NOTE)
     for x, y, size in zip(flow, results["inflation"] / MG, results["diameter"], strict=True):
         label = "no choke" if size >= UNCHOKED else f"{1e3 * size:g} mm"
         left.annotate(label, (x, y), (6, -10), textcoords="offset points", fontsize=7.5)
@@ -137,6 +136,6 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
     right.loglog(size, results["fill_time"][:-1], "o-", color=FULL, label="with chokes")
     right.axhline(results["fill_time"][-1], color=OTHER, lw=1.2, label="no choke")
     right.axhline(0.25, color=THESIS_LINE, ls="--", lw=1.0)
-    right.annotate("thesis: 0.25 s without chokes", (size[0], 0.25), (0, 4), **note)
+    right.annotate("thesis: 0.25 s without chokes", (size[0], 0.25), (0, 4), **NOTE)
     right.set(xlabel="diameter of the inlet choke [mm]", ylabel="time to fill RBO Hand 2 [s]")
     right.legend()

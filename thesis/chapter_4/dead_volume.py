@@ -11,17 +11,17 @@ import numpy as np
 
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
-from thesis.chapter_4 import FULL, MG, OTHER, SEED, THESIS_LINE, rms
+from thesis.chapter_4 import FULL, MG, NOTE, OTHER, THESIS_LINE, rms
 from thesis.chapter_4.bench_run import (
     SMALL_SINE,
-    Sine,
+    SineOnBottles,
     final_drift,
     of,
     on_bottles,
     tracking_error,
     under,
 )
-from thesis.chapter_4.boxes import SUPPLIES, WORKING, box_of, calibrated, smallest_steps
+from thesis.chapter_4.boxes import WORKING, box_of, calibrated, smallest_steps
 from thesis.frame import Axes, Figure, Job, Report, Results, number, option
 
 SMALLEST_PULSE = 0.045  # of the box [s]
@@ -30,14 +30,11 @@ TITLES = {"foil": "choke foil", "external": "external choke"}
 
 
 @dataclass(frozen=True)
-class Parameters(Sine):
+class Parameters(SineOnBottles):
     """Options of the experiment."""
 
-    seed: int = option(0, SEED)
     foil: float = option(0.15e-6, "dead volume of a choke foil [m3]")
     external: float = option(1.2e-6, "dead volume of an external choke [m3]")
-    points: int = option(100, "calibration pulses per channel, both directions together [-]")
-    channels: int = option(4, "outlets of the box [-]")
 
 
 SMALL = SMALL_SINE | {"channels": 1}
@@ -49,7 +46,9 @@ def run(given: Parameters, job: Job) -> Results:
     for name in NAMES:
         box = _with_dead_volume(box_of(given.seed), getattr(given, name))
         steps = smallest_steps(box, given.channels, SMALLEST_PULSE, given.seed)
-        own = calibrated(box, given.channels, given.points, given.seed, job.progress, SUPPLIES)
+        own = calibrated(
+            box, given.channels, given.points, given.seed, job.progress, given.supplies
+        )
         run = on_bottles(box, own, given.seed).follow(given, job.progress)
         results |= {f"{name}_steps": steps, **under(name, run)}
     return results
@@ -98,8 +97,7 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
     draw_steps(left, results, NAMES, TITLES)
     law = report["choke foil: smallest inflation"] + report["added air of an inflation, gas law"]
     left.axhline(law, color=THESIS_LINE, ls="--", lw=1.0)
-    note = {"textcoords": "offset points", "color": "#555555"}
-    left.annotate("choke foil + gas law", (-0.45, law), (0, -11), **note)
+    left.annotate("choke foil + gas law", (-0.45, law), (0, -11), **NOTE)
     left.set_ylim(0, 1.35 * law)
     for name, colour in zip(NAMES, (FULL, OTHER), strict=True):
         run = of(name, results)

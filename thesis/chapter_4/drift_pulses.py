@@ -9,25 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thesis.chapter_4 import FULL, MG, OTHER, SEED, THESIS_LINE
-from thesis.chapter_4.bench_run import SMALL_SINE, Sine, drift, on_bottles
-from thesis.chapter_4.boxes import SUPPLIES, box_of, calibrated
+from thesis.chapter_4 import FULL, MG, NOTE, OTHER, STEP, THESIS_LINE
+from thesis.chapter_4.bench_run import SMALL_SINE, SineOnBottles, drift, on_bottles
+from thesis.chapter_4.boxes import box_of, calibrated
 from thesis.frame import Array, Figure, Job, Report, Results, number, option
 
-BOUND = 2.5  # [mg]
 REACH = (20, 50)  # pulses, of the thesis
 FIRST_OF_FIT = 5  # pulses: below, a drift is the noise of the tare
 
 
 @dataclass(frozen=True)
-class Parameters(Sine):
+class Parameters(SineOnBottles):
     """Options of the experiment."""
 
-    seed: int = option(0, SEED)
-    points: int = option(100, "calibration pulses per channel, both directions together [-]")
     channels: int = option(8, "outlets of a box [-]")
     boxes: int = option(3, "boxes, each with a calibration of its own [-]")
-    supplies: tuple[float, ...] = option(SUPPLIES, "supplies of the calibration [Pa gauge]")
     pulses: int = option(120, "pulses to follow [-]")
 
 
@@ -70,7 +66,7 @@ def report(results: Results, given: Parameters) -> Report:
         raise ValueError(f"duration must be longer: the sine took no more than {last} pulses")
     grown = (count >= FIRST_OF_FIT) & (typical > 0)
     growth = float(np.polyfit(np.log(count[grown]), np.log(typical[grown]), 1)[0])
-    within = float(np.argmax(typical > BOUND)) if (typical > BOUND).any() else float(last)
+    within = float(np.argmax(typical > STEP)) if (typical > STEP).any() else float(last)
     findings += [
         number("exponent of its growth with pulses", growth, ""),
         number("pulses before the RMS drift is 2.5 mg", within, "", "use for 20 to 50"),
@@ -92,12 +88,11 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
     panel.plot(count, size, color=FULL, lw=0.5, alpha=0.4)
     panel.plot(count, rms_known(size), color=OTHER, lw=2, label="RMS of all channels")
     panel.plot([], [], color=FULL, lw=0.5, label="one channel")
-    panel.axhline(BOUND, color=THESIS_LINE, ls="--", lw=1.0)
-    note = {"textcoords": "offset points", "color": "#555555"}
-    panel.annotate("thesis: smallest step 2.5 mg", (0, BOUND), (4, 3), **note)
+    panel.axhline(STEP, color=THESIS_LINE, ls="--", lw=1.0)
+    panel.annotate("thesis: smallest step 2.5 mg", (0, STEP), (4, 3), **NOTE)
     panel.axvspan(*REACH, color=THESIS_LINE, alpha=0.2, lw=0)
-    top = max(1.5 * BOUND, float(np.nanmax(size)))
-    panel.annotate("thesis: use for 20 to 50 pulses", (REACH[0], top), (2, -9), **note)
+    top = max(1.5 * STEP, float(np.nanmax(size)))
+    panel.annotate("thesis: use for 20 to 50 pulses", (REACH[0], top), (2, -9), **NOTE)
     panel.set(xlabel="pulses since the tare", ylabel="|drift| [mg]", ylim=(0, top), xlim=(0, None))
     panel.legend(loc="upper right")
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand_model.gas import CHOKED_PSI, CRITICAL_RATIO, psi, psi_approx
-from thesis.chapter_4 import FULL, OTHER, THESIS_LINE, rms
+from thesis.chapter_4 import FULL, NOTE, OTHER, THESIS_LINE, rms
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 
@@ -77,5 +77,5 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
     for level, words in ((1.4, "thesis: RMS 1.4 %"), (0.9, "recomputed: RMS 0.9 %")):
         right.axhline(level, color=THESIS_LINE, lw=0.8)
         right.axhline(-level, color=THESIS_LINE, lw=0.8)
-        right.annotate(words, (0.02, level), (0, 2), textcoords="offset points", color="#555555")
+        right.annotate(words, (0.02, level), (0, 2), **NOTE)
     right.set(xlabel="p_out / p_in [-]", ylabel="error, of the RMS of Psi [%]")

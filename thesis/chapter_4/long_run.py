@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thesis.chapter_4 import FULL, MG, OTHER, SEED, TARGET, THESIS_LINE, rms
+from thesis.chapter_4 import FULL, MG, NOTE, OTHER, SEED, TARGET, THESIS_LINE, rms
 from thesis.chapter_4.bench_run import (
     SMALL_SINE,
     Sine,
@@ -84,11 +84,5 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
     bottom.plot(time[still], course, ".", ms=2.5, color=OTHER)
     for sign in (-1, 1):
         bottom.axhline(sign * 2.5, color=THESIS_LINE, lw=1.0, ls="--")
-    bottom.annotate(
-        "thesis: smallest step 2.5 mg",
-        (start, 2.5),
-        (2, -9),
-        textcoords="offset points",
-        color="#555555",
-    )
+    bottom.annotate("thesis: smallest step 2.5 mg", (start, 2.5), (2, -9), **NOTE)
     bottom.set(xlabel="time [s]", ylabel="drift [mg]")

@@ -18,7 +18,7 @@ from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.calibration.calibration import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
-from thesis.chapter_4 import FULL, OTHER, SEED, THESIS_LINE, rms
+from thesis.chapter_4 import FULL, NOTE, OTHER, SEED, THESIS_LINE, rms
 from thesis.chapter_4.bench_run import PRESSURE_LIMIT
 from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD, box_of
 from thesis.frame import Array, Figure, Job, Report, Results, number, option
@@ -184,12 +184,7 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
         for limit in (-1.0, 1.0):
             panel.axvline(limit, color=THESIS_LINE, ls="--", lw=1.0)
         panel.annotate(
-            "thesis: < 1 ms",
-            (1.0, 0.97),
-            (3, -8),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            color="#555555",
+            "thesis: < 1 ms", (1.0, 0.97), (3, -8), xycoords=("data", "axes fraction"), **NOTE
         )
         panel.set(title=f"{title}, {len(errors)} events", xlabel="acted less scheduled [ms]")
     axes[0].set_ylabel("events [%]")

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumaticbox_driver.calibration.calibration import check_calibration
-from thesis.chapter_4 import CHANNELS, MG, SEED, THESIS_LINE
+from thesis.chapter_4 import CHANNELS, MG, NOTE, STEP, THESIS_LINE
 from thesis.chapter_4.bench_run import (
     SMALL_SINE,
-    Sine,
+    SineOnBottles,
     drift,
     final_drift,
     of,
@@ -22,21 +22,17 @@ from thesis.chapter_4.bench_run import (
     tracking_error,
     under,
 )
-from thesis.chapter_4.boxes import OUTLETS, SUPPLIES, box_of, calibrated
+from thesis.chapter_4.boxes import OUTLETS, box_of, calibrated
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (8.5, 4.0)
-BOUND = 2.5  # [mg]
 
 
 @dataclass(frozen=True)
-class Parameters(Sine):
+class Parameters(SineOnBottles):
     """Options of the experiment."""
 
-    seed: int = option(0, SEED)
-    points: int = option(100, "calibration pulses per channel, both directions together [-]")
     channels: int = option(6, "outlets of the box [-]")
-    supplies: tuple[float, ...] = option(SUPPLIES, "supplies of the calibration [Pa gauge]")
 
 
 SMALL = SMALL_SINE | {"points": 36, "channels": 3}
@@ -61,7 +57,7 @@ def report(results: Results, given: Parameters) -> Report:
     own, shared = of("own", results), of("shared", results)
     finals = {truth: np.abs(final_drift(own, truth)) / MG for truth in ("measured", "truth")}
     means = [float(np.abs(tracking_error(run, given)).mean()) / MG for run in (own, shared)]
-    within = int((finals["measured"] < BOUND).sum())
+    within = int((finals["measured"] < STEP).sum())
     worst = float(finals["measured"].max())
     warns = results["warnings"][1] > results["warnings"][0]
     findings = (
@@ -101,12 +97,10 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
                 run["time"][known], column[known], color=colour, label=f"channel {channel + 1}"
             )
         for sign in (-1, 1):
-            panel.axhline(sign * BOUND, color=THESIS_LINE, lw=1.0, ls="--")
-        spot = {"xy": (0.02, BOUND), "xycoords": ("axes fraction", "data")}
-        panel.annotate(
-            "thesis: 2.5 mg", xytext=(0, 3), textcoords="offset points", color="#555555", **spot
-        )
+            panel.axhline(sign * STEP, color=THESIS_LINE, lw=1.0, ls="--")
+        spot = {"xy": (0.02, STEP), "xycoords": ("axes fraction", "data")}
+        panel.annotate("thesis: 2.5 mg", xytext=(0, 3), **NOTE, **spot)
         panel.set(title=title, xlabel="time [s]", ylabel="measured less estimated mass [mg]")
     low, high = axes[0].get_ylim()
-    axes[0].set_ylim(min(low, -1.8 * BOUND), max(high, 1.2 * BOUND))
+    axes[0].set_ylim(min(low, -1.8 * STEP), max(high, 1.2 * STEP))
     axes[0].legend(ncols=3, loc="lower left")

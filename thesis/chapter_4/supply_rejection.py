@@ -11,17 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand_model.gas import AMBIENT_PRESSURE
-from thesis.chapter_4 import FULL, MG, OTHER, SEED, SUPPLY, TARGET, rms
+from thesis.chapter_4 import FULL, MG, OTHER, SUPPLY, TARGET, rms
 from thesis.chapter_4.bench_run import (
     SMALL_SINE,
-    Sine,
+    SineOnBottles,
     final_drift,
     of,
     on_bottles,
     tracking_error,
     under,
 )
-from thesis.chapter_4.boxes import SUPPLIES, box_of, calibrated
+from thesis.chapter_4.boxes import box_of, calibrated
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (8.0, 5.6)
@@ -29,13 +29,11 @@ NEXT_NOISE = 1000  # from the seed of one run to that of the next
 
 
 @dataclass(frozen=True)
-class Parameters(Sine):
+class Parameters(SineOnBottles):
     """Options of the experiment."""
 
-    seed: int = option(0, SEED)
     points: int = option(400, "calibration pulses per channel, both directions together [-]")
     channels: int = option(8, "outlets of the box, all on the same sine [-]")
-    supplies: tuple[float, ...] = option(SUPPLIES, "supplies of the calibration [Pa gauge]")
     supply: float = option(290e3, "mean supply pressure [Pa gauge]")
     variation: float = option(0.25, "from the lowest to the highest supply, of the mean [-]")
     runs: int = option(3, "runs under each supply, with noise of their own [-]")

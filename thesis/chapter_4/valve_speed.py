@@ -11,20 +11,20 @@ import numpy as np
 
 from pneumaticbox_driver.calibration.recording import SeeSawPlan
 from softhand_model.pneumatics import Pneumatics
-from thesis.chapter_4 import FULL, MG, OTHER, SEED, rms
+from thesis.chapter_4 import FULL, MG, OTHER, rms
 from thesis.chapter_4.bench_run import (
     SMALL_SINE,
-    Sine,
-    control_error,
+    SineOnBottles,
     final_drift,
     of,
     on_bottles,
     pulses_in_sine,
+    tracking_error,
     under,
 )
-from thesis.chapter_4.boxes import SUPPLIES, box_of, calibrated, inlet_flows, smallest_steps
+from thesis.chapter_4.boxes import box_of, calibrated, inlet_flows, smallest_steps
 from thesis.chapter_4.dead_volume import draw_steps
-from thesis.frame import Figure, Job, Report, Results, number, option
+from thesis.frame import Figure, Job, Report, Results, number
 
 NAMES = ("slow", "fast", "foilless")
 TITLES = {"slow": "20-40 ms", "fast": "1-4 ms", "foilless": "1-4 ms, no\ndead volume"}
@@ -35,12 +35,8 @@ LEAST_DEAD_VOLUME = 1e-10  # as if there were none [m3]
 
 
 @dataclass(frozen=True)
-class Parameters(Sine):
+class Parameters(SineOnBottles):
     """Options of the experiment."""
-
-    seed: int = option(0, SEED)
-    points: int = option(100, "calibration pulses per channel, both directions together [-]")
-    channels: int = option(4, "outlets of the box [-]")
 
 
 SMALL = SMALL_SINE | {"channels": 1}
@@ -58,7 +54,7 @@ def run(given: Parameters, job: Job) -> Results:
     for name in NAMES[:2]:
         box, plan = with_valves(box_of(given.seed), name), SeeSawPlan(shortest=SHORTEST[name][0])
         own = calibrated(
-            box, given.channels, given.points, given.seed, job.progress, SUPPLIES, plan
+            box, given.channels, given.points, given.seed, job.progress, given.supplies, plan
         )
         run = on_bottles(box, own, given.seed, SHORTEST[name]).follow(given, job.progress)
         results |= under(name, run)
@@ -87,7 +83,7 @@ def report(results: Results, given: Parameters) -> Report:
             number(f"{title}: smallest inflation over flow", product[name], "ms"),
         ]
     runs = {name: of(name, results) for name in NAMES[:2]}
-    errors = {k: float(rms(control_error(run, given))) / MG for k, run in runs.items()}
+    errors = {k: float(rms(tracking_error(run, given, "estimate"))) / MG for k, run in runs.items()}
     for name, run in runs.items():
         count = float(np.median(pulses_in_sine(run, given)))
         drift = float(rms(final_drift(run))) / MG
