@@ -45,7 +45,7 @@ class Parameters:
             raise ValueError(f"segments must have {JUDGED} among them, got {self.segments}")
 
 
-SMALL = {"segments": (3, 10)}
+SMALL = {"segments": (10,)}
 
 
 def free_tips(actuator: Actuator, segments: int, pressures: Array) -> Array:

@@ -156,11 +156,11 @@ def run(given: Parameters, job: Job) -> Results:
         job.progress(f"{pressure / 1e3:g} kPa", len(grasps) / len(given.pressures))
         channels = (pressure, pressure, pressure, OUTER_PALM * pressure)
         with HeldCylinder(Grasp(HAND, PLACE, channels)) as held:
-            saved, pushes = held.save(), {}
+            saved, pushes = held.simulation.save(), {}
             for name, direction in DIRECTIONS.items():
-                held.restore(saved)
+                held.simulation.restore(saved)
                 pushes[name] = pushed(held, direction, given.rate)
-            held.restore(saved)
+            held.simulation.restore(saved)
             grasps.append({"pressure": pressure, "touching": held.touching(), "pushes": pushes})
     return {"grasps": grasps}
 

@@ -80,9 +80,9 @@ def run(given: Parameters, job: Job) -> Results:
 def held_up(grasp: Grasp, mass: float) -> dict[str, Any]:
     """How a hand holds the cylinder of a mass [kg] in all directions, if it holds it at all."""
     with HeldCylinder(grasp, mass) as held:
-        saved, holds, touching = held.save(), {}, held.touching()
+        saved, holds, touching = held.simulation.save(), {}, held.touching()
         for posture, direction in DIRECTIONS.items() if touching else ():
-            held.restore(saved)
+            held.simulation.restore(saved)
             holds[posture] = weighed(held, direction, mass)
     return {
         "pressures": list(grasp.pressures),

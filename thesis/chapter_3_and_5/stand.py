@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from types import TracebackType
 
 import numpy as np
 import pybullet
@@ -36,6 +35,14 @@ def hand_of(actuator: Actuator) -> HandDescription:
     """The hand `single_finger` with another actuator."""
     hand = load_hand("single_finger")
     return replace(hand, chains=(replace(hand.chain(FINGER), actuators={FINGER: actuator}),))
+
+
+def fill(simulation: Simulation, pressures: Array | float) -> None:
+    """Give the chambers the air that they hold at gauge pressures [Pa] as they are bent now."""
+    volumes = simulation.air.volumes(simulation.bodies.rotations())
+    content = (pressures + simulation.ambient) * volumes
+    rest = simulation.ambient * simulation.air.rest_volumes
+    simulation.set_air_masses((content - rest) / (GAS_CONSTANT * simulation.temperature))
 
 
 @dataclass(frozen=True)
@@ -79,12 +86,7 @@ class FingerStand:
     def __enter__(self) -> FingerStand:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *reason: object) -> None:
         self.simulation.close()
 
     @property
@@ -98,12 +100,8 @@ class FingerStand:
 
     def step(self, pressure: float) -> None:
         """One step with the chamber at a gauge pressure [Pa]."""
-        simulation = self.simulation
-        volumes = simulation.air.volumes(simulation.bodies.rotations())
-        content = (pressure + simulation.ambient) * volumes
-        rest = simulation.ambient * simulation.air.rest_volumes
-        simulation.set_air_masses((content - rest) / (GAS_CONSTANT * simulation.temperature))
-        simulation.step()
+        fill(self.simulation, pressure)
+        self.simulation.step()
         self._pressure = pressure
 
     def settle(self, pressure: float) -> None:

@@ -29,6 +29,9 @@ class Parameters:
     pressures: tuple[float, ...] = option((10e3, 20e3, 30e3, 40e3), "pressures, ascending [Pa]")
 
 
+SMALL = {"pressures": (10e3,)}
+
+
 def tapered() -> Actuator:
     """The actuator of section 3.5.2: stiffness, and the moment of a straight section, fall linearly
     to the tip.
