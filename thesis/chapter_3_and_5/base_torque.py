@@ -73,7 +73,7 @@ class Pose:
     """Place (3,) [m] and orientation in the frame of the finger's base."""
 
     place: Array
-    turn: Rotation
+    orientation: Rotation
 
 
 class Grip:
@@ -95,7 +95,7 @@ class Grip:
             (self._point - layout.center[self._link]).tolist(),
             (self._held.place + stand.origin).tolist(),
             [0, 0, 0, 1],
-            self._held.turn.as_quat().tolist(),
+            self._held.orientation.as_quat().tolist(),
             physicsClientId=stand.client,
         )
         self._command(self._held)
@@ -103,17 +103,17 @@ class Grip:
     def pose(self) -> Pose:
         """Where the gripped point is."""
         simulation = self._stand.simulation
-        places, turns, _ = simulation.shape.frames(simulation.bodies.q)
-        turn = turns[self._link]
-        return Pose(places[self._link] + turn @ self._point, Rotation.from_matrix(turn))
+        places, axes, _ = simulation.shape.frames(simulation.bodies.q)
+        own = axes[self._link]
+        return Pose(places[self._link] + own @ self._point, Rotation.from_matrix(own))
 
     def move(self, pose: Pose, pressure: float) -> None:
         """Go to a pose, the chamber at a pressure [Pa], and wait until the finger is at rest."""
-        ends = Rotation.concatenate([self._held.turn, pose.turn])
-        turns = Slerp([0.0, 1.0], ends)
+        ends = Rotation.concatenate([self._held.orientation, pose.orientation])
+        between = Slerp([0.0, 1.0], ends)
         for share in np.linspace(0.0, 1.0, MOVING + 1)[1:]:
             place = self._held.place + share * (pose.place - self._held.place)
-            self._command(Pose(place, turns(share)))
+            self._command(Pose(place, between(share)))
             self._stand.step(pressure)
         self._held = pose
         self._stand.rest(pressure)
@@ -122,7 +122,7 @@ class Grip:
         pybullet.changeConstraint(
             self._constraint,
             (pose.place + self._stand.origin).tolist(),
-            pose.turn.as_quat().tolist(),
+            pose.orientation.as_quat().tolist(),
             maxForce=STRONGEST,
             physicsClientId=self._stand.client,
         )
@@ -189,7 +189,7 @@ def course(stand: FingerStand, start: Pose, given: Parameters) -> list[tuple[str
     for side in (1.0, -1.0) * 3:
         for share in given.shares:
             roll = Rotation.from_rotvec([0.0, 0.0, side * share * given.roll])
-            poses.append((ROLLED, Pose(start.place, start.turn * roll)))
+            poses.append((ROLLED, Pose(start.place, start.orientation * roll)))
     return [*poses, (ROLLED, start)]
 
 
@@ -204,7 +204,7 @@ def run(given: Parameters, job: Job) -> Results:
         job.progress(f"{key} springs", len(moved) / len(MODELS))
         moved[key] = _measure(finger, goals, springs)
     poses, torques = moved["thesis's"]
-    turned, of_section = moved["section's"]
+    section_poses, of_section = moved["section's"]
     return {
         "pressure": PRESSURE,
         "shear_modulus": finger.shear_modulus,
@@ -215,7 +215,7 @@ def run(given: Parameters, job: Job) -> Results:
         "simulated": _named(torques),
         "chain": _named(_of_chain(finger, poses)),
         "section": _named(of_section),
-        "section_chain": _named(_of_chain(finger, turned, SECTION)),
+        "section_chain": _named(_of_chain(finger, section_poses, SECTION)),
         "stiffer_in_twist": _named(moved["twist-stiff"][1]),
         "rubber": _named(moved["rubber's"][1]),
     }
@@ -248,8 +248,8 @@ def _of_chain(finger: Actuator, poses: list[Pose], springs: SpringModel = THESIS
         chain, rest = gripped_part(stand.chain), stand.rest_angles(PRESSURE)[:-1]
     joints = springs_of(chain, np.repeat(rest[:, None], len(poses), axis=1))
     places = np.array([pose.place for pose in poses]).T
-    turns = np.moveaxis(np.array([pose.turn.as_matrix() for pose in poses]), 0, -1)
-    load = HeldChain(chain).base_load(Hold(joints, places, turns))
+    axes = np.moveaxis(np.array([pose.orientation.as_matrix() for pose in poses]), 0, -1)
+    load = HeldChain(chain).base_load(Hold(joints, places, axes))
     return np.where(load.settled, load.torque, np.nan).T
 
 

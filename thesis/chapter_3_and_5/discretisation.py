@@ -57,10 +57,10 @@ def free_tips(actuator: Actuator, segments: int, pressures: Array) -> Array:
     [[0.0, 0.09]]
     """
     angles = segment_angles(actuator, segments, pressures)[0]
-    turned = np.hstack([np.zeros((len(angles), 1)), np.cumsum(angles, axis=1)])
+    tangent = np.hstack([np.zeros((len(angles), 1)), np.cumsum(angles, axis=1)])
     along = np.full(segments + 1, actuator.length / segments)
     along[[0, -1]] /= 2.0
-    return np.stack([np.sin(turned) @ along, np.cos(turned) @ along], axis=1)
+    return np.stack([np.sin(tangent) @ along, np.cos(tangent) @ along], axis=1)
 
 
 def sweep(actuator: Actuator, segments: Sequence[int], finest: int) -> dict[str, Any]:
@@ -184,13 +184,13 @@ def _blocked_row(results: Results, count: int) -> Finding:
     finger, finest = fingers[str(count)]["simulated"], fingers[str(FINEST)]["static"]
     force = 100.0 * abs(finger["force"] / finest["force"] - 1.0)
     gaps = _gaps(results, count)
-    turn = np.degrees(finger["tip_angle"] - finest["tip_angle"])
+    angle = np.degrees(finger["tip_angle"] - finest["tip_angle"])
     return Finding(
         f"{count} against {FINEST} segments, blocked at {results['pressure'] / 1e3:g} kPa",
         "deviates at the tip" if count == 3 else "same shape but at the tip",
         f"shape off by {gaps.max():.2g} % of the length at most, at "
         f"{100.0 * SHARES[gaps.argmax()]:.0f} % of it; tip {gaps[-1]:.2g} %, force {force:.2g} %, "
-        f"tip angle {turn:+.2g} deg"
+        f"tip angle {angle:+.2g} deg"
         + (f" (all but the angle <= {TARGET:g} %)" if count == JUDGED else ""),
         bool(max(gaps.max(), force) <= TARGET) if count == JUDGED else None,
     )
@@ -286,6 +286,6 @@ def _draw_free(axes: Axes, name: str, swept: dict[str, Any]) -> None:
     axes.axhline(TARGET, color="0.5", ls=":", lw=1)
     axes.set_title(f"{name}, free tip", fontsize=9)
     axes.set(xlabel="pressure [kPa]", xlim=(0, pressure[-1]), ylim=(0.01, 100.0))
-    turns = axes.twinx()
-    turns.plot(pressure, swept["enough"], "k", lw=1, ls="--")
-    turns.set(ylim=(0, 40), ylabel=f"segments for {TARGET:g} % (dashed)")
+    enough = axes.twinx()
+    enough.plot(pressure, swept["enough"], "k", lw=1, ls="--")
+    enough.set(ylim=(0, 40), ylabel=f"segments for {TARGET:g} % (dashed)")

@@ -84,8 +84,8 @@ class SlipMeter:
         return self.way
 
     def _object(self) -> tuple[Array, Array]:
-        place, turn = self._simulation.object_pose()
-        return place - self._origin(), Rotation.from_quat(turn).as_matrix()
+        place, quaternion = self._simulation.object_pose()
+        return place - self._origin(), Rotation.from_quat(quaternion).as_matrix()
 
     def _origin(self) -> Array:
         return np.array(self._simulation.scene.wrist_position)

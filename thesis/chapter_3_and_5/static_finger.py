@@ -47,7 +47,7 @@ def line_of(finger: PlanarFinger, angles: Array) -> Array:
     >>> line_of(bar, np.array([np.pi / 2])).round(3).tolist()
     [[0.0, 0.0], [0.0, 0.05], [0.05, 0.05]]
     """
-    turned = np.concatenate([[0.0], np.cumsum(angles)])
+    tangent = np.concatenate([[0.0], np.cumsum(angles)])
     along = np.append(finger.offset, finger.tip)[:, None]
-    steps = along * np.stack([np.sin(turned), np.cos(turned)], axis=1)
+    steps = along * np.stack([np.sin(tangent), np.cos(tangent)], axis=1)
     return np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])

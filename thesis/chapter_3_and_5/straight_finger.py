@@ -110,7 +110,7 @@ def report(results: Results, given: Parameters) -> Report:
     low = 100.0 * bow(results["tapered"][0]) / length
     lowest = results["tapered"][0]
     moment = lowest["force"] * lowest["touched_at"][1] / (lowest["static_force"] * length)
-    turn = float(np.degrees(np.abs(results["bends_by_section_moments"]).max()))
+    angle = float(np.degrees(np.abs(results["bends_by_section_moments"]).max()))
     return Report(
         [
             *findings,
@@ -124,7 +124,7 @@ def report(results: Results, given: Parameters) -> Report:
             at_most(
                 "largest joint angle with the moments of 3.4.3, to 60 kPa",
                 "straight",
-                turn,
+                angle,
                 1e-3,
                 "deg",
             ),

@@ -1,8 +1,8 @@
 """Pretended boxes of the experiments, their calibration as a user would make it, and what their
-valves can do.
-
-What the valves can do: the mass of the smallest pulse, and the flow of an open inlet.
+valves can do: mass of the smallest pulse, flow of an open inlet.
 """
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,6 +22,10 @@ PERIOD = 0.002  # of the sensor samples [s]
 BOTTLE = 0.5e-3  # of section 4.4.3 [m3]
 REGULATING = 3.0  # for the reservoir to follow the regulator [s]
 SUPPLIES = (260e3, 320e3)  # of section 4.4.3, gauge [Pa]
+WORKING = 25e3  # gauge pressure in the channels, about a finger's [Pa]
+WAITING = 0.5  # after a pulse, so that its dead volume has emptied, and the regulator rests [s]
+OPEN = 0.5  # of the pulse that the flow is taken from [s]
+SETTLED = 0.1  # of it, before the flow is steady [s]
 
 
 def box_of(seed: int, constants: Pneumatics | None = None) -> Pneumatics:
@@ -132,12 +136,6 @@ def _play(bench: EmbeddedBench, run: CalibrationRun, duration: float) -> None:
     for _ in range(round(duration / PERIOD)):
         pressures = bench.advance(PERIOD)
         bench.command(run.on_sample(Sample(bench.time, pressures[:-1], float(pressures[-1]))))
-
-
-WORKING = 25e3  # gauge pressure in the channels, about a finger's [Pa]
-WAITING = 0.5  # after a pulse, so that its dead volume has emptied, and the regulator rests [s]
-OPEN = 0.5  # of the pulse that the flow is taken from [s]
-SETTLED = 0.1  # of it, before the flow is steady [s]
 
 
 def smallest_steps(

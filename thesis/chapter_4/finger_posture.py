@@ -26,6 +26,9 @@ from thesis.chapter_4.bench_run import BenchRun, Sine, final_drift, pulses_in_si
 from thesis.chapter_4.boxes import OUTLETS, SUPPLIES, box_of, calibrated
 from thesis.frame import Array, Axes, Figure, Job, Report, Results, number, option
 
+NAMES = ("index", "middle", "ring", "little")
+SIZE = (8.5, 4.2)
+SLIGHT = 10.0  # a deviation that shows in a picture [deg]
 HAND, CHAIN = "single_finger", "finger"
 SEGMENTS = 20  # of the drawn finger
 BEND = 1  # index of the bending axis (y)
@@ -118,11 +121,6 @@ def on_fingers(
     box.drift_correction = drift_correction
     bench = EmbeddedBench(OUTLETS[:n], _AtPressures(fingers), constants, seed)
     return BenchRun(box, bench, fingers.mass, sensor_offset)
-
-
-NAMES = ("index", "middle", "ring", "little")
-SIZE = (8.5, 4.2)
-SLIGHT = 10.0  # a deviation that shows in a picture [deg]
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def moved():
     with FingerStand(actuator(), SEGMENTS, with_sensor=True) as stand:
         chain, rest = gripped_part(stand.chain), stand.rest_angles(PRESSURE)[:-1]
         left = pushed(chain, rest, LEFT, 0.01)
-        rolled = Pose(left.place, left.turn * Rotation.from_rotvec([0.0, 0.0, 0.4]))
+        rolled = Pose(left.place, left.orientation * Rotation.from_rotvec([0.0, 0.0, 0.4]))
         stand.settle(PRESSURE)
         grip = Grip(stand)
         start, found = grip.pose(), []
@@ -57,7 +57,7 @@ def moved():
 
 def held_chain(chain, rest, pose):
     springs = JointSprings(chain.stiffness[:, 1:2], rest[:, None], np.arange(1))
-    hold = Hold(springs, pose.place[:, None], pose.turn.as_matrix()[:, :, None])
+    hold = Hold(springs, pose.place[:, None], pose.orientation.as_matrix()[:, :, None])
     return HeldChain(chain).base_load(hold)
 
 
@@ -76,9 +76,8 @@ def test_torque_at_the_base_is_that_of_a_rod_moved_alike(moved):
     _, _, start, found = moved
     rod, reach = rod_of(actuator(), PRESSURE), 0.09 * (1.0 - 1.0 / SEGMENTS)
     place, turn = cosserat.free_end(rod, reach)
-    poses = [
-        (place + pose.place - start.place, pose.turn * start.turn.inv() * turn) for pose, _ in found
-    ]
+    from_free = start.orientation.inv() * turn
+    poses = [(place + pose.place - start.place, pose.orientation * from_free) for pose, _ in found]
     half = (place + 0.5 * (poses[0][0] - place), turn)
     for count, (_, torque) in enumerate(found, start=1):
         expected = cosserat.held(rod, reach, [half, *poses[:count]]).torque
@@ -101,7 +100,7 @@ def test_a_straight_finger_rolled_at_its_tip_twists_as_springs_in_series(factor)
         grip = Grip(stand)
         start = grip.pose()
         roll = Rotation.from_rotvec([0.0, 0.0, 0.3])
-        grip.move(Pose(start.place, start.turn * roll), 0.0)
+        grip.move(Pose(start.place, start.orientation * roll), 0.0)
         torque = stand.base_torque()
         in_series = factor * gripped_part(stand.chain).stiffness[:, 1]
     assert torque[2] == pytest.approx(0.3 / np.sum(1.0 / in_series), rel=1e-3)
