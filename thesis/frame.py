@@ -113,7 +113,7 @@ class Report:
 
     def __getitem__(self, what: str) -> float:
         """Value of the finding of that name; raises KeyError."""
-        return {found.what: found.value for found in self.findings}[what]
+        return {f.what: f.value for f in self.findings if f.value is not None}[what]
 
     @property
     def judged(self) -> list[bool]:

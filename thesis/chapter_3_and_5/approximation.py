@@ -3,8 +3,6 @@
 And the other rules of chapter 3 against what they stand for.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from softhand_model.hand import section

@@ -9,8 +9,6 @@ thesis's recorded motion is not printed; here the tip is moved as a point force 
 move the finger, by 10 mm, and rolled about its own axis by 30 deg.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,6 +50,7 @@ CURVES = (  # of the figure: key of the results, style, label
 STRONGEST = 1e4  # [N, N m] of the constraint
 MOVING = 60  # steps from one pose to the next
 FORCE, MOMENT = 1.0, 0.05  # [N, N m] units of the search
+SMALL = {"shares": (0.0, 1.0)}
 
 
 @dataclass(frozen=True)
@@ -63,9 +62,6 @@ class Parameters:
     shares: tuple[float, ...] = option(
         (0.0, 0.33, 0.67, 1.0, 0.67, 0.33), "poses of one disturbance, there and back [-]"
     )
-
-
-SMALL = {"shares": (0.0, 1.0)}
 
 
 @dataclass(frozen=True)
@@ -199,7 +195,7 @@ def run(given: Parameters, job: Job) -> Results:
     """
     finger = actuator()
     names, goals = plan(finger, given)
-    moved = {}
+    moved: dict[str, tuple[list[Pose], Array]] = {}
     for key, springs in MODELS.items():
         job.progress(f"{key} springs", len(moved) / len(MODELS))
         moved[key] = _measure(finger, goals, springs)
@@ -363,9 +359,10 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
         axes.set_ylabel(f"{axis} ({words[axis]})\n[mN m]")
         axes.axhline(0.0, color="0.7", lw=0.5)
     named = np.array(results["disturbance"])
+    over = panels[0].get_xaxis_transform()  # data along x, share of the panel along y
     for name in dict.fromkeys(results["disturbance"]):
         place = np.flatnonzero(named == name)
-        panels[0].text(place.mean(), 1.02, name, ha="center", transform=_over(panels[0]))
+        panels[0].text(place.mean(), 1.02, name, ha="center", transform=over)
         for axes in panels:
             axes.axvline(place[0] - 0.5, color="0.8", lw=0.8)
     figure.legend(
@@ -375,8 +372,3 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
         f"number of the pose [-]: pushes by {1e3 * results['shift']:g} mm and back, twice; "
         f"rolls by {np.degrees(results['roll']):g} deg to either side, three times"
     )
-
-
-def _over(axes):
-    """Data along x, share of the panel along y."""
-    return axes.get_xaxis_transform()

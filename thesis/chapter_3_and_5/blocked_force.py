@@ -1,7 +1,5 @@
 """Force of a P10 finger's blocked tip over pressure (Fig. 5.11)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ A PyBullet body reports at most 30 spherical joints, so 50 segments are the stat
 `softhand_model.equilibrium.planar`, which the simulator is compared with at all other numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -30,6 +28,7 @@ FINEST = 50  # as a static chain
 JUDGED = 10  # segments that are held to a target
 BLOCK_BOTTOM = 0.07  # [m]
 SHARES = np.linspace(0.0, 1.0, 201)  # of the length, where shapes are compared
+SMALL = {"segments": (10,)}
 
 
 @dataclass(frozen=True)
@@ -43,9 +42,6 @@ class Parameters:
     def __post_init__(self) -> None:
         if JUDGED not in self.segments:
             raise ValueError(f"segments must have {JUDGED} among them, got {self.segments}")
-
-
-SMALL = {"segments": (10,)}
 
 
 def free_tips(actuator: Actuator, segments: int, pressures: Array) -> Array:

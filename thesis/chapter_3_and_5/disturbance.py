@@ -45,7 +45,9 @@ class Touching:
     part_axes: Array
 
 
-def slid(before: Touching, after_object: tuple[Array, Array], after_parts: tuple[Array, Array]):
+def slid(
+    before: Touching, after_object: tuple[Array, Array], after_parts: tuple[Array, Array]
+) -> float:
     """Mean way [m], weighed by the normal forces, by which the object has slid along the surfaces
     that touched it, from one instant to the place and axes of a later one; 0 where nothing touched.
     """
@@ -111,6 +113,9 @@ class SlipMeter:
         return touching, joints
 
 
+SMALL = {"pressures": (JUDGED,), "rate": 16.0}
+
+
 @dataclass(frozen=True)
 class Parameters:
     """Options of the experiment."""
@@ -123,9 +128,6 @@ class Parameters:
     def __post_init__(self) -> None:
         if JUDGED not in self.pressures or not self.rate > 0.0:
             raise ValueError(f"pressures must have {JUDGED:g} Pa, rate be above 0, got {self}")
-
-
-SMALL = {"pressures": (JUDGED,), "rate": 16.0}
 
 
 def pushed(
@@ -151,7 +153,7 @@ def pushed(
 
 def run(given: Parameters, job: Job) -> Results:
     """Pushes in three directions at every pressure, each from the same grasp."""
-    grasps = []
+    grasps: list[dict[str, Any]] = []
     for pressure in given.pressures:
         job.progress(f"{pressure / 1e3:g} kPa", len(grasps) / len(given.pressures))
         channels = (pressure, pressure, pressure, OUTER_PALM * pressure)

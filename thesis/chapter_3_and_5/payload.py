@@ -1,7 +1,5 @@
 """Payload of 0.5 kg in both hands, in six postures (7.3.1)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,6 +33,7 @@ LOADING, HOLDING = 1.5, 1.5  # [s]
 JUDGED = 1.0  # [s] at the end of the hold
 DRIFT = 0.001  # [m] that a held object may move in that time
 LOST = "squeezed out while the hand closes, before any weight acts"
+SMALL = {"grasps": (JUDGED_HAND,)}
 
 
 @dataclass(frozen=True)
@@ -47,9 +46,6 @@ class Parameters:
     def __post_init__(self) -> None:
         if unknown := set(self.grasps) - set(GRASPS):
             raise ValueError(f"grasps: expected of {', '.join(GRASPS)}, got {', '.join(unknown)}")
-
-
-SMALL = {"grasps": (JUDGED_HAND,)}
 
 
 def weighed(
@@ -70,7 +66,7 @@ def run(given: Parameters, job: Job) -> Results:
     """The weight in every direction, each from the same grasp; none where the closing hand has
     lost the cylinder.
     """
-    hands = {}
+    hands: Results = {}
     for name in given.grasps:
         job.progress(name, len(hands) / len(given.grasps))
         hands[name] = held_up(GRASPS[name], given.mass)

@@ -1,7 +1,5 @@
 """Finger of linear stiffness that stays straight with its tip blocked (Fig. 3.13)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,6 +18,7 @@ SEGMENTS = 10
 BLOCK_BOTTOMS = {"tapered": 0.085, "even": 0.07}  # [m], so that the tip alone meets the block
 SIDE = TaperedProfile(HEIGHT, LENGTH, 1.0, 3)
 """Height, width and a quarter of the circumference, which fall as (1 - x/L)**(1/3)."""
+SMALL = {"pressures": (10e3,)}
 
 
 @dataclass(frozen=True)
@@ -27,9 +26,6 @@ class Parameters:
     """Options of the experiment."""
 
     pressures: tuple[float, ...] = option((10e3, 20e3, 30e3, 40e3), "pressures, ascending [Pa]")
-
-
-SMALL = {"pressures": (10e3,)}
 
 
 def tapered() -> Actuator:

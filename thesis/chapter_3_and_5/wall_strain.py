@@ -3,8 +3,6 @@
 No finger is simulated: eq. 3.44 is integrated, and compared with its closed form.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.integrate import simpson, solve_ivp
 

@@ -1,7 +1,5 @@
 """Tip angle over pressure of four wall thicknesses (Figs. 3.11, 3.12, 5.10)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -36,7 +34,7 @@ def actuator_of(wall: float) -> Actuator:
 
 def run(given: Parameters, job: Job) -> Results:
     """Tip angle of every wall at every pressure, and the curvature along it at the last one."""
-    walls = {}
+    walls: Results = {}
     for wall in given.walls:
         job.progress(f"wall of {1e3 * wall:g} mm", len(walls) / len(given.walls))
         walls[f"{1e3 * wall:g}"] = bent(actuator_of(wall), given.segments)

@@ -1,7 +1,5 @@
 """Chapter 4: the driver on the pretended bench; units and look of its experiments."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

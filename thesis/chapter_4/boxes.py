@@ -2,8 +2,6 @@
 valves can do: mass of the smallest pulse, flow of an open inlet.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 The thesis: chokes set the flow over two orders of magnitude; 0.25 s to fill a hand without.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +19,7 @@ SMALLEST_PULSE = 0.045  # of the box [s]
 FULL_HAND = 0.9  # of the pressure limit on every channel
 LONGEST = 60.0  # to fill a hand [s]
 UNCHOKED = 5e-3  # wider than the valve itself [m]
+SMALL = {"diameters": (0.2e-3, 0.4e-3), "channels": 1}
 
 
 @dataclass(frozen=True)
@@ -36,9 +35,6 @@ class Parameters:
     def __post_init__(self) -> None:
         if len(self.diameters) < 2 or not all(d > 0 for d in self.diameters):
             raise ValueError(f"diameters must be 2 or more above 0 m, got {self.diameters}")
-
-
-SMALL = {"diameters": (0.2e-3, 0.4e-3), "channels": 1}
 
 
 def run(given: Parameters, job: Job) -> Results:

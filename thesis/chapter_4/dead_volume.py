@@ -3,8 +3,6 @@
 The thesis: the dead volume too sets the least air that a pulse moves.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +25,7 @@ from thesis.frame import Axes, Figure, Job, Report, Results, number, option
 SMALLEST_PULSE = 0.045  # of the box [s]
 NAMES = ("foil", "external")
 TITLES = {"foil": "choke foil", "external": "external choke"}
+SMALL = SMALL_SINE | {"channels": 1}
 
 
 @dataclass(frozen=True)
@@ -35,9 +34,6 @@ class Parameters(SineOnBottles):
 
     foil: float = option(0.15e-6, "dead volume of a choke foil [m3]")
     external: float = option(1.2e-6, "dead volume of an external choke [m3]")
-
-
-SMALL = SMALL_SINE | {"channels": 1}
 
 
 def run(given: Parameters, job: Job) -> Results:

@@ -3,8 +3,6 @@
 The thesis: best below 20 to 50 pulses.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +14,7 @@ from thesis.frame import Array, Figure, Job, Report, Results, number, option
 
 REACH = (20, 50)  # pulses, of the thesis
 FIRST_OF_FIT = 5  # pulses: below, a drift is the noise of the tare
+SMALL = SMALL_SINE | {"duration": 6.0, "channels": 2, "boxes": 1, "pulses": 8}
 
 
 @dataclass(frozen=True)
@@ -27,14 +26,11 @@ class Parameters(SineOnBottles):
     pulses: int = option(120, "pulses to follow [-]")
 
 
-SMALL = SMALL_SINE | {"duration": 6.0, "channels": 2, "boxes": 1, "pulses": 8}
-
-
 def run(given: Parameters, job: Job) -> Results:
     """Drift of every channel of every box over its pulses (pulses + 1, channels of all boxes)."""
     courses = []
-    for count in range(given.boxes):
-        which = given.seed + 1000 * count
+    for k in range(given.boxes):
+        which = given.seed + 1000 * k
         box = box_of(which)
         own = calibrated(box, given.channels, given.points, which, job.progress, given.supplies)
         courses.append(over_pulses(on_bottles(box, own, which).follow(given, job.progress), given))

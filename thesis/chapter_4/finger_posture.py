@@ -3,8 +3,6 @@
 The thesis: two fingers return, two deviate slightly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +13,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.calibration.calibration import ChannelCalibration
 from pneumaticbox_driver.settings import BoxSettings
-from softhand_model.chain.chain import discretise
+from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.volumes import FreeVolumes
 from softhand_model.gas import AMBIENT_PRESSURE, air_mass
 from softhand_model.hand.hand import load_hand
@@ -65,7 +63,7 @@ class Fingers:
         return np.asarray(air_mass(gauge + AMBIENT_PRESSURE, self.volumes(gauge)) - rest)
 
     @cached_property
-    def _chain(self):
+    def _chain(self) -> ChainModel:
         return discretise(self.hand.chain(CHAIN), SEGMENTS, Model())
 
     def bends(self, gauge: float) -> Array:
@@ -123,6 +121,9 @@ def on_fingers(
     return BenchRun(box, bench, fingers.mass, sensor_offset)
 
 
+SMALL = {"duration": 2.0, "period": 2.0, "points": 24}
+
+
 @dataclass(frozen=True)
 class Parameters(Sine):
     """Options of the experiment."""
@@ -134,9 +135,6 @@ class Parameters(Sine):
     fill: float = option(4.0, "time to fill the fingers to where the sine starts [s]")
     points: int = option(1600, "calibration pulses per channel, both directions together [-]")
     correct: int = option(0, "1 corrects the drift by pressure and volume of still fingers [-]")
-
-
-SMALL = {"duration": 2.0, "period": 2.0, "points": 24}
 
 
 def run(given: Parameters, job: Job) -> Results:

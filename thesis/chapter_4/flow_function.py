@@ -3,8 +3,6 @@
 The thesis: RMS error 1.4 %; factor 7.0 printed for 3.5.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 The thesis: 122 pulses in 60 s without excessive drift.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +21,7 @@ from thesis.chapter_4.boxes import box_of, calibrated
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (8.0, 4.8)
+SMALL = SMALL_SINE | {"supplies": (260e3, 320e3)}
 
 
 @dataclass(frozen=True)
@@ -34,9 +33,6 @@ class Parameters(Sine):
     supplies: tuple[float, ...] = option(
         (260e3, 280e3, 300e3, 320e3), "supplies of the calibration [Pa gauge]"
     )
-
-
-SMALL = SMALL_SINE | {"supplies": (260e3, 320e3)}
 
 
 def run(given: Parameters, job: Job) -> Results:

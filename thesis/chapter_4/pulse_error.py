@@ -3,8 +3,6 @@
 The thesis: the full model's error is about 7 times smaller in deflation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -27,6 +25,7 @@ from thesis.frame import Array, Axes, Figure, Job, Report, Results, number, opti
 DIRECTIONS = {"inflation": 1.0, "deflation": 0.0}
 SIZE = (8.5, 6.4)
 RATIO = 7.0  # of the thesis
+SMALL = {"points": 32, "tests": 16, "channels": 1}
 
 
 @dataclass(frozen=True)
@@ -43,9 +42,6 @@ class Parameters:
     tested: tuple[float, ...] = option(
         (275e3, 305e3), "supply pressures of the pulses to predict [Pa gauge]"
     )
-
-
-SMALL = {"points": 32, "tests": 16, "channels": 1}
 
 
 def run(given: Parameters, job: Job) -> Results:

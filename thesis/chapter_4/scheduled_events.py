@@ -3,8 +3,6 @@
 The thesis: sub-millisecond accurate by scheduling ahead.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable
@@ -28,6 +26,7 @@ LEAD = 0.2  # from the command to the first event [s]
 SPACING = (0.07, 0.14)  # between events: above what the valves can follow [s]
 SHOWN = 3.0  # largest error in the picture, which holds those beyond it too [ms]
 CLOCKS = {"simulated": "simulated time", "wall": "wall clock"}
+SMALL = {"events": 30, "wall_events": 4, "channels": 2}
 
 
 @dataclass(frozen=True)
@@ -55,8 +54,8 @@ class ScheduledBox:
 
     def __init__(self, channels: int, events: int, seed: int) -> None:
         self.names = tuple(OUTLETS[:channels])
-        per_channel = [(value,) * channels for value in (BOTTLE, PRESSURE_LIMIT)]
-        settings = BoxSettings(self.names, *per_channel, ("time",) * channels)
+        n = channels
+        settings = BoxSettings(self.names, (BOTTLE,) * n, (PRESSURE_LIMIT,) * n, ("time",) * n)
         self.box = PneumaticBox(settings, load_calibration(None, channels))
         self.bench = EmbeddedBench(self.names, np.full(channels, BOTTLE), box_of(0), seed)
         random = np.random.default_rng(seed)
@@ -92,60 +91,51 @@ class ScheduledBox:
         """Whether all events have acted."""
         return bool((self._next >= len(self.acted)).all())
 
-    @property
-    def errors(self) -> Array:
-        """Acted less planned times of all events [s]."""
-        return np.asarray((self.acted - self.planned).ravel())
-
-
-SMALL = {"events": 30, "wall_events": 4, "channels": 2}
-
 
 def run(given: Parameters, job: Job) -> Results:
-    """Errors of all events [s], in simulated time and by the wall clock."""
+    """Errors of all events [s]: samples exactly every 2 ms, and by the wall clock."""
     job.progress("simulated time", 0.0)
-    simulated = in_simulated_time(given, given.seed)
+    pretended = ScheduledBox(given.channels, given.events, given.seed)
+    simulated = errors_of(pretended, lambda: pretended.bench.time, _without_waiting)
     job.progress("wall clock", 0.5)
-    return {"simulated": simulated, "wall": by_the_wall_clock(given, given.seed)}
+    real, began = ScheduledBox(given.channels, given.wall_events, given.seed), time.monotonic()
+    wall = errors_of(real, lambda: time.monotonic() - began, _every_period)
+    return {"simulated": simulated, "wall": wall}
 
 
-def in_simulated_time(given: Parameters, seed: int) -> Array:
-    """Errors of the events when the samples come exactly every 2 ms [s]."""
-    run = ScheduledBox(given.channels, given.events, seed)
-    while not run.box.ready:
-        run.sample(lambda: run.bench.time)
-    run.schedule(run.box.time + LEAD)
-    while not run.done:
-        run.sample(lambda: run.bench.time)
-    return run.errors
+Step = Callable[[], None]
 
 
-def by_the_wall_clock(given: Parameters, seed: int) -> Array:
-    """Errors of the events in a loop at 500 Hz of the wall clock, samples stamped by it [s].
-
-    The loop runs at real-time priority where the system grants it, as the driver's can.
-    """
-    run = ScheduledBox(given.channels, given.wall_events, seed)
-    began, stop = time.monotonic(), threading.Event()
-
-    def clock() -> float:
-        return time.monotonic() - began
+def errors_of(
+    box: ScheduledBox, clock: Callable[[], float], loop: Callable[[Step, threading.Event], None]
+) -> Array:
+    """Errors of the events [s] when a loop samples the box, stamped by a clock [s]."""
+    stop, scheduled = threading.Event(), threading.Event()
 
     def step() -> None:
-        run.sample(clock)
-        if run.box.ready and np.isnan(scheduled[0]):
-            scheduled[0] = run.box.time + LEAD
-            run.schedule(scheduled[0])
-        if run.done:
+        box.sample(clock)
+        if box.box.ready and not scheduled.is_set():
+            scheduled.set()
+            box.schedule(box.box.time + LEAD)
+        if box.done:
             stop.set()
 
-    scheduled = [float("nan")]
+    loop(step, stop)
+    return np.asarray((box.acted - box.planned).ravel())
+
+
+def _without_waiting(step: Step, stop: threading.Event) -> None:
+    while not stop.is_set():
+        step()
+
+
+def _every_period(step: Step, stop: threading.Event) -> None:
+    """At real-time priority where the system grants it, as the driver's loop can."""
     set_priority(PRIORITY)
     try:
         DeadlineLoop(PERIOD).run(step, stop)
     finally:
         set_priority(0)
-    return run.errors
 
 
 def report(results: Results, given: Parameters) -> Report:

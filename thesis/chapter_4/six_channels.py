@@ -3,8 +3,6 @@
 The thesis: final error below 2.5 mg on all but one; shared about 4 times worse.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +24,7 @@ from thesis.chapter_4.boxes import OUTLETS, box_of, calibrated
 from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (8.5, 4.0)
+SMALL = SMALL_SINE | {"points": 36, "channels": 3}
 
 
 @dataclass(frozen=True)
@@ -33,9 +32,6 @@ class Parameters(SineOnBottles):
     """Options of the experiment."""
 
     channels: int = option(6, "outlets of the box [-]")
-
-
-SMALL = SMALL_SINE | {"points": 36, "channels": 3}
 
 
 def run(given: Parameters, job: Job) -> Results:

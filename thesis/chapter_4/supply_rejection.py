@@ -3,8 +3,6 @@
 The thesis: a supply that varies by 25 % has no discernible effect.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -26,6 +24,7 @@ from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (8.0, 5.6)
 NEXT_NOISE = 1000  # from the seed of one run to that of the next
+SMALL = SMALL_SINE | {"channels": 2, "turns": 1.0, "runs": 2}
 
 
 @dataclass(frozen=True)
@@ -40,15 +39,12 @@ class Parameters(SineOnBottles):
     turns: float = option(4.0, "how often the supply goes down and up during the sine [-]")
 
 
-SMALL = SMALL_SINE | {"channels": 2, "turns": 1.0, "runs": 2}
-
-
 def run(given: Parameters, job: Job) -> Results:
     """Calibrate a box; track the sine under a constant supply, and under one that varies."""
     box = box_of(given.seed)
     own = calibrated(box, given.channels, given.points, given.seed, job.progress, given.supplies)
     supplies = {"constant": lambda time: given.supply, "varied": varied(given)}
-    runs = {}
+    runs: Results = {}
     for run in range(given.runs):
         for name, supply in supplies.items():
             rig = on_bottles(box, own, given.seed + run * NEXT_NOISE)

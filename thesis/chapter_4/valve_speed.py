@@ -3,8 +3,6 @@
 The thesis: an order of magnitude is to be gained.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,14 +30,12 @@ COLOURS = (OTHER, FULL)
 DELAYS = {"slow": (0.020, 0.040), "fast": (0.001, 0.004), "foilless": (0.001, 0.004)}  # [s]
 SHORTEST = {"slow": (0.045, 0.06), "fast": (0.006, 0.008), "foilless": (0.006, 0.008)}
 LEAST_DEAD_VOLUME = 1e-10  # as if there were none [m3]
+SMALL = SMALL_SINE | {"channels": 1}
 
 
 @dataclass(frozen=True)
 class Parameters(SineOnBottles):
     """Options of the experiment."""
-
-
-SMALL = SMALL_SINE | {"channels": 1}
 
 
 def run(given: Parameters, job: Job) -> Results:

@@ -6,6 +6,7 @@ closed under mass control alone. The folder of the result gets bag/ and log/ of 
 
 from __future__ import annotations
 
+import shutil
 import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -36,11 +37,16 @@ class Parameters:
     seed: int = option(0, "of sensor noise and valve jitter [-]")
     modes: tuple[str, ...] = option(MODES, "controllers, in the order in which they are shown [-]")
 
+    def __post_init__(self) -> None:
+        if unknown := set(self.modes) - set(MODES):
+            raise ValueError(f"modes: expected of {', '.join(MODES)}, got {', '.join(unknown)}")
+
 
 def run(given: Parameters, job: Job) -> Results:
     """Push once under every controller; the pushes, and what was recorded over them."""
     with stopped_by_signals() as stopped:
         session = Session(job.folder, given.seed, job.progress, given.modes, stopped)
+        shutil.rmtree(session.bag, ignore_errors=True)  # of the run that this one replaces
         try:
             return as_results(read_courses(session.bag, session.run()))
         except Interrupted:

@@ -78,9 +78,9 @@ class Session:
         with PressBench(load_hand(HAND).channels[0], RECORDED) as bench:
             patience = Patience(launcher, bench, self.stopped)
             patience.wait_for_nodes()
-            pushes = []
+            pushes: list[Push] = []
             for mode in self.modes:
-                self.progress(f"pushed under {mode} control", len(pushes) / len(self.modes))
+                self.progress(f"push under {mode} control", len(pushes) / len(self.modes))
                 pushes.append(self._push(bench, patience, mode))
             return pushes
 
