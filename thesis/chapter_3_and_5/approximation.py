@@ -53,57 +53,32 @@ def _error(results: Results) -> Array:
 
 def report(results: Results, given: NoParameters) -> Report:
     """Errors of 5.3 at the stated points, and the other checks."""
-    error, u = _error(results), results["u"]
-    findings = []
+    error, u, findings = _error(results), np.array(results["u"]), []
     for place, stated in STATED.items():
         value = float(np.interp(place, u, error))
-        findings.append(
-            Finding(
-                f"error of 5.3 at u = {place:g}",
-                "matches well",
-                f"{value:+.1f} % (errata: {stated:+g})",
-                abs(value - stated) < 0.5,
-            )
-        )
+        what, ours = f"error of 5.3 at u = {place:g}", f"{value:+.1f} % (errata: {stated:+g})"
+        findings.append(Finding(what, "matches well", ours, abs(value - stated) < 0.5))
     straight, bent = results["rule_over_stiffness"]
-    angles = np.degrees([results["angle"], results["angle_printed"]])
-    return Report(
-        [
-            *findings,
-            Finding("limit of 5.3 for high pressure", "2", f"{results['limit']:.2f}"),
-            Finding(
-                "tip angle at 31 kPa, constant section",
-                "90 deg (another finger)",
-                f"exact {angles[0]:.1f}, by 5.2 {angles[1]:.1f} deg",
-            ),
-            Finding(
-                "rule 3.25 over 3.24, straight and far bent",
-                "over-, then underestimates by 2 (erratum: reversed)",
-                f"{straight:.2f}, {bent:.2f}",
-            ),
-            Finding(
-                "ratio of the side walls at d = 0.1 h",
-                "3.36",
-                f"{results['ratio']:.3f}; integrated {results['ratio_integrated']:.3f}",
-            ),
-            Finding(
-                "their share of the stiffness at d = 0.1 h",
-                "3.29",
-                f"{results['share']:.3f}; integrated {results['share_integrated']:.3f}",
-            ),
-        ],
-        conclude(results),
-    )
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
-    error, u = _error(results), np.array(results["u"])
+    exact, printed = np.degrees([results["angle"], results["angle_printed"]])
+    told = {
+        key: f"{results[key]:.3f}; integrated {results[f'{key}_integrated']:.3f}"
+        for key in ("ratio", "share")
+    }
+    rule, seen = "rule 3.25 over 3.24, straight and far bent", "over-, then underestimates by 2"
+    angle, angles = "tip angle at 31 kPa, constant section", f"exact {exact:.1f}, by 5.2"
+    findings += [
+        Finding("limit of 5.3 for high pressure", "2", f"{results['limit']:.2f}"),
+        Finding(angle, "90 deg (another finger)", f"{angles} {printed:.1f} deg"),
+        Finding(rule, f"{seen} (erratum: reversed)", f"{straight:.2f}, {bent:.2f}"),
+        Finding("ratio of the side walls at d = 0.1 h", "3.36", told["ratio"]),
+        Finding("their share of the stiffness at d = 0.1 h", "3.29", told["share"]),
+    ]
     used = error[u <= 1.6]  # the top stretched to 3.3 at most
-    return (
+    conclusion = (
         f"To u = 1.6, the pressure limit of the P10 fingers, eq. 5.3 errs by {used.min():+.0f} to "
         f"{used.max():+.0f} %, most at low pressure; the simulator uses the exact solution."
     )
+    return Report(findings, conclusion)
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:

@@ -74,52 +74,36 @@ def _slopes(results: Results, key: str) -> tuple[float, float]:
 
 def report(results: Results, given: Parameters) -> Report:
     """The simulator against the chains; how force grows with pressure."""
-    simulated = np.array(results["simulated"])
+    pressures, simulated = results["pressures"], np.array(results["simulated"])
     chain = 100.0 * np.abs(simulated / results["chain"] - 1.0).max()
     fine = 100.0 * np.abs(simulated[-3:] / results["fine_chain"] - 1.0).max()
     linear, bent = _slopes(results, "simulated"), _slopes(results, "section_moments")
     pieces = 100.0 * (results["with_pieces"] / simulated - 1.0)
-    return Report(
-        [
-            Finding(
-                "force at 20, 30, 50 kPa",
-                "printed as a curve without numbers; matches the finger",
-                ", ".join(
-                    f"{np.interp(p, results['pressures'], simulated):.2f}"
-                    for p in (20e3, 30e3, 50e3)
-                )
-                + " N",
-            ),
-            Finding(
-                "growth, 15-20 and 40-50 kPa",
-                "nonlinear as the finger's, with linear springs",
-                f"{linear[0]:.3f} and {linear[1]:.3f} N/kPa: {linear[1] / linear[0]:.2f} times",
-            ),
-            Finding(
-                "the same with the moments of section 3.4.3",
-                "-",
-                f"{bent[0]:.3f} and {bent[1]:.3f} N/kPa: {bent[1] / bent[0]:.2f} times",
-            ),
-            Finding(
-                "collision pieces along the outline, against boxes",
-                "-",
-                f"force {pieces.min():+.1f} to {pieces.max():+.1f} %",
-            ),
-            at_most("simulator against the same static chain", "-", chain, 0.1, "%"),
-            at_most("10 segments against 50, from 30 kPa", "-", fine, 1.0, "%"),
-        ],
-        conclude(results),
+    forces = ", ".join(f"{np.interp(p, pressures, simulated):.2f}" for p in (20e3, 30e3, 50e3))
+    printed = "printed as a curve without numbers; matches the finger"
+    growth = "nonlinear as the finger's, with linear springs"
+    moments, outline = (
+        "the same with the moments of section 3.4.3",
+        "collision pieces along the outline, against boxes",
     )
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
-    linear, bent = _slopes(results, "simulated"), _slopes(results, "section_moments")
-    return (
+    findings = [
+        Finding("force at 20, 30, 50 kPa", printed, f"{forces} N"),
+        Finding("growth, 15-20 and 40-50 kPa", growth, _growth(linear)),
+        Finding(moments, "-", _growth(bent)),
+        Finding(outline, "-", f"force {pieces.min():+.1f} to {pieces.max():+.1f} %"),
+        at_most("simulator against the same static chain", "-", chain, 0.1, "%"),
+        at_most(f"{given.segments} segments against {FINEST}, from 30 kPa", "-", fine, 1.0, "%"),
+    ]
+    conclusion = (
         f"Linear springs make the force grow {linear[1] / linear[0]:.1f} times as fast at high "
         "pressure as at low, because the free curvature does; the moments of the section itself "
         f"would make it grow {bent[1] / bent[0]:.1f} times as fast."
     )
+    return Report(findings, conclusion)
+
+
+def _growth(slope: tuple[float, float]) -> str:
+    return f"{slope[0]:.3f} and {slope[1]:.3f} N/kPa: {slope[1] / slope[0]:.2f} times"
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:

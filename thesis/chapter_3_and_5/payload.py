@@ -104,32 +104,21 @@ def report(results: Results, given: Parameters) -> Report:
     """How far the cylinder gives way, and whether it is at rest then; the thesis tells of the
     payload of RBO Hand 2 alone.
     """
-    findings = []
+    findings, words = [], []
     for hand, found in results["hands"].items():
         judged = hand == JUDGED_HAND
+        seen, limit = ("0.5 kg", f" (<= {1e3 * DRIFT:g})") if judged else ("-", "")
         if not found["touching"]:
             findings.append(Finding(hand, "-", LOST, False if judged else None))
-        for posture, hold in found["holds"].items():
-            way, moved = np.linalg.norm(hold["way"][-1]), drift(hold)
-            words = f"{1e3 * way:.1f} mm given way, {1e3 * moved:.2f} mm in the last second"
-            findings.append(
-                Finding(
-                    f"{hand}, {posture}",
-                    "0.5 kg" if judged else "-",
-                    words + (f" (<= {1e3 * DRIFT:g})" if judged else ""),
-                    moved <= DRIFT if judged else None,
-                )
-            )
-    return Report(findings, conclude(results))
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
-    words = []
-    for hand, found in results["hands"].items():
-        held = sum(drift(hold) <= DRIFT for hold in found["holds"].values())
+        drifts = {posture: drift(hold) for posture, hold in found["holds"].items()}
+        for posture, moved in drifts.items():
+            way = np.linalg.norm(found["holds"][posture]["way"][-1])
+            ours = f"{1e3 * way:.1f} mm given way, {1e3 * moved:.2f} mm in the last second{limit}"
+            met = moved <= DRIFT if judged else None
+            findings.append(Finding(f"{hand}, {posture}", seen, ours, met))
+        held = sum(moved <= DRIFT for moved in drifts.values())
         words.append(f"{hand} in {held} of {len(DIRECTIONS)}")
-    return f"Postures in which 0.5 kg stays in the hand: {'; '.join(words)}."
+    return Report(findings, f"Postures in which 0.5 kg stays in the hand: {'; '.join(words)}.")
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:

@@ -91,60 +91,35 @@ def bow(finger: dict[str, Any]) -> float:
 
 def report(results: Results, given: Parameters) -> Report:
     """How far the fingers leave the straight line."""
-    length, findings = results["length"], []
-    for pressure, finger, even_one in zip(
-        results["pressures"], results["tapered"], results["even"], strict=True
-    ):
-        findings.append(
-            Finding(
-                f"{pressure / 1e3:g} kPa (free: {np.degrees(finger['free_angle']):.0f} deg)",
-                "straight; the last 10 to 15 mm bend slightly forward",
-                f"off the line by {1e3 * bow(finger):.2f} mm, "
-                f"an even section by {1e3 * bow(even_one):.1f} mm",
-            )
-        )
-    low = 100.0 * bow(results["tapered"][0]) / length
+    length, pressures, findings = results["length"], results["pressures"], []
+    pairs = zip(pressures, results["tapered"], results["even"], strict=True)
+    for pressure, finger, even_one in pairs:
+        what = f"{pressure / 1e3:g} kPa (free: {np.degrees(finger['free_angle']):.0f} deg)"
+        ours = f"off the line by {1e3 * bow(finger):.2f} mm, an even section by"
+        seen = "straight; the last 10 to 15 mm bend slightly forward"
+        findings.append(Finding(what, seen, f"{ours} {1e3 * bow(even_one):.1f} mm"))
     lowest = results["tapered"][0]
+    low = 100.0 * bow(lowest) / length
     moment = lowest["force"] * lowest["touched_at"][1] / (lowest["static_force"] * length)
     angle = float(np.degrees(np.abs(results["bends_by_section_moments"]).max()))
-    return Report(
-        [
-            *findings,
-            at_most(
-                f"off the line at {results['pressures'][0] / 1e3:g} kPa, of the length",
-                "straight",
-                low,
-                1.0,
-                "%",
-            ),
-            at_most(
-                "largest joint angle with the moments of 3.4.3, to 60 kPa",
-                "straight",
-                angle,
-                1e-3,
-                "deg",
-            ),
-            at_most(
-                "moment about the base at the lowest pressure, against the static chain",
-                "-",
-                100.0 * abs(moment - 1.0),
-                1.0,
-                "%",
-            ),
-        ],
-        conclude(results),
+    whats = (
+        f"off the line at {pressures[0] / 1e3:g} kPa, of the length",
+        "largest joint angle with the moments of 3.4.3, to 60 kPa",
+        "moment about the base at the lowest pressure, against the static chain",
     )
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
+    findings += [
+        at_most(whats[0], "straight", low, 1.0, "%"),
+        at_most(whats[1], "straight", angle, 1e-3, "deg"),
+        at_most(whats[2], "-", 100.0 * abs(moment - 1.0), 1.0, "%"),
+    ]
     worst, other = (1e3 * bow(results[key][-1]) for key in ("tapered", "even"))
-    return (
+    conclusion = (
         "With the moments of section 3.4.3 the finger stays exactly straight. With linear springs "
-        f"it does at low pressure; at {results['pressures'][-1] / 1e3:g} kPa it leaves the line by "
+        f"it does at low pressure; at {pressures[-1] / 1e3:g} kPa it leaves the line by "
         f"{worst:.1f} mm (an even section: {other:.1f} mm), because the free curvature then "
         "depends on the height, which the springs do not know."
     )
+    return Report(findings, conclusion)
 
 
 def draw(figure: Figure, results: Results, report: Report) -> None:

@@ -82,48 +82,38 @@ def _scaled(results: Results) -> dict[str, Array]:
 
 def report(results: Results, given: Parameters) -> Report:
     """Each wall at the highest pressure; how far the rule carries from the thinnest."""
-    walls, scaled = results["walls"], _scaled(results)
-    low = results["pressures"].index(LOW)
-    findings = []
+    pressures, walls, findings = results["pressures"], results["walls"], []
+    scaled = _scaled(results)
+    thinnest, thickest = min(walls, key=float), max(walls, key=float)
+    low = pressures.index(LOW)
     for name, wall in walls.items():
-        angle, curvature = np.degrees(wall["simulated"]), np.array(wall["curvature"])
-        rule = 100.0 * (1.0 - np.array(wall["simulated"]) / scaled[name])
-        findings.append(
-            Finding(
-                f"{name} mm: tip angle at {results['pressures'][-1] / 1e3:g} kPa",
-                "no number; an arc of a circle",
-                f"{angle[-1]:.1f} deg; curvature of the last segment "
-                f"{100.0 * (curvature[-1] / curvature[0] - 1.0):+.0f} % against the first",
-            )
-        )
-        if name != min(walls, key=float):
+        angle, curvature = np.degrees(wall["simulated"][-1]), wall["curvature"]
+        rise = 100.0 * (curvature[-1] / curvature[0] - 1.0)
+        what = f"{name} mm: tip angle at {pressures[-1] / 1e3:g} kPa"
+        ours = f"{angle:.1f} deg; curvature of the last segment {rise:+.0f} % against the first"
+        findings.append(Finding(what, "no number; an arc of a circle", ours))
+        if name != thinnest:
+            rule = 100.0 * (1.0 - np.array(wall["simulated"]) / scaled[name])
+            what = f"{name} mm against {thinnest} mm scaled by the rule"
             seen = "stiffer than that at low pressure" if name == "5.5" else "agrees"
-            text = f"bends {_by(-rule[low])} at {LOW / 1e3:g} kPa, {_by(-rule[-1])} at the end"
-            findings.append(Finding(f"{name} mm against 2.5 mm scaled by the rule", seen, text))
+            ours = f"bends {_by(-rule[low])} at {LOW / 1e3:g} kPa, {_by(-rule[-1])} at the end"
+            findings.append(Finding(what, seen, ours))
     errors = [np.divide(wall["simulated"], wall["exact"]) - 1.0 for wall in walls.values()]
     worst = 100.0 * float(np.abs(errors).max())
     printed = [np.divide(wall["printed"], wall["exact"]) - 1.0 for wall in walls.values()]
     spread = f"{100.0 * np.min(printed):+.1f} to {100.0 * np.max(printed):+.1f} %"
-    return Report(
-        [
-            *findings,
-            at_most("tip angle, simulator against the exact integral", "-", worst, 0.1, "%"),
-            Finding("tip angle by eq. 5.3 against the exact one", "matches well", spread),
-        ],
-        conclude(results),
-    )
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
-    wall, scaled = np.array(results["walls"]["5.5"]["simulated"]), _scaled(results)["5.5"]
-    more = 100.0 * (wall / scaled - 1.0)
-    return (
+    findings += [
+        at_most("tip angle, simulator against the exact integral", "-", worst, 0.1, "%"),
+        Finding("tip angle by eq. 5.3 against the exact one", "matches well", spread),
+    ]
+    more = 100.0 * (np.array(walls[thickest]["simulated"]) / scaled[thickest] - 1.0)
+    conclusion = (
         "The simulator has the exact curve. Against the thin finger scaled by the rule, that of "
-        f"5.5 mm bends {_by(more[0])} at {results['pressures'][0] / 1e3:g} kPa and {_by(more[-1])} "
-        f"at {results['pressures'][-1] / 1e3:g} kPa. The thesis's bent less at low pressure, "
+        f"{thickest} mm bends {_by(more[0])} at {pressures[0] / 1e3:g} kPa and {_by(more[-1])} "
+        f"at {pressures[-1] / 1e3:g} kPa. The thesis's bent less at low pressure, "
         "which neither the exact curve nor eq. 5.3 explains."
     )
+    return Report(findings, conclusion)
 
 
 def _by(percent: float) -> str:
