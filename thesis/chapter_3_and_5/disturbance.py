@@ -181,23 +181,18 @@ def sliding_force(push: dict[str, Any], slid: float = SLID) -> float:
 
 def report(results: Results, given: Parameters) -> Report:
     """Sliding forces at every pressure; at the payload's pressure they are held to the thesis's."""
-    findings = []
+    findings, printed = [], f"{THESIS[0]:g}-{THESIS[1]:g} N, pressure not given"
     for grasp in results["grasps"]:
+        pressure = grasp["pressure"]
         for name, push in grasp["pushes"].items():
             force, way = sliding_force(push), np.interp(SLID, push["slip"], push["way"])
             others = ", ".join(
                 f"{1e3 * other:g} mm at {_shown(sliding_force(push, other))}" for other in OTHERS
             )
-            judged = grasp["pressure"] == JUDGED
-            findings.append(
-                Finding(
-                    f"{grasp['pressure'] / 1e3:g} kPa, {name}",
-                    f"{THESIS[0]:g}-{THESIS[1]:g} N, pressure not given",
-                    f"slides by {1e3 * SLID:g} mm at {_shown(force)}, when it has given way by "
-                    f"{1e3 * way:.0f} mm ({others})",
-                    bool(THESIS[0] <= force <= THESIS[1]) if judged else None,
-                )
-            )
+            ours = f"slides by {1e3 * SLID:g} mm at {_shown(force)}, when it has given way by"
+            met = bool(THESIS[0] <= force <= THESIS[1]) if pressure == JUDGED else None
+            what = f"{pressure / 1e3:g} kPa, {name}"
+            findings.append(Finding(what, printed, f"{ours} {1e3 * way:.0f} mm ({others})", met))
     return Report(findings, conclude(results))
 
 

@@ -27,6 +27,10 @@ COLOURS = {"mass": "tab:purple", "pressure": "tab:orange", "volume": "tab:blue"}
 LABELS = ("gauge pressure [kPa]", "[kPa]", "volume\n[cm3]", "air, estimated\n[mg]", "force\n[N]")
 AIR, AIR_SPAN = 2, 6.0  # row of the air mass, and what it shows to both sides [mg]
 LINE_SPACING = 1e-6  # of the lines of equal air mass [kg]
+EXPECTED = {  # valve openings; course of pressure and volume; more air than before
+    "mass": ("none", "along the line of equal air mass", "none"),
+    "others": ("some", "-", "-"),
+}
 RECORDED = ("time", "pressure", "volume", "mass", "force", "openings")
 
 
@@ -85,29 +89,18 @@ def report(results: Results, given: Parameters) -> Report:
     findings, told = [], []
     for course in courses_of(results):
         mode, count = course.push.mode, len(course.openings)
+        opened, line, same = EXPECTED["mass" if mode == "mass" else "others"]
         pressure, volume = 1e-3 * looks(course, course.pressure), 1e6 * looks(course, course.volume)
         change, left = 1e6 * enclosed_changes(course)
-        still = mode == "mass"
+        shown = ", ".join(f"{value:.1f}" for value in pressure) + " kPa; "
+        shown += ", ".join(f"{value:.2f}" for value in volume) + " cm3; "
+        shown += f"pressed with {course.pressed(course.force):.2f} N"
+        met = (count == 0) == (mode == "mass")
+        more = f"{mode} control: more air than before, by pressure and shape"
         findings += [
-            Finding(
-                f"{mode} control: valve openings",
-                "none" if still else "some",
-                f"{count}",
-                (count == 0) == still,
-                count,
-            ),
-            Finding(
-                f"{mode} control: free, pressed, free again",
-                "along the line of equal air mass" if still else "-",
-                f"{pressure[0]:.1f}, {pressure[1]:.1f}, {pressure[2]:.1f} kPa; {volume[0]:.2f}, "
-                f"{volume[1]:.2f}, {volume[2]:.2f} cm3; "
-                f"pressed with {course.pressed(course.force):.2f} N",
-            ),
-            Finding(
-                f"{mode} control: more air than before, by pressure and shape",
-                "none" if still else "-",
-                f"{change:+.2f} mg while pressed, {left:+.2f} mg after",
-            ),
+            Finding(f"{mode} control: valve openings", opened, f"{count}", met, count),
+            Finding(f"{mode} control: free, pressed, free again", line, shown),
+            Finding(more, same, f"{change:+.2f} mg while pressed, {left:+.2f} mg after"),
         ]
         told.append(
             f"{mode} control opened a valve {count} times, {pressure[0]:.1f} to {pressure[1]:.1f} "
