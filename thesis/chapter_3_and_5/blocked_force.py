@@ -14,6 +14,7 @@ from thesis.frame import Figure, Finding, Job, Report, Results, at_most, option
 SIZE = (6.0, 4.0)
 
 PRESSURES = (10e3, 15e3, 20e3, 30e3, 40e3, 50e3)  # [Pa]
+SMALL = {"segments": 5}
 BLOCK_BOTTOM = 0.07  # [m]
 FINEST = 50  # segments
 
