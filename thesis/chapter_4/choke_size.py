@@ -103,7 +103,7 @@ def report(results: Results, given: Parameters) -> Report:
 
 
 def _thesis(diameter: float) -> str:
-    return "2.5" if abs(diameter - 0.2e-3) < 1e-9 else ""
+    return "2.5" if abs(diameter - 0.2e-3) < 1e-9 else "-"
 
 
 def slpm(flow: float) -> float:
