@@ -2,7 +2,7 @@
 PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
 
-.PHONY: setup demo lab-demo lab-story equilibrium test lint bench bench-lab bench-pneumatics pneumatics-experiments \
+.PHONY: setup demo lab-demo lab-story thesis equilibrium test lint bench bench-lab bench-pneumatics pneumatics-experiments \
 	pneumatics-figures docs figures lab-figure live-figure clean
 
 setup:
@@ -25,9 +25,13 @@ lab-demo: setup
 lab-story: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.lab_story $(if $(HIDE),--hide $(HIDE)) $(if $(SEED),--seed $(SEED))
 
-# A finger pressed on a table under mass, pressure and volume control, over ROS; out/equilibrium.
+# The thesis's experiments, results in out/thesis (ARGS="list", ARGS="run six_channels", ARGS="all --small").
+thesis: setup
+	@$(PYTHON_IN_VENV) -m thesis $(or $(ARGS),list)
+
+# A finger pressed on a table under mass, pressure and volume control, over ROS.
 equilibrium: setup
-	@$(PYTHON_IN_VENV) -m thesis.equilibrium_point $(if $(SEED),--seed $(SEED))
+	@$(PYTHON_IN_VENV) -m thesis run equilibrium_point --force $(if $(SEED),--seed $(SEED))
 
 # In two processes; one of them runs all tests that start nodes (ARGS="test/docs"; ARGS="-n 0": in one).
 test: setup
@@ -48,13 +52,12 @@ bench-lab: setup
 bench-pneumatics: setup
 	@$(PYTHON_IN_VENV) -m bench.pneumatics $(ARGS)
 
-# Every experiment of chapter 4 into out/pneumatics (ARGS="--seed 3").
+# Every experiment of chapter 4 (ARGS="--seed 3").
 pneumatics-experiments: setup
-	@$(PYTHON_IN_VENV) -m thesis.chapter_4 all --force $(ARGS)
+	@$(PYTHON_IN_VENV) -m thesis all chapter_4 --force $(ARGS)
 
 # The pictures and tables of docs/thesis/pneumatics-experiments.md, from the latest results.
 pneumatics-figures: setup
-	@$(PYTHON_IN_VENV) -m thesis.chapter_4.page --copy docs/figures/pneumatics
 	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/thesis/pneumatics-experiments.md
 
 # The simulator: speed beside the prototype and the thesis, random trials, borders of success; ten

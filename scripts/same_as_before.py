@@ -19,6 +19,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 SKIPPED = {"real_time_factor", "seconds", "written", "created", "versions", "wall_time"}
 HANDS = {"surface_constrained": 4, "rbo_hand_1_from_above": 3}  # strategy: seeds at each step
 STEPS = (0.001, 0.002, 0.005)
@@ -74,15 +76,15 @@ def diagnoses(out: Path) -> None:
 def chapter_4(out: Path) -> None:
     """Three experiments on the pretended bench of chapter 4."""
     for name in CHAPTER_4:
-        run("thesis.chapter_4", name, "--out", str(out / name))
+        run("thesis", "run", name, "--out", str(out / name))
 
 
 def chapters_3_and_5(out: Path) -> None:
     """All experiments of chapters 3 and 5."""
-    from thesis.chapter_3_and_5.command import EXPERIMENTS
+    from thesis.frame import experiments
 
-    for name in EXPERIMENTS:
-        run("thesis.chapter_3_and_5", name, "--out", str(out / name))
+    for name in experiments("chapter_3_and_5"):
+        run("thesis", "run", name, "--out", str(out / name))
 
 
 def record(out: Path, parts: list[str]) -> None:
@@ -124,7 +126,7 @@ def differences(before: Any, after: Any, where: str = "") -> Iterator[str]:
 def compare(before: Path, after: Path) -> int:
     """Print the differences of two records; 1 if there are any."""
     files = sorted(path.relative_to(before) for path in before.rglob("*") if path.is_file())
-    kept = [path for path in files if path.suffix in (".json", ".csv", ".txt")]
+    kept = [path for path in files if path.suffix in (".json", ".csv", ".txt", ".npz")]
     different = 0
     for path in kept:
         found = list(_file_differences(before / path, after / path))
@@ -136,12 +138,51 @@ def compare(before: Path, after: Path) -> int:
 
 
 def _file_differences(before: Path, after: Path) -> Iterator[str]:
+    if before.parts[-3] in ("chapter_4", "chapters_3_and_5"):
+        after = after if after.suffix == ".npz" else after.with_name("result.json")
     if not after.exists():
         yield "missing"
+    elif before.suffix == ".npz":
+        yield from differences(_arrays(before), _arrays(after))
+    elif after.name == "result.json":
+        one = _thesis_content(before)
+        other = _thesis_content(after)
+        yield from differences(one, {key: other.get(key) for key in one})
     elif before.suffix == ".json":
         yield from differences(json.loads(before.read_text()), json.loads(after.read_text()))
     elif before.read_text() != after.read_text():
         yield "other text"
+
+
+def _arrays(path: Path) -> dict[str, Any]:
+    """Arrays of a result of the thesis; those of more axes were once kept in single precision."""
+    with np.load(path) as kept:
+        arrays = {key: kept[key] for key in kept.files}
+    return {k: (v.astype(np.float32) if v.ndim > 1 else v).tolist() for k, v in arrays.items()}
+
+
+def _thesis_content(path: Path) -> dict[str, Any]:
+    """What a result of the thesis says, in the keys of today's result.json.
+
+    Before there was one frame, chapter 4 had `settings` and `seed` (today `parameters`), `metrics`
+    with a `name` each (`findings`, `what`; no finding of the thesis was "", today "-") and a
+    verdict without a capital and a stop; chapters 3 and 5 had results.json and verdict.txt.
+    """
+    if path.suffix == ".txt":
+        return {"verdict": path.read_text().strip()}
+    content = json.loads(path.read_text())
+    if "metrics" in content:
+        verdict = content["verdict"]
+        rows = [[m["name"], m["value"], m["unit"], m["thesis"] or "-"] for m in content["metrics"]]
+        return {
+            "parameters": content["settings"] | {"seed": content["seed"]},
+            "findings": rows,
+            "verdict": f"{verdict[0].upper()}{verdict[1:]}.",
+        }
+    if "findings" in content:
+        rows = [[f["what"], f["value"], f["unit"], f["thesis"]] for f in content["findings"]]
+        return content | {"findings": rows}
+    return {"results": content["results"]}
 
 
 def main() -> int:

@@ -1,1 +1,1 @@
-"""The thesis's experiments made again, outside the installed packages."""
+"""The thesis's experiments, made again on one frame: `python -m thesis list`."""

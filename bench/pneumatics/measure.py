@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from softhand_model.pneumatics import Pneumatics
-from thesis.chapter_4 import pulse_error, six_channels, supply_rejection
+from thesis.chapter_4 import MG, pulse_error, six_channels, supply_rejection
 from thesis.chapter_4.bench_run import Sine, final_drift
 from thesis.chapter_4.boxes import box_of, calibrated
 from thesis.chapter_4.finger_posture import Fingers, on_fingers
-from thesis.chapter_4.report import MG, Report, quiet
+from thesis.frame import Job, Report
 
 OFFSET = 0.014 * 250e3  # the whole accuracy class of a channel's sensor [Pa]
 NO_ERROR = 1e-9  # of full scale
@@ -35,10 +37,19 @@ def measure(group: str, seed: int, size: Size) -> list[float]:
     return MEASURES[group](seed, size)
 
 
+def quiet(what: str, share: float) -> None:
+    """Progress that nobody hears."""
+
+
+def reported(experiment: Any, given: Any) -> Report:
+    """Report of an experiment of chapter 4 with these parameters."""
+    return experiment.report(experiment.run(given, Job(Path(), quiet)), given)
+
+
 def pulses(seed: int, size: Size) -> list[float]:
     """Errors of single pulses, over the baseline's and over the noise of the ground truth."""
-    settings = pulse_error.Settings(tests=size.tests, channels=size.channels)
-    found = pulse_error.report(pulse_error.simulate(settings, seed, quiet), settings)
+    given = pulse_error.Parameters(seed=seed, tests=size.tests, channels=size.channels)
+    found = reported(pulse_error, given)
     return [
         found["deflation: baseline / full model"],
         found["deflation: full model / noise"],
@@ -48,10 +59,10 @@ def pulses(seed: int, size: Size) -> list[float]:
 
 def sine(seed: int, size: Size) -> list[float]:
     """Drift and tracking of all channels with own and with shared calibrations."""
-    settings = six_channels.Settings(
-        points=size.points, channels=size.channels, duration=size.duration
+    given = six_channels.Parameters(
+        seed=seed, points=size.points, channels=size.channels, duration=size.duration
     )
-    found = six_channels.report(six_channels.simulate(settings, seed, quiet), settings)
+    found = reported(six_channels, given)
     return [
         found["final drift, worst channel, by the sensors"],
         found["final drift, worst channel, true"],
@@ -81,13 +92,10 @@ def exact_sensors(box: Pneumatics) -> Pneumatics:
 
 def supply(seed: int, size: Size) -> list[float]:
     """Size of the change of the tracking error under a supply that varies [%], of several runs."""
-    settings = supply_rejection.Settings(
-        channels=size.channels, duration=size.duration, runs=size.runs
+    given = supply_rejection.Parameters(
+        seed=seed, channels=size.channels, duration=size.duration, runs=size.runs
     )
-    found: Report = supply_rejection.report(
-        supply_rejection.simulate(settings, seed, quiet), settings
-    )
-    return [abs(found["change of the tracking error"])]
+    return [abs(reported(supply_rejection, given)["change of the tracking error"])]
 
 
 def loop(seed: int, size: Size) -> list[float]:

@@ -1,18 +1,12 @@
-"""Curvature over pressure: the approximation 5.3 against the exact solution (Fig. 5.5), and the
-other rules of chapter 3 against what they stand for.
+"""Curvature over pressure: approximation 5.3, rule and exact solution (Fig. 5.5).
+
+And the other rules of chapter 3 against what they stand for.
 """
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softhand_model.hand import section
-from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from thesis.frame import Array, Figure, Finding, Job, NoParameters, Report, Results
 
 HEIGHT, WALL, MODULUS = 0.02, 0.002, 67e3  # [m, m, Pa]
 LARGEST = 5.0  # u = p*h/(8*G*d)
@@ -20,7 +14,7 @@ STATED = {0.3: 8.4, 1.5: -1.2, 5.0: 12.0}  # error of 5.3 [%] at u, from the tab
 THIN = (1.0, 1.0, 0.1, 0.1)  # height, width, wall and side wall over the height
 
 
-def simulate() -> Results:
+def run(given: NoParameters, job: Job) -> Results:
     """kappa*h over u by the rule 3.32, by 5.3 and exactly (ratio = 1), and single checks."""
     u = np.linspace(0.0, LARGEST, 251)[1:]
     exact = section.free_stretch(2.0 * u) - 1.0
@@ -53,63 +47,41 @@ def _angle(curvature, size: tuple[float, ...]) -> float:
     return 0.09 * float(curvature(31e3, *size, 1.1 * MODULUS))
 
 
-def _error(results: Results) -> np.ndarray:
+def _error(results: Results) -> Array:
     return 100.0 * (np.array(results["printed"]) / results["exact"] - 1.0)
 
 
-def report(results: Results) -> list[Finding]:
+def report(results: Results, given: NoParameters) -> Report:
     """Errors of 5.3 at the stated points, and the other checks."""
-    error, u = _error(results), results["u"]
-    findings = []
+    error, u, findings = _error(results), np.array(results["u"]), []
     for place, stated in STATED.items():
         value = float(np.interp(place, u, error))
-        findings.append(
-            Finding(
-                f"error of 5.3 at u = {place:g}",
-                "matches well",
-                f"{value:+.1f} % (errata: {stated:+g})",
-                abs(value - stated) < 0.5,
-            )
-        )
+        what, ours = f"error of 5.3 at u = {place:g}", f"{value:+.1f} % (errata: {stated:+g})"
+        findings.append(Finding(what, "matches well", ours, abs(value - stated) < 0.5))
     straight, bent = results["rule_over_stiffness"]
-    angles = np.degrees([results["angle"], results["angle_printed"]])
-    return [
-        *findings,
+    exact, printed = np.degrees([results["angle"], results["angle_printed"]])
+    told = {
+        key: f"{results[key]:.3f}; integrated {results[f'{key}_integrated']:.3f}"
+        for key in ("ratio", "share")
+    }
+    rule, seen = "rule 3.25 over 3.24, straight and far bent", "over-, then underestimates by 2"
+    angle, angles = "tip angle at 31 kPa, constant section", f"exact {exact:.1f}, by 5.2"
+    findings += [
         Finding("limit of 5.3 for high pressure", "2", f"{results['limit']:.2f}"),
-        Finding(
-            "tip angle at 31 kPa, constant section",
-            "90 deg (another finger)",
-            f"exact {angles[0]:.1f}, by 5.2 {angles[1]:.1f} deg",
-        ),
-        Finding(
-            "rule 3.25 over 3.24, straight and far bent",
-            "over-, then underestimates by 2 (erratum: reversed)",
-            f"{straight:.2f}, {bent:.2f}",
-        ),
-        Finding(
-            "ratio of the side walls at d = 0.1 h",
-            "3.36",
-            f"{results['ratio']:.3f}; integrated {results['ratio_integrated']:.3f}",
-        ),
-        Finding(
-            "their share of the stiffness at d = 0.1 h",
-            "3.29",
-            f"{results['share']:.3f}; integrated {results['share_integrated']:.3f}",
-        ),
+        Finding(angle, "90 deg (another finger)", f"{angles} {printed:.1f} deg"),
+        Finding(rule, f"{seen} (erratum: reversed)", f"{straight:.2f}, {bent:.2f}"),
+        Finding("ratio of the side walls at d = 0.1 h", "3.36", told["ratio"]),
+        Finding("their share of the stiffness at d = 0.1 h", "3.29", told["share"]),
     ]
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
-    error, u = _error(results), np.array(results["u"])
     used = error[u <= 1.6]  # the top stretched to 3.3 at most
-    return (
+    conclusion = (
         f"To u = 1.6, the pressure limit of the P10 fingers, eq. 5.3 errs by {used.min():+.0f} to "
         f"{used.max():+.0f} %, most at low pressure; the simulator uses the exact solution."
     )
+    return Report(findings, conclusion)
 
 
-def draw(figure: Figure, results: Results) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Curves as in Fig. 5.5, and the error of 5.3."""
     left, right = figure.subplots(1, 2)
     u = np.array(results["u"])
@@ -123,13 +95,3 @@ def draw(figure: Figure, results: Results) -> None:
     right.axhline(0.0, color="0.6", lw=1)
     right.set(xlabel="u [-]", ylabel="error of 5.3 [%]", xlim=(0, None))
     right.legend(fontsize=8)
-
-
-EXPERIMENT = Experiment(
-    "approximation",
-    "curvature over pressure: approximation 5.3, rule and exact solution (Fig. 5.5)",
-    simulate,
-    report,
-    conclude,
-    draw,
-)

@@ -1,9 +1,7 @@
-"""Torque at the base of a bent finger whose tip is moved (section 5.2.4, Figs. 5.12-5.14).
+"""Torque at the base of a finger bent by 90 deg whose tip is moved (Figs. 5.12-5.14).
 
 Held is the middle of the last link but one, which is where the last segment begins: the joint in
 that segment is left to itself, as the segment is rigid where it is gripped.
-
-Torque at the base of a bent finger whose tip is moved (section 5.2.4, Figs. 5.12-5.14).
 
 The finger lies level, its base towards the camera, and bends upwards: the thesis's axes x (left to
 right), y (along the finger at its base) and z (up) are y, z and x of the finger's frame here. The
@@ -11,14 +9,10 @@ thesis's recorded motion is not printed; here the tip is moved as a point force 
 move the finger, by 10 mm, and rolled about its own axis by 30 deg.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pybullet
-from numpy.typing import NDArray
 from scipy.optimize import brentq, root
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -28,17 +22,46 @@ from softhand_model.equilibrium.shooting import Front, straight_links
 from softhand_model.equilibrium.spatial import HeldChain, Hold
 from softhand_model.hand.actuator import Actuator, load_actuator
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
-from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
 from thesis.chapter_3_and_5.stand import FingerStand
+from thesis.frame import Array, Figure, Finding, Job, Report, Results, at_most, option
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
-
+SIZE = (8.0, 6.0)
+PRESSURE, ANGLE = 31e3, np.pi / 2.0  # [Pa, rad], both as the thesis states them
+SEGMENTS = 10
+LEFT, UP = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+PUSHES = (("left", LEFT), ("right", -LEFT), ("down", -UP), ("up", UP))
+ROLLED = "rolled"
+AXES = {"x": 1, "y": 2, "z": 0}  # the thesis's axes in the finger's frame
+SECTION = SpringModel(lateral="section", twist="section")
+MODELS = {
+    "thesis's": THESIS,
+    "section's": SECTION,
+    "twist-stiff": SpringModel(twist=2.0),
+    "rubber's": SpringModel(bending="curvature"),
+}
+LEAST = 0.5  # [mN m]: changes of smaller torques are not told
+CURVES = (  # of the figure: key of the results, style, label
+    ("simulated", {"color": "C0", "lw": 4, "alpha": 0.5}, "simulator"),
+    ("chain", {"color": "k", "ls": "", "marker": "o", "ms": 3.5, "mfc": "none"}, "static chain"),
+    ("stiffer_in_twist", {"color": "C1", "lw": 1}, "twice as stiff in twist"),
+    ("section", {"color": "C2", "lw": 1}, "by section"),
+    ("rubber", {"color": "C3", "lw": 1, "ls": "--"}, "by 3.24"),
+)
 STRONGEST = 1e4  # [N, N m] of the constraint
 MOVING = 60  # steps from one pose to the next
 FORCE, MOMENT = 1.0, 0.05  # [N, N m] units of the search
+SMALL = {"shares": (0.0, 1.0)}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Options of the experiment."""
+
+    shift: float = option(0.010, "by which the tip is pushed [m]")
+    roll: float = option(float(np.radians(30.0)), "by which it is rolled about its own axis [rad]")
+    shares: tuple[float, ...] = option(
+        (0.0, 0.33, 0.67, 1.0, 0.67, 0.33), "poses of one disturbance, there and back [-]"
+    )
 
 
 @dataclass(frozen=True)
@@ -46,7 +69,7 @@ class Pose:
     """Place (3,) [m] and orientation in the frame of the finger's base."""
 
     place: Array
-    turn: Rotation
+    orientation: Rotation
 
 
 class Grip:
@@ -68,7 +91,7 @@ class Grip:
             (self._point - layout.center[self._link]).tolist(),
             (self._held.place + stand.origin).tolist(),
             [0, 0, 0, 1],
-            self._held.turn.as_quat().tolist(),
+            self._held.orientation.as_quat().tolist(),
             physicsClientId=stand.client,
         )
         self._command(self._held)
@@ -76,17 +99,17 @@ class Grip:
     def pose(self) -> Pose:
         """Where the gripped point is."""
         simulation = self._stand.simulation
-        places, turns, _ = simulation.shape.frames(simulation.bodies.q)
-        turn = turns[self._link]
-        return Pose(places[self._link] + turn @ self._point, Rotation.from_matrix(turn))
+        places, axes, _ = simulation.shape.frames(simulation.bodies.q)
+        own = axes[self._link]
+        return Pose(places[self._link] + own @ self._point, Rotation.from_matrix(own))
 
     def move(self, pose: Pose, pressure: float) -> None:
         """Go to a pose, the chamber at a pressure [Pa], and wait until the finger is at rest."""
-        ends = Rotation.concatenate([self._held.turn, pose.turn])
-        turns = Slerp([0.0, 1.0], ends)
+        ends = Rotation.concatenate([self._held.orientation, pose.orientation])
+        between = Slerp([0.0, 1.0], ends)
         for share in np.linspace(0.0, 1.0, MOVING + 1)[1:]:
             place = self._held.place + share * (pose.place - self._held.place)
-            self._command(Pose(place, turns(share)))
+            self._command(Pose(place, between(share)))
             self._stand.step(pressure)
         self._held = pose
         self._stand.rest(pressure)
@@ -95,7 +118,7 @@ class Grip:
         pybullet.changeConstraint(
             self._constraint,
             (pose.place + self._stand.origin).tolist(),
-            pose.turn.as_quat().tolist(),
+            pose.orientation.as_quat().tolist(),
             maxForce=STRONGEST,
             physicsClientId=self._stand.client,
         )
@@ -145,27 +168,6 @@ def pushed(chain: SegmentChain, rest: Array, direction: Array, distance: float) 
     return Pose(reached.place[:, 0], Rotation.from_matrix(reached.turn[:, :, 0]))
 
 
-PRESSURE, ANGLE = 31e3, np.pi / 2.0  # [Pa, rad], both as the thesis states them
-SEGMENTS = 10
-SHIFT, ROLL = 0.010, np.radians(30.0)  # [m, rad]
-SHARES = (0.0, 0.33, 0.67, 1.0, 0.67, 0.33)  # of one disturbance, there and back
-LEFT, UP = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
-PUSHES = (("left", LEFT), ("right", -LEFT), ("down", -UP), ("up", UP))
-ROLLED = "rolled"
-AXES = {"x": 1, "y": 2, "z": 0}  # the thesis's axes in the finger's frame
-STIFFER = SpringModel(twist=2.0)
-SECTION = SpringModel(lateral="section", twist="section")
-RUBBER = SpringModel(bending="curvature")
-LEAST = 0.5  # [mN m]: changes of smaller torques are not told
-CURVES = (  # of the figure: key of the results, style, label
-    ("simulated", {"color": "C0", "lw": 4, "alpha": 0.5}, "simulator"),
-    ("chain", {"color": "k", "ls": "", "marker": "o", "ms": 3.5, "mfc": "none"}, "static chain"),
-    ("stiffer_in_twist", {"color": "C1", "lw": 1}, "twice as stiff in twist"),
-    ("section", {"color": "C2", "lw": 1}, "by section"),
-    ("rubber", {"color": "C3", "lw": 1, "ls": "--"}, "by 3.24"),
-)
-
-
 def actuator() -> Actuator:
     """A P10 finger of a rubber with which the stated pressure gives the stated angle."""
     finger = load_actuator("P10.finger")
@@ -173,55 +175,57 @@ def actuator() -> Actuator:
     return finger.with_modulus(scale)
 
 
-def course(stand: FingerStand, start: Pose) -> list[tuple[str, Pose]]:
+def course(stand: FingerStand, start: Pose, given: Parameters) -> list[tuple[str, Pose]]:
     """Poses of the gripped point: every push twice, then three rolls to either side."""
     chain, rest = gripped_part(stand.chain), stand.rest_angles(PRESSURE)[:-1]
     poses = []
     for name, direction in PUSHES:
-        once = [(name, pushed(chain, rest, direction, share * SHIFT)) for share in SHARES]
-        poses += once + once
+        ways = [share * given.shift for share in given.shares]
+        poses += 2 * [(name, pushed(chain, rest, direction, way)) for way in ways]
     for side in (1.0, -1.0) * 3:
-        for share in SHARES:
-            roll = Rotation.from_rotvec([0.0, 0.0, side * share * ROLL])
-            poses.append((ROLLED, Pose(start.place, start.turn * roll)))
+        for share in given.shares:
+            roll = Rotation.from_rotvec([0.0, 0.0, side * share * given.roll])
+            poses.append((ROLLED, Pose(start.place, start.orientation * roll)))
     return [*poses, (ROLLED, start)]
 
 
-def simulate() -> Results:
+def run(given: Parameters, job: Job) -> Results:
     """Torques on the base along the course, in the thesis's axes: simulator and static chain with
     the thesis's springs and with those of the section, and the simulator with other springs.
     """
     finger = actuator()
-    names, goals = plan(finger)
-    poses, torques = _measure(finger, goals)
-    turned, of_section = _measure(finger, goals, SECTION)
+    names, goals = plan(finger, given)
+    moved: dict[str, tuple[list[Pose], Array]] = {}
+    for key, springs in MODELS.items():
+        job.progress(f"{key} springs", len(moved) / len(MODELS))
+        moved[key] = _measure(finger, goals, springs)
+    poses, torques = moved["thesis's"]
+    section_poses, of_section = moved["section's"]
     return {
         "pressure": PRESSURE,
         "shear_modulus": finger.shear_modulus,
-        "shift": SHIFT,
-        "roll": ROLL,
+        "shift": given.shift,
+        "roll": given.roll,
         "disturbance": names,
         "places": [pose.place.tolist() for pose in poses],
         "simulated": _named(torques),
         "chain": _named(_of_chain(finger, poses)),
         "section": _named(of_section),
-        "section_chain": _named(_of_chain(finger, turned, SECTION)),
-        "stiffer_in_twist": _named(_measure(finger, goals, STIFFER)[1]),
-        "rubber": _named(_measure(finger, goals, RUBBER)[1]),
+        "section_chain": _named(_of_chain(finger, section_poses, SECTION)),
+        "stiffer_in_twist": _named(moved["twist-stiff"][1]),
+        "rubber": _named(moved["rubber's"][1]),
     }
 
 
-def plan(finger: Actuator) -> tuple[list[str], list[Pose]]:
+def plan(finger: Actuator, given: Parameters) -> tuple[list[str], list[Pose]]:
     """Names and poses of the course, as the thesis's springs give them."""
     with FingerStand(finger, SEGMENTS) as stand:
         stand.settle(PRESSURE)
-        names, goals = zip(*course(stand, Grip(stand).pose()), strict=True)
+        names, goals = zip(*course(stand, Grip(stand).pose(), given), strict=True)
     return list(names), list(goals)
 
 
-def _measure(
-    finger: Actuator, goals: list[Pose], springs: SpringModel = THESIS
-) -> tuple[list[Pose], np.ndarray]:
+def _measure(finger: Actuator, goals: list[Pose], springs: SpringModel) -> tuple[list[Pose], Array]:
     """Poses and torques (k, 3) [N m] along the course."""
     poses, torques = [], []
     with FingerStand(finger, SEGMENTS, with_sensor=True, springs=springs) as stand:
@@ -234,18 +238,18 @@ def _measure(
     return poses, np.array(torques)
 
 
-def _of_chain(finger: Actuator, poses: list[Pose], springs: SpringModel = THESIS) -> np.ndarray:
+def _of_chain(finger: Actuator, poses: list[Pose], springs: SpringModel = THESIS) -> Array:
     """Torques (k, 3) [N m] of the static chain in these poses."""
     with FingerStand(finger, SEGMENTS, springs=springs) as stand:
         chain, rest = gripped_part(stand.chain), stand.rest_angles(PRESSURE)[:-1]
     joints = springs_of(chain, np.repeat(rest[:, None], len(poses), axis=1))
     places = np.array([pose.place for pose in poses]).T
-    turns = np.moveaxis(np.array([pose.turn.as_matrix() for pose in poses]), 0, -1)
-    load = HeldChain(chain).base_load(Hold(joints, places, turns))
+    axes = np.moveaxis(np.array([pose.orientation.as_matrix() for pose in poses]), 0, -1)
+    load = HeldChain(chain).base_load(Hold(joints, places, axes))
     return np.where(load.settled, load.torque, np.nan).T
 
 
-def _named(torques: np.ndarray) -> dict[str, list[float]]:
+def _named(torques: Array) -> dict[str, list[float]]:
     return {axis: torques[:, column].tolist() for axis, column in AXES.items()}
 
 
@@ -257,16 +261,16 @@ def _peak(results: Results, key: str, axis: str, name: str) -> float:
 
 def _repeat(results: Results) -> float:
     """Largest difference [N m] between the first and the second time of a push."""
-    named, count = np.array(results["disturbance"]), len(SHARES)
+    named = np.array(results["disturbance"])
     gaps = [
-        np.abs(values[:count] - values[count : 2 * count]).max()
+        np.abs(np.subtract(*np.split(values, 2))).max()
         for name, _ in PUSHES
         for values in (np.array(results["simulated"][axis])[named == name] for axis in AXES)
     ]
     return float(max(gaps))
 
 
-def report(results: Results) -> list[Finding]:
+def report(results: Results, given: Parameters) -> Report:
     """Peaks of every disturbance; simulator against the static chain; what twist does."""
     named, findings = [*(name for name, _ in PUSHES), ROLLED], []
     seen = {
@@ -287,14 +291,14 @@ def report(results: Results) -> list[Finding]:
     ):
         worst = 100.0 * _gap(results, key, of_chain)
         what += " against the static chain, of the peak"
-        findings.append(Finding.at_most(what, "-", worst, 0.1, "%"))
+        findings.append(at_most(what, "-", worst, 0.1, "%"))
     largest = max(np.abs(results["simulated"][axis]).max() for axis in AXES)
     repeat = 100.0 * _repeat(results) / float(largest)
     what = "second push against the first, of the peak"
     findings.append(
-        Finding.at_most(what, "drifts: the finger has 1 to 2 mm of hysteresis", repeat, 0.1, "%")
+        at_most(what, "drifts: the finger has 1 to 2 mm of hysteresis", repeat, 0.1, "%")
     )
-    return [*findings, *_other_springs(results)]
+    return Report([*findings, *_other_springs(results)], conclude(results))
 
 
 def _gap(results: Results, key: str, of_chain: str) -> float:
@@ -344,7 +348,7 @@ def conclude(results: Results) -> str:
     )
 
 
-def draw(figure: Figure, results: Results) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Torques about the three axes along the course, as in Fig. 5.14."""
     panels = figure.subplots(3, 1, sharex=True)
     steps = np.arange(len(results["disturbance"]))
@@ -355,9 +359,10 @@ def draw(figure: Figure, results: Results) -> None:
         axes.set_ylabel(f"{axis} ({words[axis]})\n[mN m]")
         axes.axhline(0.0, color="0.7", lw=0.5)
     named = np.array(results["disturbance"])
+    over = panels[0].get_xaxis_transform()  # data along x, share of the panel along y
     for name in dict.fromkeys(results["disturbance"]):
         place = np.flatnonzero(named == name)
-        panels[0].text(place.mean(), 1.02, name, ha="center", transform=_over(panels[0]))
+        panels[0].text(place.mean(), 1.02, name, ha="center", transform=over)
         for axes in panels:
             axes.axvline(place[0] - 0.5, color="0.8", lw=0.8)
     figure.legend(
@@ -367,19 +372,3 @@ def draw(figure: Figure, results: Results) -> None:
         f"number of the pose [-]: pushes by {1e3 * results['shift']:g} mm and back, twice; "
         f"rolls by {np.degrees(results['roll']):g} deg to either side, three times"
     )
-
-
-def _over(axes):
-    """Data along x, share of the panel along y."""
-    return axes.get_xaxis_transform()
-
-
-EXPERIMENT = Experiment(
-    "base_torque",
-    "torque at the base of a finger bent by 90 deg whose tip is moved (Figs. 5.12-5.14)",
-    simulate,
-    report,
-    conclude,
-    draw,
-    (8.0, 6.0),
-)

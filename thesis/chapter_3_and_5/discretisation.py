@@ -1,37 +1,47 @@
-"""How many segments a finger needs: its tip blocked, and free at every pressure (section 5.2.1,
-Fig. 5.8).
-
-How many segments a finger needs: its tip blocked, 3 to 50 segments (section 5.2.1, Fig. 5.8),
-and free at every pressure up to its limit.
+"""Segments that a finger needs: tip blocked, and free at every pressure (5.2.1, Fig. 5.8).
 
 A PyBullet body reports at most 30 spherical joints, so 50 segments are the static discrete chain of
-`softhand_model.equilibrium.planar`, which the simulator is compared with at all the other numbers.
+`softhand_model.equilibrium.planar`, which the simulator is compared with at all other numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand_model.chain.free_response import segment_angles
 from softhand_model.equilibrium.planar import planar_finger
 from softhand_model.hand.actuator import Actuator, load_actuator
-from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
 from thesis.chapter_3_and_5.stand import FingerStand
 from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of, line_of
+from thesis.frame import Array, Axes, Figure, Finding, Job, Report, Results, at_most, option
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
+SIZE = (13.0, 3.8)
 
 PRESSURES = 101  # from 0 to the limit
 MOST = 40  # segments that are tried
 TARGET = 1.0  # [% of the length] that a tip may be off
+ACTUATOR = "P10.finger"
+SWEPT = ("P10.finger", "P10.thumb", "P5")
+FINEST = 50  # as a static chain
+JUDGED = 10  # segments that are held to a target
+BLOCK_BOTTOM = 0.07  # [m]
+SHARES = np.linspace(0.0, 1.0, 201)  # of the length, where shapes are compared
+SMALL = {"segments": (10,)}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Options of the experiment."""
+
+    pressure: float = option(40e3, "in the blocked finger [Pa]")
+    gap: float = option(0.015, "from the straight finger to the block [m]")
+    segments: tuple[int, ...] = option((3, 5, 10, 20), "in the simulator, 10 among them [-]")
+
+    def __post_init__(self) -> None:
+        if JUDGED not in self.segments:
+            raise ValueError(f"segments must have {JUDGED} among them, got {self.segments}")
 
 
 def free_tips(actuator: Actuator, segments: int, pressures: Array) -> Array:
@@ -43,10 +53,10 @@ def free_tips(actuator: Actuator, segments: int, pressures: Array) -> Array:
     [[0.0, 0.09]]
     """
     angles = segment_angles(actuator, segments, pressures)[0]
-    turned = np.hstack([np.zeros((len(angles), 1)), np.cumsum(angles, axis=1)])
+    tangent = np.hstack([np.zeros((len(angles), 1)), np.cumsum(angles, axis=1)])
     along = np.full(segments + 1, actuator.length / segments)
     along[[0, -1]] /= 2.0
-    return np.stack([np.sin(turned) @ along, np.cos(turned) @ along], axis=1)
+    return np.stack([np.sin(tangent) @ along, np.cos(tangent) @ along], axis=1)
 
 
 def sweep(actuator: Actuator, segments: Sequence[int], finest: int) -> dict[str, Any]:
@@ -88,39 +98,31 @@ def holds_up_to(swept: dict[str, Any], segments: int) -> float:
     return float(swept["pressure"][beyond[0] - 1 if len(beyond) else -1])
 
 
-ACTUATOR = "P10.finger"
-SWEPT = ("P10.finger", "P10.thumb", "P5")
-SEGMENTS = (3, 5, 10, 20)  # in the simulator
-FINEST = 50  # as a static chain
-JUDGED = 10  # segments that are held to a target
-PRESSURE, GAP = 40e3, 0.015  # [Pa, m]
-BLOCK_BOTTOM = 0.07  # [m]
-SHARES = np.linspace(0.0, 1.0, 201)  # of the length, where shapes are compared
-
-
-def simulate() -> Results:
+def run(given: Parameters, job: Job) -> Results:
     """Fingers that press on a block (force, tip, line of the passive layer), and free ones."""
     length = load_actuator(ACTUATOR).length
-    fingers = {str(count): {"static": _static(count)} for count in (*SEGMENTS, FINEST)}
-    for count in SEGMENTS:
-        fingers[str(count)]["simulated"] = _simulated(count)
+    counts = given.segments
+    fingers = {str(count): {"static": _static(count, given)} for count in (*counts, FINEST)}
+    for k, count in enumerate(counts):
+        job.progress(f"{count} segments", k / len(counts))
+        fingers[str(count)]["simulated"] = _simulated(count, given)
     return {
-        "pressure": PRESSURE,
-        "gap": GAP,
+        "pressure": given.pressure,
+        "gap": given.gap,
         "length": length,
         "fingers": fingers,
         "free_at_limit": _free_at_limit(),
-        "swept": {name: sweep(load_actuator(name), SEGMENTS, FINEST) for name in SWEPT},
+        "swept": {name: sweep(load_actuator(name), counts, FINEST) for name in SWEPT},
     }
 
 
-def _simulated(segments: int) -> dict[str, Any]:
+def _simulated(segments: int, given: Parameters) -> dict[str, Any]:
     with FingerStand(load_actuator(ACTUATOR), segments) as stand:
-        stand.settle(PRESSURE)
+        stand.settle(given.pressure)
         free_tip = stand.line()[-1, [0, 2]]
         stand.settle(0.0)
-        block = stand.block(GAP, BLOCK_BOTTOM)
-        stand.settle(PRESSURE)
+        block = stand.block(given.gap, BLOCK_BOTTOM)
+        stand.settle(given.pressure)
         touch = stand.touch(block)
         return {
             "force": touch.force,
@@ -143,13 +145,13 @@ def _free_at_limit() -> dict[str, Any]:
     return {"simulated": simulated.tolist(), "static": static.tolist()}
 
 
-def _static(segments: int) -> dict[str, Any]:
+def _static(segments: int, given: Parameters) -> dict[str, Any]:
     actuator = load_actuator(ACTUATOR)
-    found = blocked_finger(actuator, segments, PRESSURE, GAP)
+    found = blocked_finger(actuator, segments, given.pressure, given.gap)
     model = chain_of(actuator, segments)
     finger = planar_finger(model.segments)
     line = line_of(finger, found.angles)
-    free_line = line_of(finger, model.rest_rotation([PRESSURE])[:, 1])
+    free_line = line_of(finger, model.rest_rotation([given.pressure])[:, 1])
     return {
         "force": found.tip_force,
         "tip_angle": float(found.angles.sum()),
@@ -158,15 +160,18 @@ def _static(segments: int) -> dict[str, Any]:
     }
 
 
-def report(results: Results) -> list[Finding]:
+def report(results: Results, given: Parameters) -> Report:
     """Each number of segments against 50, blocked and free; the simulator against the static
     chain.
     """
-    return [
-        *(_blocked_row(results, count) for count in SEGMENTS),
-        *(_swept_row(name, swept) for name, swept in results["swept"].items()),
-        *_simulator_rows(results),
-    ]
+    return Report(
+        [
+            *(_blocked_row(results, count) for count in _counts(results)),
+            *(_swept_row(name, swept) for name, swept in results["swept"].items()),
+            *_simulator_rows(results),
+        ],
+        conclude(results),
+    )
 
 
 def _blocked_row(results: Results, count: int) -> Finding:
@@ -175,13 +180,13 @@ def _blocked_row(results: Results, count: int) -> Finding:
     finger, finest = fingers[str(count)]["simulated"], fingers[str(FINEST)]["static"]
     force = 100.0 * abs(finger["force"] / finest["force"] - 1.0)
     gaps = _gaps(results, count)
-    turn = np.degrees(finger["tip_angle"] - finest["tip_angle"])
+    angle = np.degrees(finger["tip_angle"] - finest["tip_angle"])
     return Finding(
         f"{count} against {FINEST} segments, blocked at {results['pressure'] / 1e3:g} kPa",
         "deviates at the tip" if count == 3 else "same shape but at the tip",
         f"shape off by {gaps.max():.2g} % of the length at most, at "
         f"{100.0 * SHARES[gaps.argmax()]:.0f} % of it; tip {gaps[-1]:.2g} %, force {force:.2g} %, "
-        f"tip angle {turn:+.2g} deg"
+        f"tip angle {angle:+.2g} deg"
         + (f" (all but the angle <= {TARGET:g} %)" if count == JUDGED else ""),
         bool(max(gaps.max(), force) <= TARGET) if count == JUDGED else None,
     )
@@ -199,18 +204,20 @@ def _swept_row(name: str, swept: dict[str, Any]) -> Finding:
     )
 
 
+def _counts(results: Results) -> list[int]:
+    return [int(count) for count in results["fingers"] if int(count) != FINEST]
+
+
 def _simulator_rows(results: Results) -> list[Finding]:
     errors = [
         100.0 * abs(pair["simulated"]["force"] / pair["static"]["force"] - 1.0)
-        for pair in (results["fingers"][str(count)] for count in SEGMENTS)
+        for pair in (results["fingers"][str(count)] for count in _counts(results))
     ]
     free = results["free_at_limit"]
     apart = 100.0 * float(np.hypot(*np.subtract(free["simulated"], free["static"])))
     return [
-        Finding.at_most(
-            "force, simulator against the same static chain", "-", max(errors), 0.1, "%"
-        ),
-        Finding.at_most(
+        at_most("force, simulator against the same static chain", "-", max(errors), 0.1, "%"),
+        at_most(
             f"free tip at the pressure limit, {JUDGED} segments, against the same chain",
             "-",
             apart / results["length"],
@@ -220,7 +227,7 @@ def _simulator_rows(results: Results) -> list[Finding]:
     ]
 
 
-def _gaps(results: Results, count: int) -> np.ndarray:
+def _gaps(results: Results, count: int) -> Array:
     """Distances [% of the length] to the shape of FINEST segments at SHARES of the length."""
     fingers = results["fingers"]
     lines = (fingers[str(count)]["simulated"]["line"], fingers[str(FINEST)]["static"]["line"])
@@ -228,7 +235,7 @@ def _gaps(results: Results, count: int) -> np.ndarray:
     return 100.0 * np.linalg.norm(coarse - fine, axis=1) / results["length"]
 
 
-def _at(line: list[list[float]], share: np.ndarray) -> np.ndarray:
+def _at(line: list[list[float]], share: Array) -> Array:
     places = np.array(line)
     gone = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
     return np.stack([np.interp(share, gone / gone[-1], column) for column in places.T], axis=1)
@@ -236,7 +243,9 @@ def _at(line: list[list[float]], share: np.ndarray) -> np.ndarray:
 
 def conclude(results: Results) -> str:
     """What came out."""
-    blocked = ", ".join(f"{count}: {_gaps(results, count).max():.2g} %" for count in SEGMENTS)
+    blocked = ", ".join(
+        f"{count}: {_gaps(results, count).max():.2g} %" for count in _counts(results)
+    )
     free = "; ".join(
         f"{name} to {holds_up_to(swept, JUDGED) / 1e3:.0f} of {swept['pressure'][-1] / 1e3:g} kPa "
         f"({swept['enough'][-1]} segments do to the end)"
@@ -249,10 +258,10 @@ def conclude(results: Results) -> str:
     )
 
 
-def draw(figure: Figure, results: Results) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Distance of the blocked shapes to that of 50 segments, and of free tips over pressure."""
     blocked, *free = figure.subplots(1, 1 + len(results["swept"]), width_ratios=(1.3, 1, 1, 1))
-    for color, count in enumerate(SEGMENTS):
+    for color, count in enumerate(_counts(results)):
         blocked.plot(100.0 * SHARES, _gaps(results, count), f"C{color}", label=f"{count} segments")
     blocked.set(
         xlabel="place along the finger [%]",
@@ -268,22 +277,11 @@ def draw(figure: Figure, results: Results) -> None:
 
 def _draw_free(axes: Axes, name: str, swept: dict[str, Any]) -> None:
     pressure = np.array(swept["pressure"]) / 1e3
-    for color, count in enumerate(SEGMENTS):
-        axes.semilogy(pressure, swept["off"][str(count)], f"C{color}", lw=1)
+    for color, off in enumerate(swept["off"].values()):
+        axes.semilogy(pressure, off, f"C{color}", lw=1)
     axes.axhline(TARGET, color="0.5", ls=":", lw=1)
     axes.set_title(f"{name}, free tip", fontsize=9)
     axes.set(xlabel="pressure [kPa]", xlim=(0, pressure[-1]), ylim=(0.01, 100.0))
-    turns = axes.twinx()
-    turns.plot(pressure, swept["enough"], "k", lw=1, ls="--")
-    turns.set(ylim=(0, 40), ylabel=f"segments for {TARGET:g} % (dashed)")
-
-
-EXPERIMENT = Experiment(
-    "discretisation",
-    "P10 finger of 3 to 50 segments with its tip blocked (Fig. 5.8), and free at every pressure",
-    simulate,
-    report,
-    conclude,
-    draw,
-    (13.0, 3.8),
-)
+    enough = axes.twinx()
+    enough.plot(pressure, swept["enough"], "k", lw=1, ls="--")
+    enough.set(ylim=(0, 40), ylabel=f"segments for {TARGET:g} % (dashed)")

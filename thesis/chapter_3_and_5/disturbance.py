@@ -1,25 +1,32 @@
-"""The force at which a held cylinder slides in RBO Hand 2 (section 7.3.1, Fig. 7.10 b-d).
-
-The force at which a held cylinder slides in RBO Hand 2 (section 7.3.1, Fig. 7.10 b-d).
-"""
+"""Force at which a cylinder slides in RBO Hand 2 (7.3.1, Fig. 7.10)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.simulation import Simulation
-from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
 from thesis.chapter_3_and_5.held_cylinder import STEP, Grasp, HeldCylinder
+from thesis.frame import Array, Figure, Finding, Job, Report, Results, option
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
+SIZE = (9.0, 5.0)
+HAND, PLACE = "rbo_hand_2", (0.055, 0.0, 0.115)
+OUTER_PALM = 1.5  # pressure of channel d over that of the others: its wall is thicker
+DIRECTIONS = {  # [-] in the wrist's frame
+    "out of the palm": (1.0, 0.0, 0.0),
+    "along the fingers": (0.0, 0.0, 1.0),
+    "across the fingers": (0.0, 1.0, 0.0),
+}
+LARGEST = 16.0  # [N]
+SLID = 0.003  # [m] that the cylinder has slid on what touches it when it counts as slid
+OTHERS = (0.001, 0.010)  # [m] for which the force is told beside it
+FAR = 0.060  # [m] of its way where a push is ended: it has run away
+SAMPLED = 5  # steps from one look at the slip to the next
+JUDGED = 60e3  # [Pa], at which the hand carries its payload
+THESIS = (6.0, 8.0)  # [N]; the pressure is not given
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,9 @@ class Touching:
     part_axes: Array
 
 
-def slid(before: Touching, after_object: tuple[Array, Array], after_parts: tuple[Array, Array]):
+def slid(
+    before: Touching, after_object: tuple[Array, Array], after_parts: tuple[Array, Array]
+) -> float:
     """Mean way [m], weighed by the normal forces, by which the object has slid along the surfaces
     that touched it, from one instant to the place and axes of a later one; 0 where nothing touched.
     """
@@ -77,8 +86,8 @@ class SlipMeter:
         return self.way
 
     def _object(self) -> tuple[Array, Array]:
-        place, turn = self._simulation.object_pose()
-        return place - self._origin(), Rotation.from_quat(turn).as_matrix()
+        place, quaternion = self._simulation.object_pose()
+        return place - self._origin(), Rotation.from_quat(quaternion).as_matrix()
 
     def _origin(self) -> Array:
         return np.array(self._simulation.scene.wrist_position)
@@ -104,34 +113,33 @@ class SlipMeter:
         return touching, joints
 
 
-HAND, PLACE = "rbo_hand_2", (0.055, 0.0, 0.115)
-PRESSURES = (45e3, 52e3, 60e3, 70e3)  # [Pa] of fingers, thumb and inner palm
-OUTER_PALM = 1.5  # pressure of channel d over that of the others: its wall is thicker
-DIRECTIONS = {  # [-] in the wrist's frame
-    "out of the palm": (1.0, 0.0, 0.0),
-    "along the fingers": (0.0, 0.0, 1.0),
-    "across the fingers": (0.0, 1.0, 0.0),
-}
-RATE, LARGEST = 4.0, 16.0  # [N/s], [N]
-SLID = 0.003  # [m] that the cylinder has slid on what touches it when it counts as slid
-OTHERS = (0.001, 0.010)  # [m] for which the force is told beside it
-FAR = 0.060  # [m] of its way where a push is ended: it has run away
-SAMPLED = 5  # steps from one look at the slip to the next
-JUDGED = 60e3  # [Pa], at which the hand carries its payload
-THESIS = (6.0, 8.0)  # [N]; the pressure is not given
+SMALL = {"pressures": (JUDGED,), "rate": 16.0}
 
 
-def pushed(held: HeldCylinder, direction: tuple[float, float, float]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Parameters:
+    """Options of the experiment."""
+
+    pressures: tuple[float, ...] = option(
+        (45e3, 52e3, 60e3, 70e3), "of fingers, thumb and inner palm; 60 kPa among them [Pa]"
+    )
+    rate: float = option(4.0, "of the growing force [N/s]")
+
+    def __post_init__(self) -> None:
+        if JUDGED not in self.pressures or not self.rate > 0.0:
+            raise ValueError(f"pressures must have {JUDGED:g} Pa, rate be above 0, got {self}")
+
+
+def pushed(
+    held: HeldCylinder, direction: tuple[float, float, float], rate: float
+) -> dict[str, Any]:
     """Force [N] growing in a direction, how far [m] the cylinder has moved, and how far [m] it has
     slid on the links that touch it.
     """
-    start, meter, found = (
-        held.place,
-        SlipMeter(held.simulation),
-        {"force": [], "way": [], "slip": []},
-    )
-    for k in range(round(LARGEST / RATE / STEP)):
-        force = RATE * STEP * (k + 1)
+    start, meter = held.place, SlipMeter(held.simulation)
+    found: dict[str, list[float]] = {"force": [], "way": [], "slip": []}
+    for k in range(round(LARGEST / rate / STEP)):
+        force = rate * STEP * (k + 1)
         held.load(force * np.array(direction))
         if (k + 1) % SAMPLED:
             continue
@@ -143,17 +151,18 @@ def pushed(held: HeldCylinder, direction: tuple[float, float, float]) -> dict[st
     return found
 
 
-def simulate() -> Results:
+def run(given: Parameters, job: Job) -> Results:
     """Pushes in three directions at every pressure, each from the same grasp."""
-    grasps = []
-    for pressure in PRESSURES:
+    grasps: list[dict[str, Any]] = []
+    for pressure in given.pressures:
+        job.progress(f"{pressure / 1e3:g} kPa", len(grasps) / len(given.pressures))
         channels = (pressure, pressure, pressure, OUTER_PALM * pressure)
         with HeldCylinder(Grasp(HAND, PLACE, channels)) as held:
-            saved, pushes = held.save(), {}
+            saved, pushes = held.simulation.save(), {}
             for name, direction in DIRECTIONS.items():
-                held.restore(saved)
-                pushes[name] = pushed(held, direction)
-            held.restore(saved)
+                held.simulation.restore(saved)
+                pushes[name] = pushed(held, direction, given.rate)
+            held.simulation.restore(saved)
             grasps.append({"pressure": pressure, "touching": held.touching(), "pushes": pushes})
     return {"grasps": grasps}
 
@@ -170,26 +179,21 @@ def sliding_force(push: dict[str, Any], slid: float = SLID) -> float:
     return float(np.interp(slid, reached, push["force"]))
 
 
-def report(results: Results) -> list[Finding]:
+def report(results: Results, given: Parameters) -> Report:
     """Sliding forces at every pressure; at the payload's pressure they are held to the thesis's."""
-    findings = []
+    findings, printed = [], f"{THESIS[0]:g}-{THESIS[1]:g} N, pressure not given"
     for grasp in results["grasps"]:
+        pressure = grasp["pressure"]
         for name, push in grasp["pushes"].items():
             force, way = sliding_force(push), np.interp(SLID, push["slip"], push["way"])
             others = ", ".join(
                 f"{1e3 * other:g} mm at {_shown(sliding_force(push, other))}" for other in OTHERS
             )
-            judged = grasp["pressure"] == JUDGED
-            findings.append(
-                Finding(
-                    f"{grasp['pressure'] / 1e3:g} kPa, {name}",
-                    f"{THESIS[0]:g}-{THESIS[1]:g} N, pressure not given",
-                    f"slides by {1e3 * SLID:g} mm at {_shown(force)}, when it has given way by "
-                    f"{1e3 * way:.0f} mm ({others})",
-                    bool(THESIS[0] <= force <= THESIS[1]) if judged else None,
-                )
-            )
-    return findings
+            ours = f"slides by {1e3 * SLID:g} mm at {_shown(force)}, when it has given way by"
+            met = bool(THESIS[0] <= force <= THESIS[1]) if pressure == JUDGED else None
+            what = f"{pressure / 1e3:g} kPa, {name}"
+            findings.append(Finding(what, printed, f"{ours} {1e3 * way:.0f} mm ({others})", met))
+    return Report(findings, conclude(results))
 
 
 def _shown(force: float) -> str:
@@ -217,7 +221,7 @@ def conclude(results: Results) -> str:
     )
 
 
-def draw(figure: Figure, results: Results) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Slip, and way beneath it, over force in each direction."""
     panels = figure.subplots(2, len(DIRECTIONS), sharex=True, sharey="row")
     for (upper, lower), name in zip(panels.T, DIRECTIONS, strict=True):
@@ -232,14 +236,3 @@ def draw(figure: Figure, results: Results) -> None:
     panels[0, 0].set(ylabel="slid on the hand [mm]", xlim=(0, LARGEST), ylim=(0, 10))
     panels[1, 0].set(ylabel="way [mm]", ylim=(0, 1e3 * FAR))
     panels[0, 0].legend(fontsize=8, title="grey: thesis", title_fontsize=8)
-
-
-EXPERIMENT = Experiment(
-    "disturbance",
-    "force at which a cylinder slides in RBO Hand 2 (7.3.1, Fig. 7.10)",
-    simulate,
-    report,
-    conclude,
-    draw,
-    (9.0, 5.0),
-)

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from types import TracebackType
-from typing import Any
 
 import numpy as np
 import pybullet
-from numpy.typing import NDArray
 
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.effects.load import STANDARD_GRAVITY
-from softhand_model.gas import GAS_CONSTANT
-from thesis.chapter_3_and_5.stand import SENSOR
-
-Array = NDArray[np.float64]
+from thesis.chapter_3_and_5.stand import SENSOR, fill
+from thesis.frame import Array
 
 STEP = 0.002  # [s]
 CLOSING, CALM = 1.5, 1.0  # [s] in which the pressures rise, and the cylinder comes to rest
@@ -65,12 +60,7 @@ class HeldCylinder:
     def __enter__(self) -> HeldCylinder:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *reason: object) -> None:
         self.simulation.close()
 
     @property
@@ -85,14 +75,6 @@ class HeldCylinder:
     def load(self, force: Array) -> None:
         """One step under a force (3,) [N] at the cylinder's centre, its weight held up."""
         self._step(force, 1.0)
-
-    def save(self) -> dict[str, Any]:
-        """Snapshot to return to with `restore`."""
-        return self.simulation.save()
-
-    def restore(self, saved: dict[str, Any]) -> None:
-        """Return to a snapshot."""
-        self.simulation.restore(saved)
 
     def _put(self, place: Array) -> None:
         pybullet.resetBasePositionAndOrientation(
@@ -122,10 +104,7 @@ class HeldCylinder:
     def _step(self, force: Array, share: float) -> None:
         """One step with the channels at a share of the pressures; they stay open to the supply."""
         simulation = self.simulation
-        volumes = simulation.air.volumes(simulation.bodies.rotations())
-        content = (share * self._pressures + simulation.ambient) * volumes
-        rest = simulation.ambient * simulation.air.rest_volumes
-        simulation.set_air_masses((content - rest) / (GAS_CONSTANT * simulation.temperature))
+        fill(simulation, share * self._pressures)
         lift = simulation.object_mass * STANDARD_GRAVITY
         pybullet.applyExternalForce(
             simulation.object_id,

@@ -1,19 +1,16 @@
-"""Half a kilogram held by each hand, with its weight in every direction (section 7.3.1)."""
+"""Payload of 0.5 kg in both hands, in six postures (7.3.1)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from softhand_model.effects.load import STANDARD_GRAVITY
-from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
 from thesis.chapter_3_and_5.held_cylinder import STEP, Grasp, HeldCylinder
+from thesis.frame import Figure, Finding, Job, Report, Results, option
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+SIZE = (9.0, 4.0)
 
-MASS = 0.5  # [kg]
 HAND_2, HAND_1 = "rbo_hand_2", "rbo_hand_1"
 PLACE_2, PLACE_1 = (0.055, 0.0, 0.115), (0.062, 0.0, 0.100)  # [m] of the cylinder in the hands
 ENOUGH = 17  # segments: the joints of a P5 then do not come to their stops up to its limit
@@ -36,33 +33,53 @@ LOADING, HOLDING = 1.5, 1.5  # [s]
 JUDGED = 1.0  # [s] at the end of the hold
 DRIFT = 0.001  # [m] that a held object may move in that time
 LOST = "squeezed out while the hand closes, before any weight acts"
+SMALL = {"grasps": (JUDGED_HAND,)}
 
 
-def weighed(held: HeldCylinder, direction: tuple[float, float, float]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Parameters:
+    """Options of the experiment."""
+
+    mass: float = option(0.5, "of the cylinder [kg]")
+    grasps: tuple[str, ...] = option(tuple(GRASPS), "hands and pressures, by name [-]")
+
+    def __post_init__(self) -> None:
+        if unknown := set(self.grasps) - set(GRASPS):
+            raise ValueError(f"grasps: expected of {', '.join(GRASPS)}, got {', '.join(unknown)}")
+
+
+def weighed(
+    held: HeldCylinder, direction: tuple[float, float, float], mass: float
+) -> dict[str, Any]:
     """Times [s] and ways [m] of the cylinder while its weight grows and is held."""
     start, times, ways = held.place, [], []
     for k in range(round((LOADING + HOLDING) / STEP)):
         share = min(1.0, (k + 1) * STEP / LOADING)
-        held.load(share * MASS * STANDARD_GRAVITY * np.array(direction))
+        held.load(share * mass * STANDARD_GRAVITY * np.array(direction))
         if k % 10 == 9:
             times.append((k + 1) * STEP)
             ways.append((held.place - start).tolist())
     return {"time": times, "way": ways}
 
 
-def simulate() -> Results:
+def run(given: Parameters, job: Job) -> Results:
     """The weight in every direction, each from the same grasp; none where the closing hand has
     lost the cylinder.
     """
-    return {"hands": {name: _held(grasp) for name, grasp in GRASPS.items()}}
+    hands: Results = {}
+    for name in given.grasps:
+        job.progress(name, len(hands) / len(given.grasps))
+        hands[name] = held_up(GRASPS[name], given.mass)
+    return {"hands": hands}
 
 
-def _held(grasp: Grasp) -> dict[str, Any]:
-    with HeldCylinder(grasp, MASS) as held:
-        saved, holds, touching = held.save(), {}, held.touching()
+def held_up(grasp: Grasp, mass: float) -> dict[str, Any]:
+    """How a hand holds the cylinder of a mass [kg] in all directions, if it holds it at all."""
+    with HeldCylinder(grasp, mass) as held:
+        saved, holds, touching = held.simulation.save(), {}, held.touching()
         for posture, direction in DIRECTIONS.items() if touching else ():
-            held.restore(saved)
-            holds[posture] = weighed(held, direction)
+            held.simulation.restore(saved)
+            holds[posture] = weighed(held, direction, mass)
     return {
         "pressures": list(grasp.pressures),
         "segments": grasp.segments,
@@ -83,39 +100,28 @@ def drift(hold: dict[str, Any]) -> float:
     return float(np.linalg.norm(ways[begin:] - ways[-1], axis=1).max())
 
 
-def report(results: Results) -> list[Finding]:
+def report(results: Results, given: Parameters) -> Report:
     """How far the cylinder gives way, and whether it is at rest then; the thesis tells of the
     payload of RBO Hand 2 alone.
     """
-    findings = []
+    findings, words = [], []
     for hand, found in results["hands"].items():
         judged = hand == JUDGED_HAND
+        seen, limit = ("0.5 kg", f" (<= {1e3 * DRIFT:g})") if judged else ("-", "")
         if not found["touching"]:
             findings.append(Finding(hand, "-", LOST, False if judged else None))
-        for posture, hold in found["holds"].items():
-            way, moved = np.linalg.norm(hold["way"][-1]), drift(hold)
-            words = f"{1e3 * way:.1f} mm given way, {1e3 * moved:.2f} mm in the last second"
-            findings.append(
-                Finding(
-                    f"{hand}, {posture}",
-                    "0.5 kg" if judged else "-",
-                    words + (f" (<= {1e3 * DRIFT:g})" if judged else ""),
-                    moved <= DRIFT if judged else None,
-                )
-            )
-    return findings
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
-    words = []
-    for hand, found in results["hands"].items():
-        held = sum(drift(hold) <= DRIFT for hold in found["holds"].values())
+        drifts = {posture: drift(hold) for posture, hold in found["holds"].items()}
+        for posture, moved in drifts.items():
+            way = np.linalg.norm(found["holds"][posture]["way"][-1])
+            ours = f"{1e3 * way:.1f} mm given way, {1e3 * moved:.2f} mm in the last second{limit}"
+            met = moved <= DRIFT if judged else None
+            findings.append(Finding(f"{hand}, {posture}", seen, ours, met))
+        held = sum(moved <= DRIFT for moved in drifts.values())
         words.append(f"{hand} in {held} of {len(DIRECTIONS)}")
-    return f"Postures in which 0.5 kg stays in the hand: {'; '.join(words)}."
+    return Report(findings, f"Postures in which 0.5 kg stays in the hand: {'; '.join(words)}.")
 
 
-def draw(figure: Figure, results: Results) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Ways over time, of the grasps that hold the cylinder at all."""
     hands = {hand: found for hand, found in results["hands"].items() if found["holds"]}
     panels = figure.subplots(1, len(hands), sharex=True, sharey=True, squeeze=False)[0]
@@ -128,14 +134,3 @@ def draw(figure: Figure, results: Results) -> None:
         axes.set_xlabel("time [s]")
     panels[0].set(ylabel="way of 0.5 kg [mm]", xlim=(0, None), ylim=(0, None))
     panels[0].legend(fontsize=8, loc="upper left")
-
-
-EXPERIMENT = Experiment(
-    "payload",
-    "payload of 0.5 kg in both hands, in six postures (7.3.1)",
-    simulate,
-    report,
-    conclude,
-    draw,
-    (9.0, 4.0),
-)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from types import TracebackType
 
 import numpy as np
 import pybullet
-from numpy.typing import NDArray
 
 from pneuflex_sim.hand.collision import BOXES, ENVIRONMENT
 from pneuflex_sim.hand.wrist import WristParameters
@@ -19,8 +17,7 @@ from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
+from thesis.frame import Array
 
 FINGER = "finger"
 STEP = 0.001  # [s]
@@ -38,6 +35,14 @@ def hand_of(actuator: Actuator) -> HandDescription:
     """The hand `single_finger` with another actuator."""
     hand = load_hand("single_finger")
     return replace(hand, chains=(replace(hand.chain(FINGER), actuators={FINGER: actuator}),))
+
+
+def fill(simulation: Simulation, pressures: Array | float) -> None:
+    """Give the chambers the air that they hold at gauge pressures [Pa] as they are bent now."""
+    volumes = simulation.air.volumes(simulation.bodies.rotations())
+    content = (pressures + simulation.ambient) * volumes
+    rest = simulation.ambient * simulation.air.rest_volumes
+    simulation.set_air_masses((content - rest) / (GAS_CONSTANT * simulation.temperature))
 
 
 @dataclass(frozen=True)
@@ -81,12 +86,7 @@ class FingerStand:
     def __enter__(self) -> FingerStand:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *reason: object) -> None:
         self.simulation.close()
 
     @property
@@ -100,12 +100,8 @@ class FingerStand:
 
     def step(self, pressure: float) -> None:
         """One step with the chamber at a gauge pressure [Pa]."""
-        simulation = self.simulation
-        volumes = simulation.air.volumes(simulation.bodies.rotations())
-        content = (pressure + simulation.ambient) * volumes
-        rest = simulation.ambient * simulation.air.rest_volumes
-        simulation.set_air_masses((content - rest) / (GAS_CONSTANT * simulation.temperature))
-        simulation.step()
+        fill(self.simulation, pressure)
+        self.simulation.step()
         self._pressure = pressure
 
     def settle(self, pressure: float) -> None:

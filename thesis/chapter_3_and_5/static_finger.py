@@ -2,10 +2,7 @@
 step.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.equilibrium.planar import (
@@ -20,8 +17,7 @@ from softhand_model.equilibrium.planar import (
 from softhand_model.hand.actuator import Actuator
 from softhand_model.model_file import load_model
 from thesis.chapter_3_and_5.stand import FINGER, hand_of
-
-Array = NDArray[np.float64]
+from thesis.frame import Array
 
 
 def chain_of(actuator: Actuator, segments: int) -> ChainModel:
@@ -49,7 +45,7 @@ def line_of(finger: PlanarFinger, angles: Array) -> Array:
     >>> line_of(bar, np.array([np.pi / 2])).round(3).tolist()
     [[0.0, 0.0], [0.0, 0.05], [0.05, 0.05]]
     """
-    turned = np.concatenate([[0.0], np.cumsum(angles)])
+    tangent = np.concatenate([[0.0], np.cumsum(angles)])
     along = np.append(finger.offset, finger.tip)[:, None]
-    steps = along * np.stack([np.sin(turned), np.cos(turned)], axis=1)
+    steps = along * np.stack([np.sin(tangent), np.cos(tangent)], axis=1)
     return np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])

@@ -1,29 +1,31 @@
-"""A finger of linear stiffness stays straight with its tip blocked (section 3.5.2, Fig. 3.13)."""
+"""Finger of linear stiffness that stays straight with its tip blocked (Fig. 3.13)."""
 
-from __future__ import annotations
-
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from softhand_model.equilibrium.planar import exact_springs
 from softhand_model.hand.actuator import Actuator, load_actuator
 from softhand_model.hand.profile import ConstantProfile, TaperedProfile
-from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
 from thesis.chapter_3_and_5.stand import FingerStand
 from thesis.chapter_3_and_5.static_finger import blocked_finger
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from thesis.frame import Figure, Finding, Job, Report, Results, at_most, option
 
 LENGTH, HEIGHT = 0.09, 0.02  # [m]
-PRESSURES = (10e3, 20e3, 30e3, 40e3)  # [Pa]
 NEARLY_ROUND = 60e3  # [Pa] that bend the free finger to 357 deg; static chain only
 SEGMENTS = 10
 BLOCK_BOTTOMS = {"tapered": 0.085, "even": 0.07}  # [m], so that the tip alone meets the block
 SIDE = TaperedProfile(HEIGHT, LENGTH, 1.0, 3)
 """Height, width and a quarter of the circumference, which fall as (1 - x/L)**(1/3)."""
+SMALL = {"pressures": (10e3,)}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Options of the experiment."""
+
+    pressures: tuple[float, ...] = option((10e3, 20e3, 30e3, 40e3), "pressures, ascending [Pa]")
 
 
 def tapered() -> Actuator:
@@ -44,15 +46,19 @@ def _shaped(side: Any, around: Any) -> Actuator:
     return replace(finger, length=LENGTH, height=side, width=side, circumference=around)
 
 
-def simulate() -> Results:
+def run(given: Parameters, job: Job) -> Results:
     """Lines and joint angles of both fingers at every pressure, their tips kept where they are."""
-    pressures = [*PRESSURES, NEARLY_ROUND]
+    fingers: Results = {"tapered": [], "even": []}
+    for k, pressure in enumerate(given.pressures):
+        job.progress(f"{pressure / 1e3:g} kPa", k / len(given.pressures))
+        for actuator, shape in ((tapered(), "tapered"), (even(), "even")):
+            fingers[shape].append(_blocked(actuator, shape, pressure))
+    pressures = [*given.pressures, NEARLY_ROUND]
     return {
-        "pressures": list(PRESSURES),
+        "pressures": list(given.pressures),
         "bends_by_section_moments": [_by_section_moments(pressure) for pressure in pressures],
         "length": LENGTH,
-        "tapered": [_blocked(tapered(), "tapered", pressure) for pressure in PRESSURES],
-        "even": [_blocked(even(), "even", pressure) for pressure in PRESSURES],
+        **fingers,
     }
 
 
@@ -83,62 +89,40 @@ def bow(finger: dict[str, Any]) -> float:
     return float(np.abs(np.array(finger["line"])[:, 0]).max())
 
 
-def report(results: Results) -> list[Finding]:
+def report(results: Results, given: Parameters) -> Report:
     """How far the fingers leave the straight line."""
-    length, findings = results["length"], []
-    for pressure, finger, even_one in zip(
-        results["pressures"], results["tapered"], results["even"], strict=True
-    ):
-        findings.append(
-            Finding(
-                f"{pressure / 1e3:g} kPa (free: {np.degrees(finger['free_angle']):.0f} deg)",
-                "straight; the last 10 to 15 mm bend slightly forward",
-                f"off the line by {1e3 * bow(finger):.2f} mm, "
-                f"an even section by {1e3 * bow(even_one):.1f} mm",
-            )
-        )
-    low = 100.0 * bow(results["tapered"][0]) / length
+    length, pressures, findings = results["length"], results["pressures"], []
+    pairs = zip(pressures, results["tapered"], results["even"], strict=True)
+    for pressure, finger, even_one in pairs:
+        what = f"{pressure / 1e3:g} kPa (free: {np.degrees(finger['free_angle']):.0f} deg)"
+        ours = f"off the line by {1e3 * bow(finger):.2f} mm, an even section by"
+        seen = "straight; the last 10 to 15 mm bend slightly forward"
+        findings.append(Finding(what, seen, f"{ours} {1e3 * bow(even_one):.1f} mm"))
     lowest = results["tapered"][0]
+    low = 100.0 * bow(lowest) / length
     moment = lowest["force"] * lowest["touched_at"][1] / (lowest["static_force"] * length)
-    turn = float(np.degrees(np.abs(results["bends_by_section_moments"]).max()))
-    return [
-        *findings,
-        Finding.at_most(
-            f"off the line at {results['pressures'][0] / 1e3:g} kPa, of the length",
-            "straight",
-            low,
-            1.0,
-            "%",
-        ),
-        Finding.at_most(
-            "largest joint angle with the moments of 3.4.3, to 60 kPa",
-            "straight",
-            turn,
-            1e-3,
-            "deg",
-        ),
-        Finding.at_most(
-            "moment about the base at the lowest pressure, against the static chain",
-            "-",
-            100.0 * abs(moment - 1.0),
-            1.0,
-            "%",
-        ),
+    angle = float(np.degrees(np.abs(results["bends_by_section_moments"]).max()))
+    whats = (
+        f"off the line at {pressures[0] / 1e3:g} kPa, of the length",
+        "largest joint angle with the moments of 3.4.3, to 60 kPa",
+        "moment about the base at the lowest pressure, against the static chain",
+    )
+    findings += [
+        at_most(whats[0], "straight", low, 1.0, "%"),
+        at_most(whats[1], "straight", angle, 1e-3, "deg"),
+        at_most(whats[2], "-", 100.0 * abs(moment - 1.0), 1.0, "%"),
     ]
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
     worst, other = (1e3 * bow(results[key][-1]) for key in ("tapered", "even"))
-    return (
+    conclusion = (
         "With the moments of section 3.4.3 the finger stays exactly straight. With linear springs "
-        f"it does at low pressure; at {results['pressures'][-1] / 1e3:g} kPa it leaves the line by "
+        f"it does at low pressure; at {pressures[-1] / 1e3:g} kPa it leaves the line by "
         f"{worst:.1f} mm (an even section: {other:.1f} mm), because the free curvature then "
         "depends on the height, which the springs do not know."
     )
+    return Report(findings, conclusion)
 
 
-def draw(figure: Figure, results: Results) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Lines of both fingers at all pressures."""
     panels = figure.subplots(1, 2, sharey=True, sharex=True)
     for axes, key, title in zip(
@@ -151,13 +135,3 @@ def draw(figure: Figure, results: Results) -> None:
         axes.set_xlabel("along the finger [mm]")
     panels[0].set_ylabel("off the straight line [mm]")
     panels[0].legend(fontsize=8)
-
-
-EXPERIMENT = Experiment(
-    "straight_finger",
-    "finger of linear stiffness that stays straight with its tip blocked (Fig. 3.13)",
-    simulate,
-    report,
-    conclude,
-    draw,
-)

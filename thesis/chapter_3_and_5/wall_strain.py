@@ -1,11 +1,7 @@
-"""Strain through the wall, and what the model leaves out (sections 3.4.5-3.4.7, Fig. 3.10).
+"""Strain through the wall and the bounds of the rubber model (Fig. 3.10, 3.4.5-3.4.7).
 
-No finger is simulated here: eq. 3.44 is integrated, and compared with its closed form.
+No finger is simulated: eq. 3.44 is integrated, and compared with its closed form.
 """
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import simpson, solve_ivp
@@ -18,10 +14,9 @@ from softhand_model.hand.rubber import (
     strain_invariant,
     wall_strain_invariant,
 )
-from thesis.chapter_3_and_5.experiment import Experiment, Finding, Results
+from thesis.frame import Array, Figure, Finding, Job, NoParameters, Report, Results, at_most
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+SIZE = (6.0, 4.0)
 
 BENDS = (0.25, 0.5, 1.0, 1.5, 2.0)  # kappa*h [-]
 DEEPEST = 0.6  # d/h [-]
@@ -32,14 +27,14 @@ TOLERANCE = 1e-10
 EVEN = 0.05  # [-] by which the mean energy may differ from that of uniform strain
 
 
-def integrated_depth(depth: np.ndarray, bend: float) -> np.ndarray:
+def integrated_depth(depth: Array, bend: float) -> Array:
     """d'/h [-] at growing depths d/h [-] of the undeformed wall from eq. 3.44, d' = 0 outside.
 
     >>> integrated_depth(np.array([0.0, 0.3]), 0.0).round(6).tolist()
     [0.0, 0.3]
     """
 
-    def slope(there: float, deformed: np.ndarray) -> np.ndarray:
+    def slope(there: float, deformed: Array) -> Array:
         along = 1.0 + bend * (1.0 - deformed)
         return (1.0 - there) / ((1.0 - deformed) * along)
 
@@ -49,7 +44,7 @@ def integrated_depth(depth: np.ndarray, bend: float) -> np.ndarray:
     return found.y[0]
 
 
-def simulate() -> Results:
+def run(given: NoParameters, job: Job) -> Results:
     """J1 through the wall at several curvatures, by the differential equation and the cubic."""
     depth = np.linspace(0.0, DEEPEST, 61)
     curves = {}
@@ -100,74 +95,49 @@ def unevenness(results: Results) -> list[tuple[float, str]]:
     return [min(found), max(found)]
 
 
-def _largest_energy_error(results: Results) -> tuple[float, str]:
-    found = [(energy_error(results, bend), bend) for bend in results["curves"]]
-    return max(found, key=lambda pair: abs(pair[0]))
-
-
 def _shown(error: tuple[float, str], digits: int = 0) -> str:
     return f"{100.0 * error[0]:+.{digits}f} % (kappa*h = {error[1]})"
 
 
-def report(results: Results) -> list[Finding]:
+def report(results: Results, given: NoParameters) -> Report:
     """The differential equation against the cubic; how even the strain is; the bounds."""
-    curves, depth = results["curves"], np.array(results["depth"])
+    curves, depth, bounds = results["curves"], np.array(results["depth"]), results["bounds"]
     errors = [
         np.abs(np.subtract(curve["deformed_depth"], curve["cubic_depth"])).max()
         for curve in curves.values()
     ]
-    strongest = curves["2"]
-    at = np.interp([0.0, 0.3, LIMIT], depth, strongest["invariant"])
-    low, high = unevenness(results)
+    at = np.interp([0.0, 0.3, LIMIT], depth, curves["2"]["invariant"])
+    flat = bool(np.abs(at - [7.111, 6.689, 7.386]).max() < 1e-3)
+    low, high = (_shown(found) for found in unevenness(results))
     energies = {bend: energy_error(results, bend) for bend in curves}
-    bounds = results["bounds"]
-    return [
-        Finding.at_most("depth by eq. 3.44 against the cubic", "-", max(errors), 1e-6, "h"),
-        Finding(
-            "J1 at kappa*h = 2 for d/h = 0, 0.3, 0.5",
-            "stays flat to about half the height",
-            ", ".join(f"{value:.3f}" for value in at),
-            bool(np.abs(at - [7.111, 6.689, 7.386]).max() < 1e-3),
-        ),
-        Finding(
-            "J1 to d/h = 0.5 against the outer face", "flat", f"{_shown(low)} to {_shown(high)}"
-        ),
-        Finding(
-            "mean energy of a wall of 0.5 h against uniform",
-            "equal",
-            f"{', '.join(_shown((error, bend), 1) for bend, error in energies.items())}; "
-            f"all within {100.0 * EVEN:g} %",
-            max(map(abs, energies.values())) <= EVEN,
-        ),
+    mean = ", ".join(_shown((error, bend), 1) for bend, error in energies.items())
+    even = f"{mean}; all within {100.0 * EVEN:g} %"
+    energy, stiffness = (100 * bounds[f"mooney_rivlin_{key}"] for key in ("energy", "stiffness"))
+    neo_hooke = f"energy {energy:.1f} %, stiffness {stiffness:.1f} %"
+    neo_hooke += " (erratum: 3.4 % is the energy's)"
+    gent, uniform = f"{100 * (bounds['gent'] - 1):.1f} %", max(map(abs, energies.values())) <= EVEN
+    j1, shown = "J1 at kappa*h = 2 for d/h = 0, 0.3, 0.5", ", ".join(f"{x:.3f}" for x in at)
+    findings = [
+        at_most("depth by eq. 3.44 against the cubic", "-", max(errors), 1e-6, "h"),
+        Finding(j1, "stays flat to about half the height", shown, flat),
+        Finding("J1 to d/h = 0.5 against the outer face", "flat", f"{low} to {high}"),
+        Finding("mean energy of a wall of 0.5 h against uniform", "equal", even, uniform),
         Finding("largest J1 at stretch 3", "7.11", f"{bounds['largest_invariant']:.2f}"),
-        Finding(
-            "left out by neo-Hooke (Mooney-Rivlin)",
-            "stiffness 3.4 %",
-            f"energy {100 * bounds['mooney_rivlin_energy']:.1f} %, stiffness "
-            f"{100 * bounds['mooney_rivlin_stiffness']:.1f} % (erratum: 3.4 % is the energy's)",
-        ),
-        Finding(
-            "left out without stiffening (Gent, J_m = 100)",
-            "7.7 %",
-            f"{100 * (bounds['gent'] - 1):.1f} %",
-        ),
+        Finding("left out by neo-Hooke (Mooney-Rivlin)", "stiffness 3.4 %", neo_hooke),
+        Finding("left out without stiffening (Gent, J_m = 100)", "7.7 %", gent),
     ]
-
-
-def conclude(results: Results) -> str:
-    """What came out."""
-    bounds, worst = results["bounds"], _largest_energy_error(results)
-    low, high = unevenness(results)
-    word = "sound" if abs(worst[0]) <= EVEN else "not sound"
-    return (
-        f"In a wall of half the height J1 differs from the outer face's by {_shown(low)} to "
-        f"{_shown(high)}, its mean energy by {_shown(worst, 1)} at most. Taking the energy as "
+    bend = max(energies, key=lambda bend: abs(energies[bend]))
+    word = "sound" if uniform else "not sound"
+    conclusion = (
+        f"In a wall of half the height J1 differs from the outer face's by {low} to {high}, its "
+        f"mean energy by {_shown((energies[bend], bend), 1)} at most. Taking the energy as "
         f"uniform, which needs the mean alone, is {word} up to there. Mooney-Rivlin's bound on the "
-        f"stiffness is {100 * bounds['mooney_rivlin_stiffness']:.1f} %, not 3.4 %."
+        f"stiffness is {stiffness:.1f} %, not 3.4 %."
     )
+    return Report(findings, conclusion)
 
 
-def draw(figure: Figure, results: Results) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """J1 over depth as in Fig. 3.10: lines by eq. 3.44, dots by the cubic."""
     axes = figure.subplots()
     depth = np.array(results["depth"])
@@ -177,14 +147,3 @@ def draw(figure: Figure, results: Results) -> None:
     axes.axvline(LIMIT, color="0.6", ls=":", lw=1)
     axes.set(xlabel="depth d/h in the undeformed wall [-]", ylabel="J1 [-]", ylim=(0, 11))
     axes.legend(fontsize=8, title="lines: eq. 3.44; dots: cubic", title_fontsize=8, ncols=3)
-
-
-EXPERIMENT = Experiment(
-    "wall_strain",
-    "strain through the wall and the bounds of the rubber model (Fig. 3.10, 3.4.5-3.4.7)",
-    simulate,
-    report,
-    conclude,
-    draw,
-    (6.0, 4.0),
-)

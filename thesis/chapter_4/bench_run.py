@@ -1,12 +1,12 @@
-"""A run of the box on the pretended bench that follows a sine of air mass, and the figures of it.
-
-A run of the box on the pretended bench, and what is kept of it.
-
-Figures of a recorded sine: drift of the estimate, tracking error, pulses.
+"""A run of the box on the pretended bench that follows a sine of air mass, and figures of it:
+drift of the estimate, tracking error, pulses.
 """
+
+from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,18 @@ from pneumaticbox_driver.calibration.calibration import ChannelCalibration
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics
-from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD
-from thesis.chapter_4.report import Floats, Progress, Series, option
+from thesis.chapter_4 import SEED
+from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD, SUPPLIES
+from thesis.frame import Array, Progress, Results, option
 
 KNOT = 0.05  # between the points of a command [s]
+PRESSURE_LIMIT = 2e5  # gauge: within the sensors' range [Pa]
+SETTLING = 0.1  # after a valve was closed, before its channel's pressure is taken [s]
+KEPT_EVERY = 10  # samples
+HOLD = 1.0  # after a sine, so that the last pulse is over and the pressure known [s]
+TIMING = ("shortest_pulse", "shortest_pause")
+Supply = Callable[[float], float]  # gauge pressure of the regulator [Pa] at a time [s]
+MassOf = Callable[[Array], Array]  # air above the fill at rest [kg] at gauge pressures [Pa]
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,7 @@ class Sine:
         """When the sine is over, counted from the step at rest [s]."""
         return self.fill + self.duration
 
-    def at(self, time: Floats) -> Floats:
+    def at(self, time: Array) -> Array:
         """Targets at times counted from the step at rest [s], in the times' shape [kg]."""
         phase = 2 * np.pi * (np.clip(time, self.fill, self.end) - self.fill) / self.period
         return np.asarray(self.mean - self.amplitude * np.cos(phase))
@@ -69,13 +77,18 @@ class Sine:
         ]
 
 
-PRESSURE_LIMIT = 2e5  # gauge: within the sensors' range [Pa]
-SETTLING = 0.1  # after a valve was closed, before its channel's pressure is taken [s]
-KEPT_EVERY = 10  # samples
-HOLD = 1.0  # after a sine, so that the last pulse is over and the pressure known [s]
-Supply = Callable[[float], float]  # gauge pressure of the regulator [Pa] at a time [s]
-MassOf = Callable[[Floats], Floats]  # air above the fill at rest [kg] at gauge pressures [Pa]
-TIMING = ("shortest_pulse", "shortest_pause")
+@dataclass(frozen=True)
+class SineOnBottles(Sine):
+    """The sine, and the box that follows it on a bottle of 0.5 L each."""
+
+    seed: int = option(0, SEED)
+    points: int = option(100, "calibration pulses per channel, both directions together [-]")
+    channels: int = option(4, "outlets of the box [-]")
+    supplies: tuple[float, ...] = option(SUPPLIES, "supplies of the calibration [Pa gauge]")
+
+
+SMALL_SINE: dict[str, Any]
+SMALL_SINE = {"duration": 2.0, "fill": 3.0, "period": 2.0, "mean": 50e-6, "points": 24}
 
 
 @dataclass
@@ -83,16 +96,12 @@ class Record:
     """Samples of a run that were kept, oldest first; per channel (n,) each."""
 
     time: list[float] = field(default_factory=list)
-    estimate: list[Floats] = field(default_factory=list)
-    truth: list[Floats] = field(default_factory=list)
-    measured: list[Floats] = field(default_factory=list)
+    estimate: list[Array] = field(default_factory=list)
+    truth: list[Array] = field(default_factory=list)
+    measured: list[Array] = field(default_factory=list)
     pulses: list[NDArray[np.int_]] = field(default_factory=list)
     supply: list[float] = field(default_factory=list)
-    gauge: list[Floats] = field(default_factory=list)
-
-    def as_series(self) -> Series:
-        """The samples as arrays (samples,) and (samples, channels)."""
-        return {name: np.array(values, dtype=float) for name, values in vars(self).items()}
+    gauge: list[Array] = field(default_factory=list)
 
 
 class BenchRun:
@@ -110,24 +119,18 @@ class BenchRun:
     """
 
     def __init__(
-        self,
-        box: PneumaticBox,
-        bench: EmbeddedBench,
-        mass_of: MassOf,
-        sensor_offset: float = 0.0,
+        self, box: PneumaticBox, bench: EmbeddedBench, mass_of: MassOf, sensor_offset: float = 0.0
     ) -> None:
         n = len(box.settings.channels)
         self.box, self.bench, self.record = box, bench, Record()
         self._mass_of = mass_of
-        self._offset: Floats = np.array([sensor_offset] * n + [0.0])
-        self._closed_since: Floats = np.zeros(n)
-        self._sum: Floats = np.zeros(n)
-        self._count: Floats = np.zeros(n)
+        self._offset: Array = np.array([sensor_offset] * n + [0.0])
+        self._closed_since, self._sum, self._count = np.zeros(n), np.zeros(n), np.zeros(n)
         self._pulses: NDArray[np.int_] = np.zeros(n, dtype=int)
         while not self.box.ready:
             self.sample()
 
-    def follow(self, sine: Sine, progress: Progress, supply: Supply | None = None) -> Series:
+    def follow(self, sine: Sine, progress: Progress, supply: Supply | None = None) -> Results:
         """Command a sine and record it, and the second after it.
 
         Args:
@@ -153,7 +156,7 @@ class BenchRun:
             if k % 1000 == 0:
                 progress("sine", k / count)
         self._keep(self.box.time - start)
-        series = self.record.as_series()
+        series = {name: np.array(v, dtype=float) for name, v in vars(self.record).items()}
         return {**series, "target": sine.at(series["time"])}
 
     def sample(self) -> None:
@@ -171,12 +174,11 @@ class BenchRun:
 
     def _keep(self, time: float) -> None:
         keep = self.record
-        known = self._count > 0
         mean = self._sum / np.maximum(self._count, 1.0)
         keep.time.append(time)
         keep.estimate.append(self.box.observer.mass.copy())
         keep.truth.append(self.bench.mass)
-        keep.measured.append(np.where(known, self._mass_of(mean), np.nan))
+        keep.measured.append(np.where(self._count > 0, self._mass_of(mean), np.nan))
         keep.pulses.append(self._pulses.copy())
         keep.supply.append(self.box.supply)
         keep.gauge.append(self.box.gauge.copy())
@@ -202,60 +204,53 @@ def on_bottles(
         tuple(OUTLETS[:n]), (BOTTLE,) * n, (PRESSURE_LIMIT,) * n, ("mass",) * n, **timing
     )
     bench = EmbeddedBench(OUTLETS[:n], np.full(n, BOTTLE), constants, seed)
-    box = PneumaticBox(settings, calibrations)
-    return BenchRun(box, bench, lambda gauge: air_mass(gauge, BOTTLE))
+    return BenchRun(PneumaticBox(settings, calibrations), bench, lambda p: air_mass(p, BOTTLE))
 
 
-def under(prefix: str, series: Series) -> Series:
-    """Series with a prefix before their names, so that two runs go into one file.
+def under(prefix: str, run: Results) -> Results:
+    """A run with a prefix before its names, so that two runs go into one file.
 
     >>> under("own", {"time": np.zeros(1)})
     {'own_time': array([0.])}
     """
-    return {f"{prefix}_{name}": values for name, values in series.items()}
+    return {f"{prefix}_{name}": values for name, values in run.items()}
 
 
-def of(prefix: str, series: Series) -> Series:
-    """Those of the series that `under` has given this prefix."""
+def of(prefix: str, results: Results) -> Results:
+    """The run that `under` has given this prefix."""
     head = f"{prefix}_"
-    return {name[len(head) :]: v for name, v in series.items() if name.startswith(head)}
+    return {name[len(head) :]: v for name, v in results.items() if name.startswith(head)}
 
 
-def drift(run: Series, truth: str = "truth") -> Floats:
+def drift(run: Results, truth: str = "truth") -> Array:
     """Contained less estimated mass (samples, channels) [kg]; NaN unless the channel is still.
 
     Args:
         run: a record of `BenchRun.follow`.
         truth: "truth" of the plant, or "measured" as in the thesis.
     """
-    still = np.isfinite(run["measured"])
-    return np.where(still, run[truth] - run["estimate"], np.nan)
+    return np.where(np.isfinite(run["measured"]), run[truth] - run["estimate"], np.nan)
 
 
-def final_drift(run: Series, truth: str = "truth") -> Floats:
+def final_drift(run: Results, truth: str = "truth") -> Array:
     """Drift when the run is over (channels,) [kg]: the last sample at which a channel is still."""
-    course = drift(run, truth)
-    return np.array([column[np.isfinite(column)][-1] for column in course.T])
+    return np.array([column[np.isfinite(column)][-1] for column in drift(run, truth).T])
 
 
-def in_sine(run: Series, sine: Sine) -> np.ndarray:
+def in_sine(run: Results, sine: Sine) -> NDArray[np.bool_]:
     """Marks the samples of the sine itself, without fill and hold (samples,)."""
     return (run["time"] >= sine.fill) & (run["time"] <= sine.end)
 
 
-def tracking_error(run: Series, sine: Sine) -> Floats:
-    """Contained less wanted mass over the sine (samples of it, channels) [kg]."""
+def tracking_error(run: Results, sine: Sine, followed: str = "truth") -> Array:
+    """Contained less wanted mass over the sine (samples of it, channels) [kg]; of the "estimate",
+    what the controller leaves, without drift.
+    """
     here = in_sine(run, sine)
-    return np.asarray(run["truth"][here] - run["target"][here, None])
+    return np.asarray(run[followed][here] - run["target"][here, None])
 
 
-def control_error(run: Series, sine: Sine) -> Floats:
-    """Estimated less wanted mass over the sine (samples of it, channels) [kg]: without drift."""
-    here = in_sine(run, sine)
-    return np.asarray(run["estimate"][here] - run["target"][here, None])
-
-
-def pulses_in_sine(run: Series, sine: Sine) -> Floats:
+def pulses_in_sine(run: Results, sine: Sine) -> Array:
     """Pulses per channel that the sine took (channels,)."""
     counts = run["pulses"][in_sine(run, sine)]
     return np.asarray(counts[-1] - counts[0])

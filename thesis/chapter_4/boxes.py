@@ -1,7 +1,5 @@
 """Pretended boxes of the experiments, their calibration as a user would make it, and what their
-valves can do.
-
-What the valves can do: the mass of the smallest pulse, and the flow of an open inlet.
+valves can do: mass of the smallest pulse, flow of an open inlet.
 """
 
 from collections.abc import Sequence
@@ -15,13 +13,17 @@ from pneumaticbox_driver.calibration.recording import Sample, SeeSaw, SeeSawPlan
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
-from thesis.chapter_4.report import Floats, Progress
+from thesis.frame import Array, Progress
 
 OUTLETS = "abcdefgh"
 PERIOD = 0.002  # of the sensor samples [s]
 BOTTLE = 0.5e-3  # of section 4.4.3 [m3]
 REGULATING = 3.0  # for the reservoir to follow the regulator [s]
 SUPPLIES = (260e3, 320e3)  # of section 4.4.3, gauge [Pa]
+WORKING = 25e3  # gauge pressure in the channels, about a finger's [Pa]
+WAITING = 0.5  # after a pulse, so that its dead volume has emptied, and the regulator rests [s]
+OPEN = 0.5  # of the pulse that the flow is taken from [s]
+SETTLED = 0.1  # of it, before the flow is steady [s]
 
 
 def box_of(seed: int, constants: Pneumatics | None = None) -> Pneumatics:
@@ -134,15 +136,9 @@ def _play(bench: EmbeddedBench, run: CalibrationRun, duration: float) -> None:
         bench.command(run.on_sample(Sample(bench.time, pressures[:-1], float(pressures[-1]))))
 
 
-WORKING = 25e3  # gauge pressure in the channels, about a finger's [Pa]
-WAITING = 0.5  # after a pulse, so that its dead volume has emptied, and the regulator rests [s]
-OPEN = 0.5  # of the pulse that the flow is taken from [s]
-SETTLED = 0.1  # of it, before the flow is steady [s]
-
-
 def smallest_steps(
     constants: Pneumatics, channels: int, pulse: float, seed: int, repeats: int = 5
-) -> Floats:
+) -> Array:
     """Mass that pulses move on bottles at working pressure, by the plant's truth.
 
     Args:
@@ -166,7 +162,7 @@ def smallest_steps(
     return moved / repeats
 
 
-def inlet_flows(constants: Pneumatics, channels: int, seed: int) -> Floats:
+def inlet_flows(constants: Pneumatics, channels: int, seed: int) -> Array:
     """Steady mass flow into bottles at working pressure, inlets open (channels,) [kg/s].
 
     One inlet is open at a time: the regulator gives way under the flow of many.
@@ -190,7 +186,7 @@ def _at_work(constants: Pneumatics, channels: int, seed: int) -> EmbeddedBench:
     return bench
 
 
-def _hold(bench: EmbeddedBench, valves: Floats | int, duration: float) -> None:
+def _hold(bench: EmbeddedBench, valves: Array | int, duration: float) -> None:
     """Command valves for a time [s]."""
     for _ in range(round(duration / PERIOD)):
         bench.command(np.broadcast_to(np.asarray(valves), (len(bench.mass),)))

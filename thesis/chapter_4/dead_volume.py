@@ -1,108 +1,102 @@
-"""Section 4.3: chokes in a foil beside the valves, or outside of the box with their dead volume."""
+"""Dead volume of a choke foil, 0.15 cm3, against external chokes, 1.2 cm3 (section 4.3).
+
+The thesis: the dead volume too sets the least air that a pulse moves.
+"""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
-from thesis.chapter_4.bench_run import Sine, final_drift, of, on_bottles, tracking_error, under
-from thesis.chapter_4.boxes import SUPPLIES, WORKING, box_of, calibrated, smallest_steps
-from thesis.chapter_4.report import (
-    FULL,
-    MG,
-    OTHER,
-    THESIS_LINE,
-    Metric,
-    Progress,
-    Report,
-    Series,
-    option,
-    rms,
+from thesis.chapter_4 import FULL, MG, NOTE, OTHER, THESIS_LINE, rms
+from thesis.chapter_4.bench_run import (
+    SMALL_SINE,
+    SineOnBottles,
+    final_drift,
+    of,
+    on_bottles,
+    tracking_error,
+    under,
 )
+from thesis.chapter_4.boxes import WORKING, box_of, calibrated, smallest_steps
+from thesis.frame import Axes, Figure, Job, Report, Results, number, option
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-SENTENCE = "dead volume of a choke foil, 0.15 cm3, against that of external chokes, 1.2 cm3"
-THESIS = "section 4.3, the dead volume too sets the least air that a pulse moves"
 SMALLEST_PULSE = 0.045  # of the box [s]
 NAMES = ("foil", "external")
 TITLES = {"foil": "choke foil", "external": "external choke"}
+SMALL = SMALL_SINE | {"channels": 1}
 
 
 @dataclass(frozen=True)
-class Settings(Sine):
+class Parameters(SineOnBottles):
     """Options of the experiment."""
 
     foil: float = option(0.15e-6, "dead volume of a choke foil [m3]")
     external: float = option(1.2e-6, "dead volume of an external choke [m3]")
-    points: int = option(100, "calibration pulses per channel, both directions together [-]")
-    channels: int = option(4, "outlets of the box [-]")
 
 
-def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
+def run(given: Parameters, job: Job) -> Results:
     """Smallest steps of both, and how each tracks the sine by a calibration of its own."""
-    series: Series = {}
+    results: Results = {}
     for name in NAMES:
-        box = _with_dead_volume(box_of(seed), getattr(settings, name))
-        steps = smallest_steps(box, settings.channels, SMALLEST_PULSE, seed)
-        own = calibrated(box, settings.channels, settings.points, seed, progress, SUPPLIES)
-        run = on_bottles(box, own, seed).follow(settings, progress)
-        series |= {f"{name}_steps": steps, **under(name, run)}
-    return series
+        box = _with_dead_volume(box_of(given.seed), getattr(given, name))
+        steps = smallest_steps(box, given.channels, SMALLEST_PULSE, given.seed)
+        own = calibrated(
+            box, given.channels, given.points, given.seed, job.progress, given.supplies
+        )
+        run = on_bottles(box, own, given.seed).follow(given, job.progress)
+        results |= {f"{name}_steps": steps, **under(name, run)}
+    return results
 
 
 def _with_dead_volume(box: Pneumatics, volume: float) -> Pneumatics:
     return replace(box, choke=replace(box.choke, dead_volume=volume))
 
 
-def added_air(settings: Settings) -> float:
+def added_air(given: Parameters) -> float:
     """What the larger dead volume brings with each inflation by the gas law [kg].
 
     It is left at supply pressure when the valve closes, and evens out with the channel.
     """
     drop = load_pneumatics().supply.pressure - WORKING
-    return float(air_mass(drop, settings.external - settings.foil))
+    return float(air_mass(drop, given.external - given.foil))
 
 
-def report(series: Series, settings: Settings) -> Report:
+def report(results: Results, given: Parameters) -> Report:
     """Smallest steps, tracking error and drift with both."""
-    up = {name: float(series[f"{name}_steps"][0].mean()) / MG for name in NAMES}
-    down = {name: float(series[f"{name}_steps"][1].mean()) / MG for name in NAMES}
-    runs = {name: of(name, series) for name in NAMES}
-    errors = {k: float(rms(tracking_error(run, settings))) / MG for k, run in runs.items()}
+    up = {name: float(results[f"{name}_steps"][0].mean()) / MG for name in NAMES}
+    down = {name: float(results[f"{name}_steps"][1].mean()) / MG for name in NAMES}
+    runs = {name: of(name, results) for name in NAMES}
+    errors = {k: float(rms(tracking_error(run, given))) / MG for k, run in runs.items()}
     drifts = {k: float(np.abs(final_drift(run)).max()) / MG for k, run in runs.items()}
-    metrics = [Metric("added air of an inflation, gas law", added_air(settings) / MG, "mg")]
-    metrics += [Metric("added air of an inflation, measured", up["external"] - up["foil"], "mg")]
+    findings = [number("added air of an inflation, gas law", added_air(given) / MG, "mg")]
+    findings += [number("added air of an inflation, measured", up["external"] - up["foil"], "mg")]
     for name, title in TITLES.items():
-        metrics += [
-            Metric(f"{title}: smallest inflation", up[name], "mg"),
-            Metric(f"{title}: smallest deflation", down[name], "mg"),
-            Metric(f"{title}: RMS tracking error", errors[name], "mg"),
-            Metric(f"{title}: final drift, worst channel", drifts[name], "mg"),
+        findings += [
+            number(f"{title}: smallest inflation", up[name], "mg"),
+            number(f"{title}: smallest deflation", down[name], "mg"),
+            number(f"{title}: RMS tracking error", errors[name], "mg"),
+            number(f"{title}: final drift, worst channel", drifts[name], "mg"),
         ]
-    verdict = (
-        f"external chokes make the smallest inflation {up['external']:.2f} mg instead of "
+    conclusion = (
+        f"External chokes make the smallest inflation {up['external']:.2f} mg instead of "
         f"{up['foil']:.2f} mg, and the tracking error {errors['external']:.2f} mg instead of "
-        f"{errors['foil']:.2f} mg (thesis: foil chosen to keep the dead volume small)"
+        f"{errors['foil']:.2f} mg (thesis: foil chosen to keep the dead volume small)."
     )
-    return Report(tuple(metrics), verdict)
+    return Report(findings, conclusion)
 
 
-def draw(figure: "Figure", series: Series, result: Report) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Smallest steps per channel, and the tracking error of the first channel over time."""
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.6))
-    draw_steps(left, series, NAMES, TITLES)
-    law = result["choke foil: smallest inflation"] + result["added air of an inflation, gas law"]
+    draw_steps(left, results, NAMES, TITLES)
+    law = report["choke foil: smallest inflation"] + report["added air of an inflation, gas law"]
     left.axhline(law, color=THESIS_LINE, ls="--", lw=1.0)
-    note = {"textcoords": "offset points", "color": "#555555"}
-    left.annotate("choke foil + gas law", (-0.45, law), (0, -11), **note)
+    left.annotate("choke foil + gas law", (-0.45, law), (0, -11), **NOTE)
     left.set_ylim(0, 1.35 * law)
     for name, colour in zip(NAMES, (FULL, OTHER), strict=True):
-        run = of(name, series)
+        run = of(name, results)
         error = (run["truth"][:, 0] - run["target"]) / MG
         right.plot(run["time"], error, color=colour, lw=0.9, label=TITLES[name])
     right.set(xlabel="time [s]", ylabel="tracking error of channel 1 [mg]", ylim=(-8, 8))
@@ -111,12 +105,12 @@ def draw(figure: "Figure", series: Series, result: Report) -> None:
 
 
 def draw_steps(
-    panel: "Axes", series: Series, names: tuple[str, ...], titles: dict[str, str]
+    panel: Axes, results: Results, names: tuple[str, ...], titles: dict[str, str]
 ) -> None:
     """Bars of the smallest inflation and deflation, points of the channels."""
     for place, name in enumerate(names):
         for side, (row, colour) in enumerate(
-            zip(series[f"{name}_steps"], (FULL, OTHER), strict=True)
+            zip(results[f"{name}_steps"], (FULL, OTHER), strict=True)
         ):
             x = place + 0.4 * side - 0.2
             label = ("inflation", "deflation")[side] if place == 0 else None

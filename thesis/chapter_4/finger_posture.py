@@ -1,12 +1,11 @@
-"""Fig. 4.10: posture of four fingers before and after a minute of motion.
+"""Posture of four fingers before and after a minute of sinusoidal motion (Fig. 4.10).
 
-Fig. 4.10: posture of four fingers before and after a minute of motion.
+The thesis: two fingers return, two deviate slightly.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,30 +13,20 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.calibration.calibration import ChannelCalibration
 from pneumaticbox_driver.settings import BoxSettings
-from softhand_model.chain.chain import discretise
+from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.volumes import FreeVolumes
 from softhand_model.gas import AMBIENT_PRESSURE, air_mass
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import Model
 from softhand_model.pneumatics import Pneumatics
+from thesis.chapter_4 import CHANNELS, MG, SEED, THESIS_LINE
 from thesis.chapter_4.bench_run import BenchRun, Sine, final_drift, pulses_in_sine
 from thesis.chapter_4.boxes import OUTLETS, SUPPLIES, box_of, calibrated
-from thesis.chapter_4.report import (
-    CHANNELS,
-    MG,
-    THESIS_LINE,
-    Floats,
-    Metric,
-    Progress,
-    Report,
-    Series,
-    option,
-)
+from thesis.frame import Array, Axes, Figure, Job, Report, Results, number, option
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
+NAMES = ("index", "middle", "ring", "little")
+SIZE = (8.5, 4.2)
+SLIGHT = 10.0  # a deviation that shows in a picture [deg]
 HAND, CHAIN = "single_finger", "finger"
 SEGMENTS = 20  # of the drawn finger
 BEND = 1  # index of the bending axis (y)
@@ -57,32 +46,32 @@ class Fingers:
     def __init__(self, count: int) -> None:
         self.hand = load_hand(HAND)
         self._free = FreeVolumes(self.hand)
-        self.rest: Floats = np.repeat(self._free.rest, count)
+        self.rest: Array = np.repeat(self._free.rest, count)
         self.limit = float(self.hand.max_pressures()[0])
 
-    def volumes(self, gauge: Floats) -> Floats:
+    def volumes(self, gauge: Array) -> Array:
         """Volumes with tubes (n,) [m3]."""
         return np.array([self._free.volumes(p)[0] for p in gauge[:, None]])
 
-    def slopes(self, gauge: Floats) -> Floats:
+    def slopes(self, gauge: Array) -> Array:
         """Derivatives of the volumes by the pressures (n,) [m3/Pa]."""
         return np.array([self._free.slopes(p)[0] for p in gauge[:, None]])
 
-    def mass(self, gauge: Floats) -> Floats:
+    def mass(self, gauge: Array) -> Array:
         """Air above the fill at rest (n,) [kg]."""
         rest = air_mass(AMBIENT_PRESSURE, self.rest)
         return np.asarray(air_mass(gauge + AMBIENT_PRESSURE, self.volumes(gauge)) - rest)
 
     @cached_property
-    def _chain(self):
+    def _chain(self) -> ChainModel:
         return discretise(self.hand.chain(CHAIN), SEGMENTS, Model())
 
-    def bends(self, gauge: float) -> Floats:
+    def bends(self, gauge: float) -> Array:
         """Angle of the tangent against the base along the finger (SEGMENTS + 1,) [rad]."""
         joints = self._chain.rest_rotation([max(gauge, 0.0)])[:, BEND]
         return np.concatenate([[0.0], np.cumsum(joints)])
 
-    def tip_angles(self, gauge: Floats) -> Floats:
+    def tip_angles(self, gauge: Array) -> Array:
         """Angles of the tips against the bases (n,) [rad]."""
         return np.array([self.bends(p)[-1] for p in gauge])
 
@@ -98,7 +87,7 @@ class _AtPressures:
     def __init__(self, fingers: Fingers) -> None:
         self._fingers = fingers
 
-    def volumes(self, pressures_abs: Floats) -> Floats:
+    def volumes(self, pressures_abs: Array) -> Array:
         """Volumes (n,) [m3] at absolute pressures (n,) [Pa]."""
         return self._fingers.volumes(pressures_abs - AMBIENT_PRESSURE)
 
@@ -132,17 +121,14 @@ def on_fingers(
     return BenchRun(box, bench, fingers.mass, sensor_offset)
 
 
-SENTENCE = "posture of four fingers before and after a minute of sinusoidal motion"
-THESIS = "Fig. 4.10, two fingers return, two deviate slightly"
-NAMES = ("index", "middle", "ring", "little")
-SIZE = (8.5, 4.2)
-SLIGHT = 10.0  # a deviation that shows in a picture [deg]
+SMALL = {"duration": 2.0, "period": 2.0, "points": 24}
 
 
 @dataclass(frozen=True)
-class Settings(Sine):
+class Parameters(Sine):
     """Options of the experiment."""
 
+    seed: int = option(0, SEED)
     mean: float = option(10e-6, "mean air mass of the sine above the fill at rest [kg]")
     amplitude: float = option(6e-6, "amplitude of the sine [kg]")
     period: float = option(6.0, "period of the sine [s]")
@@ -151,17 +137,17 @@ class Settings(Sine):
     correct: int = option(0, "1 corrects the drift by pressure and volume of still fingers [-]")
 
 
-def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
+def run(given: Parameters, job: Job) -> Results:
     """Calibrate a box, let four fingers follow the sine; how they bend before and after."""
-    box, fingers = box_of(seed), Fingers(len(NAMES))
-    own = calibrated(box, len(NAMES), settings.points, seed, progress, SUPPLIES)
-    run = on_fingers(fingers, box, own, seed, bool(settings.correct))
-    series = run.follow(settings, progress)
+    box, fingers = box_of(given.seed), Fingers(len(NAMES))
+    own = calibrated(box, len(NAMES), given.points, given.seed, job.progress, SUPPLIES)
+    run = on_fingers(fingers, box, own, given.seed, bool(given.correct))
+    results = run.follow(given, job.progress)
     true_gauge = run.bench.plant.pressures - box.ambient_pressure
-    start = int(np.searchsorted(series["time"], settings.fill))
-    before = [_gauge_of(fingers, mass) for mass in series["truth"][start].tolist()]
+    start = int(np.searchsorted(results["time"], given.fill))
+    before = [_gauge_of(fingers, mass) for mass in results["truth"][start].tolist()]
     return {
-        **series,
+        **results,
         "bend_before": np.array([fingers.bends(p) for p in before]),
         "bend_after": np.array([fingers.bends(p) for p in true_gauge]),
         "length": np.array([fingers.length]),
@@ -178,48 +164,48 @@ def _gauge_of(fingers: Fingers, mass: float) -> float:
     return low
 
 
-def report(series: Series, settings: Settings) -> Report:
+def report(results: Results, given: Parameters) -> Report:
     """Deviation of the tip angles from those before the motion, drift and pulses."""
-    before, after = (np.degrees(series[f"bend_{k}"][:, -1]) for k in ("before", "after"))
+    before, after = (np.degrees(results[f"bend_{k}"][:, -1]) for k in ("before", "after"))
     off = after - before
-    drifts = final_drift(series) / MG
-    metrics = [Metric("tip angle before, mean of the fingers", float(before.mean()), "deg")]
+    drifts = final_drift(results) / MG
+    findings = [number("tip angle before, mean of the fingers", float(before.mean()), "deg")]
     for k, name in enumerate(NAMES):
-        metrics.append(Metric(f"{name}: deviation of the tip angle", float(off[k]), "deg"))
-        metrics.append(Metric(f"{name}: drift of the air mass", float(drifts[k]), "mg"))
+        findings.append(number(f"{name}: deviation of the tip angle", float(off[k]), "deg"))
+        findings.append(number(f"{name}: drift of the air mass", float(drifts[k]), "mg"))
     returned = int((np.abs(off) < SLIGHT).sum())
-    pulses = float(np.median(pulses_in_sine(series, settings)))
-    metrics += [
-        Metric("fingers that return within 10 deg", returned, "", "2 of 4, two slightly off"),
-        Metric("pulses per finger, median", pulses, ""),
+    pulses = float(np.median(pulses_in_sine(results, given)))
+    findings += [
+        number("fingers that return within 10 deg", returned, "", "2 of 4, two slightly off"),
+        number("pulses per finger, median", pulses, ""),
     ]
-    verdict = (
-        f"after {settings.duration:g} s and {pulses:.0f} pulses {returned} of 4 fingers stand "
+    conclusion = (
+        f"After {given.duration:g} s and {pulses:.0f} pulses {returned} of 4 fingers stand "
         f"within 10 deg of where they began, the worst is {np.abs(off).max():.1f} deg off (thesis: "
-        "two return, two deviate slightly)"
+        "two return, two deviate slightly)."
     )
-    return Report(tuple(metrics), verdict)
+    return Report(findings, conclusion)
 
 
-def draw(figure: "Figure", series: Series, result: Report) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Side views of the fingers before and after, and their air over time."""
     places = figure.subplot_mosaic([[*NAMES], ["mass"] * 4], height_ratios=(1.3, 1))
-    length = 1e3 * float(series["length"][0])
+    length = 1e3 * float(results["length"][0])
     for k, name in enumerate(NAMES):
         panel = places[name]
         for when, style in (
             ("before", {"color": THESIS_LINE, "lw": 5, "alpha": 0.6}),
             ("after", {"color": CHANNELS[k], "lw": 2}),
         ):
-            panel.plot(*_side_view(series[f"bend_{when}"][k], length), label=when, **style)
+            panel.plot(*_side_view(results[f"bend_{when}"][k], length), label=when, **style)
         panel.set(title=name, aspect="equal", xlim=(-0.35 * length, 0.75 * length))
         panel.set(ylim=(-0.05 * length, 1.05 * length), xlabel="[mm]")
     places[NAMES[0]].set_ylabel("[mm]")
     places[NAMES[0]].legend(loc="lower right", fontsize=7)
-    _draw_masses(places["mass"], series)
+    _draw_masses(places["mass"], results)
 
 
-def _side_view(bends: Floats, length: float) -> tuple[Floats, Floats]:
+def _side_view(bends: Array, length: float) -> tuple[Array, Array]:
     """Centre line of a finger that points up, from its base (2, points) [as length]."""
     middle = 0.5 * (bends[1:] + bends[:-1])
     step = length / len(middle)
@@ -229,11 +215,11 @@ def _side_view(bends: Floats, length: float) -> tuple[Floats, Floats]:
     return across, along
 
 
-def _draw_masses(panel: "Axes", series: Series) -> None:
-    panel.plot(series["time"], series["target"] / MG, color="#333333", lw=0.8, label="target")
+def _draw_masses(panel: Axes, results: Results) -> None:
+    panel.plot(results["time"], results["target"] / MG, color="#333333", lw=0.8, label="target")
     for k, name in enumerate(NAMES):
         panel.plot(
-            series["time"], series["truth"][:, k] / MG, color=CHANNELS[k], lw=0.8, label=name
+            results["time"], results["truth"][:, k] / MG, color=CHANNELS[k], lw=0.8, label=name
         )
     panel.set(xlabel="time [s]", ylabel="true air mass [mg]")
     panel.legend(ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.0))

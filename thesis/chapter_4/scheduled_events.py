@@ -1,10 +1,12 @@
-"""Section 4.3: how near to its time a valve event acts that was scheduled ahead."""
+"""Error of valve events scheduled ahead, simulated and by the wall clock (section 4.3).
+
+The thesis: sub-millisecond accurate by scheduling ahead.
+"""
 
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,37 +16,24 @@ from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.calibration.calibration import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
+from thesis.chapter_4 import FULL, NOTE, OTHER, SEED, THESIS_LINE, rms
 from thesis.chapter_4.bench_run import PRESSURE_LIMIT
 from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD, box_of
-from thesis.chapter_4.report import (
-    FULL,
-    OTHER,
-    THESIS_LINE,
-    Floats,
-    Metric,
-    Progress,
-    Report,
-    Series,
-    option,
-    rms,
-)
+from thesis.frame import Array, Figure, Job, Report, Results, number, option
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-SENTENCE = "error of valve events that are scheduled ahead, in simulated time and by the wall clock"
-THESIS = "section 4.3, sub-millisecond accurate by scheduling ahead"
 PRIORITY = 20  # of the loop by the wall clock
 LEAD = 0.2  # from the command to the first event [s]
 SPACING = (0.07, 0.14)  # between events: above what the valves can follow [s]
 SHOWN = 3.0  # largest error in the picture, which holds those beyond it too [ms]
 CLOCKS = {"simulated": "simulated time", "wall": "wall clock"}
+SMALL = {"events": 30, "wall_events": 4, "channels": 2}
 
 
 @dataclass(frozen=True)
-class Settings:
+class Parameters:
     """Options of the experiment."""
 
+    seed: int = option(0, SEED)
     events: int = option(400, "events per channel in simulated time [-]")
     wall_events: int = option(60, "events per channel by the wall clock, 0.1 s each [-]")
     channels: int = option(4, "outlets of the box [-]")
@@ -65,13 +54,13 @@ class ScheduledBox:
 
     def __init__(self, channels: int, events: int, seed: int) -> None:
         self.names = tuple(OUTLETS[:channels])
-        per_channel = [(value,) * channels for value in (BOTTLE, PRESSURE_LIMIT)]
-        settings = BoxSettings(self.names, *per_channel, ("time",) * channels)
+        n = channels
+        settings = BoxSettings(self.names, (BOTTLE,) * n, (PRESSURE_LIMIT,) * n, ("time",) * n)
         self.box = PneumaticBox(settings, load_calibration(None, channels))
         self.bench = EmbeddedBench(self.names, np.full(channels, BOTTLE), box_of(0), seed)
         random = np.random.default_rng(seed)
         self.planned = np.cumsum(random.uniform(*SPACING, (events, channels)), axis=0)
-        self.acted: Floats = np.full((events, channels), np.nan)
+        self.acted: Array = np.full((events, channels), np.nan)
         self._next = np.zeros(channels, dtype=int)
 
     def schedule(self, start: float) -> None:
@@ -102,101 +91,90 @@ class ScheduledBox:
         """Whether all events have acted."""
         return bool((self._next >= len(self.acted)).all())
 
-    @property
-    def errors(self) -> Floats:
-        """Acted less planned times of all events [s]."""
-        return np.asarray((self.acted - self.planned).ravel())
+
+def run(given: Parameters, job: Job) -> Results:
+    """Errors of all events [s]: samples exactly every 2 ms, and by the wall clock."""
+    job.progress("simulated time", 0.0)
+    pretended = ScheduledBox(given.channels, given.events, given.seed)
+    simulated = errors_of(pretended, lambda: pretended.bench.time, _without_waiting)
+    job.progress("wall clock", 0.5)
+    real, began = ScheduledBox(given.channels, given.wall_events, given.seed), time.monotonic()
+    wall = errors_of(real, lambda: time.monotonic() - began, _every_period)
+    return {"simulated": simulated, "wall": wall}
 
 
-def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
-    """Errors of all events [s], in simulated time and by the wall clock."""
-    progress("simulated time", 0.0)
-    simulated = in_simulated_time(settings, seed)
-    progress("wall clock", 0.5)
-    return {"simulated": simulated, "wall": by_the_wall_clock(settings, seed)}
+Step = Callable[[], None]
 
 
-def in_simulated_time(settings: Settings, seed: int) -> Floats:
-    """Errors of the events when the samples come exactly every 2 ms [s]."""
-    run = ScheduledBox(settings.channels, settings.events, seed)
-    while not run.box.ready:
-        run.sample(lambda: run.bench.time)
-    run.schedule(run.box.time + LEAD)
-    while not run.done:
-        run.sample(lambda: run.bench.time)
-    return run.errors
-
-
-def by_the_wall_clock(settings: Settings, seed: int) -> Floats:
-    """Errors of the events in a loop at 500 Hz of the wall clock, samples stamped by it [s].
-
-    The loop runs at real-time priority where the system grants it, as the driver's can.
-    """
-    run = ScheduledBox(settings.channels, settings.wall_events, seed)
-    began, stop = time.monotonic(), threading.Event()
-
-    def clock() -> float:
-        return time.monotonic() - began
+def errors_of(
+    box: ScheduledBox, clock: Callable[[], float], loop: Callable[[Step, threading.Event], None]
+) -> Array:
+    """Errors of the events [s] when a loop samples the box, stamped by a clock [s]."""
+    stop, scheduled = threading.Event(), threading.Event()
 
     def step() -> None:
-        run.sample(clock)
-        if run.box.ready and np.isnan(scheduled[0]):
-            scheduled[0] = run.box.time + LEAD
-            run.schedule(scheduled[0])
-        if run.done:
+        box.sample(clock)
+        if box.box.ready and not scheduled.is_set():
+            scheduled.set()
+            box.schedule(box.box.time + LEAD)
+        if box.done:
             stop.set()
 
-    scheduled = [float("nan")]
+    loop(step, stop)
+    return np.asarray((box.acted - box.planned).ravel())
+
+
+def _without_waiting(step: Step, stop: threading.Event) -> None:
+    while not stop.is_set():
+        step()
+
+
+def _every_period(step: Step, stop: threading.Event) -> None:
+    """At real-time priority where the system grants it, as the driver's loop can."""
     set_priority(PRIORITY)
     try:
         DeadlineLoop(PERIOD).run(step, stop)
     finally:
         set_priority(0)
-    return run.errors
 
 
-def report(series: Series, settings: Settings) -> Report:
+def report(results: Results, given: Parameters) -> Report:
     """Errors in samples of 2 ms and in milliseconds."""
-    metrics = []
+    findings = []
     for name, title in CLOCKS.items():
-        size = np.abs(series[name])
-        metrics += [
-            Metric(f"{title}: RMS error", float(rms(size)) / PERIOD, "samples"),
-            Metric(f"{title}: 99 % of the events within", percentile(size) / PERIOD, "samples"),
-            Metric(f"{title}: 99 % of the events within", 1e3 * percentile(size), "ms", "< 1"),
-            Metric(f"{title}: largest error", float(size.max()) / PERIOD, "samples"),
+        size = np.abs(results[name])
+        findings += [
+            number(f"{title}: RMS error", float(rms(size)) / PERIOD, "samples"),
+            number(f"{title}: 99 % of the events within", percentile(size) / PERIOD, "samples"),
+            number(f"{title}: 99 % of the events within", 1e3 * percentile(size), "ms", "< 1"),
+            number(f"{title}: largest error", float(size.max()) / PERIOD, "samples"),
         ]
-    worst = float(np.abs(series["simulated"]).max()) / PERIOD
-    p99 = 1e3 * percentile(np.abs(series["wall"]))
-    verdict = (
-        f"events act within {worst:.2f} samples of 2 ms in simulated time; by the wall clock 99 % "
-        f"within {p99:.2f} ms (thesis: sub-millisecond)"
+    worst = float(np.abs(results["simulated"]).max()) / PERIOD
+    p99 = 1e3 * percentile(np.abs(results["wall"]))
+    conclusion = (
+        f"Events act within {worst:.2f} samples of 2 ms in simulated time; by the wall clock 99 % "
+        f"within {p99:.2f} ms (thesis: sub-millisecond)."
     )
-    return Report(tuple(metrics), verdict)
+    return Report(findings, conclusion)
 
 
-def percentile(errors: Floats) -> float:
+def percentile(errors: Array) -> float:
     """The error that 99 % of the events stay below [s]."""
     return float(np.percentile(errors, 99))
 
 
-def draw(figure: "Figure", series: Series, result: Report) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Histograms of the errors, in simulated time and by the wall clock."""
     axes = figure.subplots(1, 2, sharey=True)
     bins = np.linspace(-SHOWN, SHOWN, 81)
     for panel, (name, title), colour in zip(axes, CLOCKS.items(), (FULL, OTHER), strict=True):
-        errors = 1e3 * series[name]
+        errors = 1e3 * results[name]
         share = np.full(len(errors), 100.0 / len(errors))
         panel.hist(np.clip(errors, -SHOWN, SHOWN), bins, weights=share, color=colour)
         for limit in (-1.0, 1.0):
             panel.axvline(limit, color=THESIS_LINE, ls="--", lw=1.0)
         panel.annotate(
-            "thesis: < 1 ms",
-            (1.0, 0.97),
-            (3, -8),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            color="#555555",
+            "thesis: < 1 ms", (1.0, 0.97), (3, -8), xycoords=("data", "axes fraction"), **NOTE
         )
         panel.set(title=f"{title}, {len(errors)} events", xlabel="acted less scheduled [ms]")
     axes[0].set_ylabel("events [%]")

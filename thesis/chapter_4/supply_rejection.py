@@ -1,112 +1,106 @@
-"""Fig. 4.7: a sine of air mass while somebody turns the supply's regulator."""
+"""A sine of air mass while the supply varies by a quarter, and while it does not (Fig. 4.7).
+
+The thesis: a supply that varies by 25 % has no discernible effect.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softhand_model.gas import AMBIENT_PRESSURE
-from thesis.chapter_4.bench_run import Sine, final_drift, of, on_bottles, tracking_error, under
-from thesis.chapter_4.boxes import SUPPLIES, box_of, calibrated
-from thesis.chapter_4.report import (
-    FULL,
-    MG,
-    OTHER,
-    SUPPLY,
-    TARGET,
-    Metric,
-    Progress,
-    Report,
-    Series,
-    option,
-    rms,
+from thesis.chapter_4 import FULL, MG, OTHER, SUPPLY, TARGET, rms
+from thesis.chapter_4.bench_run import (
+    SMALL_SINE,
+    SineOnBottles,
+    final_drift,
+    of,
+    on_bottles,
+    tracking_error,
+    under,
 )
+from thesis.chapter_4.boxes import box_of, calibrated
+from thesis.frame import Figure, Job, Report, Results, number, option
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-SENTENCE = "a sine of air mass while the supply varies by a quarter, and while it does not"
-THESIS = "Fig. 4.7, a supply that varies by 25 % has no discernible effect"
 SIZE = (8.0, 5.6)
 NEXT_NOISE = 1000  # from the seed of one run to that of the next
+SMALL = SMALL_SINE | {"channels": 2, "turns": 1.0, "runs": 2}
 
 
 @dataclass(frozen=True)
-class Settings(Sine):
+class Parameters(SineOnBottles):
     """Options of the experiment."""
 
     points: int = option(400, "calibration pulses per channel, both directions together [-]")
     channels: int = option(8, "outlets of the box, all on the same sine [-]")
-    supplies: tuple[float, ...] = option(SUPPLIES, "supplies of the calibration [Pa gauge]")
     supply: float = option(290e3, "mean supply pressure [Pa gauge]")
     variation: float = option(0.25, "from the lowest to the highest supply, of the mean [-]")
     runs: int = option(3, "runs under each supply, with noise of their own [-]")
     turns: float = option(4.0, "how often the supply goes down and up during the sine [-]")
 
 
-def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
+def run(given: Parameters, job: Job) -> Results:
     """Calibrate a box; track the sine under a constant supply, and under one that varies."""
-    box = box_of(seed)
-    own = calibrated(box, settings.channels, settings.points, seed, progress, settings.supplies)
-    supplies = {"constant": lambda time: settings.supply, "varied": varied(settings)}
-    runs = {}
-    for run in range(settings.runs):
+    box = box_of(given.seed)
+    own = calibrated(box, given.channels, given.points, given.seed, job.progress, given.supplies)
+    supplies = {"constant": lambda time: given.supply, "varied": varied(given)}
+    runs: Results = {}
+    for run in range(given.runs):
         for name, supply in supplies.items():
-            rig = on_bottles(box, own, seed + run * NEXT_NOISE)
-            runs |= under(f"{name}_{run}", rig.follow(settings, progress, supply))
+            rig = on_bottles(box, own, given.seed + run * NEXT_NOISE)
+            runs |= under(f"{name}_{run}", rig.follow(given, job.progress, supply))
     return runs
 
 
-def varied(settings: Settings) -> Callable[[float], float]:
+def varied(given: Parameters) -> Callable[[float], float]:
     """The regulator turned by hand: gauge supply [Pa] over time [s], in straight lines."""
-    half, turn = 0.5 * settings.variation, settings.duration / settings.turns
+    half, turn = 0.5 * given.variation, given.duration / given.turns
 
     def supply(time: float) -> float:
-        phase = max(time - settings.fill, 0.0) / turn % 1.0
+        phase = max(time - given.fill, 0.0) / turn % 1.0
         triangle = 4 * abs((phase + 0.25) % 1.0 - 0.5) - 1.0
-        return settings.supply * (1 + half * triangle)
+        return given.supply * (1 + half * triangle)
 
     return supply
 
 
-def report(series: Series, settings: Settings) -> Report:
+def report(results: Results, given: Parameters) -> Report:
     """Tracking errors and drift with and without the variation.
 
     One run tells little: what the estimates drift by depends on the noise, and is as large as the
     rest of the error. So the errors are those of all runs, and how they differ stands beside them.
     """
     names = ("constant", "varied")
-    runs = {n: [of(f"{n}_{k}", series) for k in range(settings.runs)] for n in names}
-    single = {n: [float(rms(tracking_error(r, settings))) / MG for r in runs[n]] for n in names}
+    runs = {n: [of(f"{n}_{k}", results) for k in range(given.runs)] for n in names}
+    single = {n: [float(rms(tracking_error(r, given))) / MG for r in runs[n]] for n in names}
     errors = {name: float(rms(np.array(values))) for name, values in single.items()}
     drifts = {n: float(rms(np.array([final_drift(r) for r in runs[n]]))) / MG for n in names}
     first = runs["varied"][0]
-    gauge = first["supply"][first["time"] > settings.fill] - AMBIENT_PRESSURE
+    gauge = first["supply"][first["time"] > given.fill] - AMBIENT_PRESSURE
     spread = 100 * float(np.ptp(gauge) / gauge.mean())
     change = 100 * (errors["varied"] / errors["constant"] - 1)
     scatter = 100 * max(float(np.ptp(values)) / errors[name] for name, values in single.items())
-    metrics = (
-        Metric("variation of the supply, read by its sensor", spread, "%", "about 25"),
-        Metric("RMS tracking error, constant supply", errors["constant"], "mg"),
-        Metric("RMS tracking error, varied supply", errors["varied"], "mg"),
-        Metric("change of the tracking error", change, "%", "no discernible effect"),
-        Metric("between runs under the same supply, most", scatter, "%"),
-        Metric("final drift, constant supply, RMS of channels", drifts["constant"], "mg"),
-        Metric("final drift, varied supply, RMS of channels", drifts["varied"], "mg"),
+    findings = (
+        number("variation of the supply, read by its sensor", spread, "%", "about 25"),
+        number("RMS tracking error, constant supply", errors["constant"], "mg"),
+        number("RMS tracking error, varied supply", errors["varied"], "mg"),
+        number("change of the tracking error", change, "%", "no discernible effect"),
+        number("between runs under the same supply, most", scatter, "%"),
+        number("final drift, constant supply, RMS of channels", drifts["constant"], "mg"),
+        number("final drift, varied supply, RMS of channels", drifts["varied"], "mg"),
     )
-    verdict = (
-        f"a supply that varies by {spread:.0f} % changes the tracking error by {change:+.1f} %, "
-        f"{errors['constant']:.2f} to {errors['varied']:.2f} mg in {settings.runs} runs each; runs "
-        f"under the same supply differ by up to {scatter:.0f} % (thesis: no discernible effect)"
+    conclusion = (
+        f"A supply that varies by {spread:.0f} % changes the tracking error by {change:+.1f} %, "
+        f"{errors['constant']:.2f} to {errors['varied']:.2f} mg in {given.runs} runs each; runs "
+        f"under the same supply differ by up to {scatter:.0f} % (thesis: no discernible effect)."
     )
-    return Report(metrics, verdict)
+    return Report(findings, conclusion)
 
 
-def draw(figure: "Figure", series: Series, result: Report) -> None:
+def draw(figure: Figure, results: Results, report: Report) -> None:
     """Supply, mass of the first channel and its tracking error over time, in the first runs."""
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(1, 2, 1))
-    runs = {name: of(f"{name}_0", series) for name in ("constant", "varied")}
+    runs = {name: of(f"{name}_0", results) for name in ("constant", "varied")}
     top.plot(runs["varied"]["time"], runs["varied"]["supply"] / 1e3, color=SUPPLY)
     top.set(ylabel="supply\n[kPa abs.]")
     middle.plot(runs["varied"]["time"], runs["varied"]["target"] / MG, color=TARGET, label="target")

@@ -1,1 +1,3 @@
-"""Equilibrium-point control on the simulated finger: what a push does under each controller."""
+"""Section 4.2: equilibrium-point control, what a push on a finger does under each controller."""
+
+STYLE = {"savefig.dpi": 110}

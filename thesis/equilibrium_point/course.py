@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.air import AirCoupling
@@ -16,10 +15,26 @@ from softhand_bringup.bags.reading import Bag, JointSeries, stamp_seconds
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
-from thesis.equilibrium_point.session import HAND, JOINTS, STATE, VALVES, WRENCH, Push
+from thesis.frame import Array
 
-Array = NDArray[np.float64]
+HAND = "single_finger"
+STATE, VALVES = "/pneumaticbox/state", "/pneumaticbox/valves"
+JOINTS, WRENCH = "/hand/joint_states", "/wrist/wrench"
 AVERAGED = 0.5  # of standing pressures and volumes [s]
+
+
+@dataclass(frozen=True)
+class Push:
+    """One push under a controller, in simulated time [s]: the wrist goes down from `start` to
+    `pressed`, stays until `released`, is up again at `free`; it all ends at `end`.
+    """
+
+    mode: str
+    start: float
+    pressed: float
+    released: float
+    free: float
+    end: float
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event
@@ -13,14 +13,14 @@ from softhand_bringup.processes.launcher import Launcher
 from softhand_bringup.processes.suite import node_environment
 from softhand_bringup.processes.waiting import Patience
 from softhand_model.hand.hand import load_hand
+from thesis.equilibrium_point.course import HAND, JOINTS, STATE, VALVES, WRENCH, Push
+from thesis.frame import Progress
 
 if TYPE_CHECKING:
-    from thesis.equilibrium_point.node import PressBench
+    from thesis.equilibrium_point.ros.press_bench import PressBench
 
-HAND, CHAIN, SCENE = "single_finger", "finger", "press"
+SCENE = "press"
 MODES = ("mass", "pressure", "volume")
-STATE, VALVES = "/pneumaticbox/state", "/pneumaticbox/valves"
-JOINTS, WRENCH = "/hand/joint_states", "/wrist/wrench"
 RECORDED = ("/clock", STATE, VALVES, JOINTS, WRENCH)
 STEP = 0.002  # physics step [s]
 AIR = 9e-6  # with which the finger is bent by about 78 degrees [kg above rest]
@@ -32,20 +32,6 @@ HOLD = 2.0  # pressed, and free again [s]
 EMPTY = 2.5  # until the finger is empty and at rest [s]
 
 
-@dataclass(frozen=True)
-class Push:
-    """One push under a controller, in simulated time [s]: the wrist goes down from `start` to
-    `pressed`, stays until `released`, is up again at `free`; it all ends at `end`.
-    """
-
-    mode: str
-    start: float
-    pressed: float
-    released: float
-    free: float
-    end: float
-
-
 @dataclass
 class Session:
     """The finger over the table, with simulator, driver and recorder.
@@ -53,14 +39,14 @@ class Session:
     Args:
         folder: gets bag/ and log/.
         seed: of the sensors' noise and the valves' jitter.
-        say: prints one line.
+        progress: is told.
         modes: controllers, in the order in which they are shown.
         stopped: set when the user wants to end.
     """
 
     folder: Path
     seed: int
-    say: Callable[[str], None]
+    progress: Progress
     modes: Sequence[str] = MODES
     stopped: Event = field(default_factory=Event)
 
@@ -87,15 +73,15 @@ class Session:
 
     def _play(self, launcher: Launcher) -> list[Push]:
         # imported late: with --help nobody should wait for ROS
-        from thesis.equilibrium_point.node import PressBench
+        from thesis.equilibrium_point.ros.press_bench import PressBench
 
         with PressBench(load_hand(HAND).channels[0], RECORDED) as bench:
             patience = Patience(launcher, bench, self.stopped)
             patience.wait_for_nodes()
-            pushes = []
+            pushes: list[Push] = []
             for mode in self.modes:
+                self.progress(f"push under {mode} control", len(pushes) / len(self.modes))
                 pushes.append(self._push(bench, patience, mode))
-                self.say(f"{bench.simulated_time:6.1f} s  pushed under {mode} control")
             return pushes
 
     def _push(self, bench: PressBench, patience: Patience, mode: str) -> Push:

@@ -1,17 +1,16 @@
 """What is read from a push on the finger, and what is said of it."""
 
-import json
-
 import numpy as np
 import pytest
 
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.urdf import joint_positions
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
-from thesis.equilibrium_point import verdict
-from thesis.equilibrium_point.course import Course, volumes
-from thesis.equilibrium_point.picture import draw
-from thesis.equilibrium_point.session import HAND, SCENE, Push
+from thesis import frame
+from thesis.equilibrium_point import equilibrium_point
+from thesis.equilibrium_point.course import HAND, Course, Push, volumes
+from thesis.equilibrium_point.equilibrium_point import as_results, enclosed_changes, looks
+from thesis.equilibrium_point.session import SCENE
 
 PUSH = Push("mass", 10.0, 11.0, 13.0, 14.0, 16.0)
 HEAT = GAS_CONSTANT * ROOM_TEMPERATURE
@@ -44,32 +43,40 @@ def test_the_volume_told_by_the_joints_is_that_of_the_simulator():
 
 
 def test_closed_valves_leave_the_enclosed_air_as_it_was():
-    seen = verdict.outcome(course())
-    assert seen.pressure[1] > seen.pressure[0] + 1e4
-    assert seen.pressure[2] == pytest.approx(seen.pressure[0], abs=1.0)
-    assert abs(seen.enclosed_change) < 1e-12 and abs(seen.enclosed_left) < 1e-12
+    seen = course()
+    before, pressed, after = looks(seen, seen.pressure)
+    assert pressed > before + 1e4
+    assert after == pytest.approx(before, abs=1.0)
+    assert np.abs(enclosed_changes(seen)).max() < 1e-12
 
 
 def test_air_let_out_under_the_push_is_missed_after_it():
-    seen = verdict.outcome(course("pressure", (0.5,), let_out=2e-6))
-    assert seen.openings == 1
-    assert seen.enclosed_left == pytest.approx(-2e-6, rel=1e-6)
+    seen = course("pressure", (0.5,), let_out=2e-6)
+    assert enclosed_changes(seen)[1] == pytest.approx(-2e-6, rel=1e-6)
+
+
+def pushed(*openings):
+    modes = zip(("mass", "pressure", "volume"), openings, strict=True)
+    return as_results([course(mode, np.linspace(0.2, 0.8, n)) for mode, n in modes])
 
 
 @pytest.mark.parametrize(
     ("openings", "fits"), [((0, 2, 1), True), ((1, 2, 1), False), ((0, 0, 1), False)]
 )
-def test_only_mass_control_may_leave_the_valves_closed(openings, fits, tmp_path):
-    modes = zip(("mass", "pressure", "volume"), openings, strict=True)
-    outcomes = [verdict.outcome(course(mode, np.linspace(0.2, 0.8, n))) for mode, n in modes]
-    assert verdict.as_in_the_thesis(outcomes) is fits
-    assert verdict.line(outcomes).startswith("as in" if fits else "NOT as in")
-    verdict.write(tmp_path / "result.json", outcomes, seed=3)
-    written = json.loads((tmp_path / "result.json").read_text())
-    assert written["as_in_the_thesis"] is fits and written["seed"] == 3
-    assert [push["openings"] for push in written["pushes"]] == list(openings)
+def test_only_mass_control_may_leave_the_valves_closed(openings, fits):
+    report = equilibrium_point.report(pushed(*openings), equilibrium_point.Parameters())
+    assert all(report.judged) is fits
+    assert report.verdict.startswith("holds (3 of 3" if fits else "falls short (2 of 3")
+    assert [report[f"{mode} control: valve openings"] for mode in equilibrium_point.MODES] == list(
+        openings
+    )
 
 
-def test_the_picture_is_drawn(tmp_path):
-    draw([course(), course("pressure", (0.5, 3.5), let_out=1e-6)], tmp_path / "push.png")
+def test_pushes_that_were_kept_are_told_and_drawn_as_before(tmp_path):
+    results, given = pushed(0, 2, 1), equilibrium_point.Parameters(seed=3)
+    report = equilibrium_point.report(results, given)
+    frame.write_result(tmp_path, equilibrium_point, given, results, report)
+    again, read = frame.read_result(tmp_path, equilibrium_point)
+    assert again == given and equilibrium_point.report(read, again) == report
+    frame.save_figure(equilibrium_point, read, report, tmp_path / "push.png")
     assert (tmp_path / "push.png").stat().st_size > 20_000

@@ -1,5 +1,7 @@
 """The experiments of the thesis: what they take from it, and one independent number of each."""
 
+import copy
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -8,27 +10,28 @@ from scipy.optimize import brentq
 from softhand_model.equilibrium.planar import planar_finger
 from softhand_model.hand.actuator import load_actuator
 from thesis.chapter_3_and_5 import (
-    approximation,
     base_torque,
-    blocked_force,
     discretisation,
     payload,
     straight_finger,
     wall_strain,
     wall_thickness,
 )
-from thesis.chapter_3_and_5 import discretisation as sweeping
 from thesis.chapter_3_and_5.base_torque import gripped_part, pushed
 from thesis.chapter_3_and_5.static_finger import blocked_finger, chain_of, line_of
+from thesis.frame import NoParameters
+
+SEGMENTS = 10
 
 
 # ---------------------------------------------------------------- what the thesis states
 def test_experiments_use_the_numbers_of_the_thesis():
-    assert sorted([*discretisation.SEGMENTS, discretisation.FINEST]) == [3, 5, 10, 20, 50]
-    assert wall_thickness.WALLS == (0.0025, 0.0035, 0.0045, 0.0055)
+    segments = discretisation.Parameters().segments
+    assert sorted([*segments, discretisation.FINEST]) == [3, 5, 10, 20, 50]
+    assert wall_thickness.Parameters().walls == (0.0025, 0.0035, 0.0045, 0.0055)
     assert base_torque.PRESSURE == 31e3
     assert np.degrees(base_torque.ANGLE) == pytest.approx(90.0)
-    assert payload.MASS == 0.5
+    assert payload.Parameters().mass == 0.5
 
 
 def test_walls_of_the_rubber_that_the_thesis_fitted():
@@ -52,7 +55,7 @@ def test_tip_angle_of_a_wall_is_the_integral_of_the_root_of_the_moment_balance()
         return (stretch_under(float(load)) - 1.0) / float(finger.height(x))
 
     expected = quad(curvature, 0.0, 0.090)[0]
-    found = wall_thickness._bent(finger)["simulated"][-1]
+    found = wall_thickness.bent(finger, 10)["simulated"][-1]
     assert found == pytest.approx(expected, rel=1e-4)
 
 
@@ -75,9 +78,9 @@ def test_left_is_left_of_a_finger_that_points_away_and_bends_upwards():
 def test_blocked_force_of_a_stiff_finger_is_that_of_a_propped_beam():
     """Little pressure, its tip kept where it is: F = sum of moments over levers, by hand."""
     finger = load_actuator("P10.finger")
-    model = chain_of(finger, blocked_force.SEGMENTS)
+    model = chain_of(finger, SEGMENTS)
     compliance = 1.0 / model.segments.stiffness[:, 1]
-    lever = 0.09 * (1.0 - (np.arange(blocked_force.SEGMENTS) + 0.5) / blocked_force.SEGMENTS)
+    lever = 0.09 * (1.0 - (np.arange(SEGMENTS) + 0.5) / SEGMENTS)
     rest = model.rest_rotation([1e3])[:, 1]
     expected = rest @ lever / (compliance @ lever**2)
     assert blocked_finger(finger, 10, 1e3, 0.0).tip_force == pytest.approx(expected, rel=1e-3)
@@ -91,17 +94,17 @@ def test_the_finger_that_stays_straight_is_half_as_stiff_half_way():
     assert share == pytest.approx(edge**3 * ratio, rel=1e-3)
 
 
-def test_error_of_the_approximation_at_the_least_pressure():
+def test_error_of_the_approximation_at_the_least_pressure(small):
     """5.3 by its printed closed form, the exact one by its root."""
-    findings = approximation.report(approximation.simulate())
+    results, report = small("approximation")
     u = 0.3
     exact = stretch_under(2.0 * u) - 1.0
-    printed = float(np.interp(u, *(approximation.simulate()[key] for key in ("u", "printed"))))
-    assert f"{100.0 * (printed / exact - 1.0):+.1f} %" in findings[0].ours
+    printed = float(np.interp(u, results["u"], results["printed"]))
+    assert f"{100.0 * (printed / exact - 1.0):+.1f} %" in report.findings[0].ours
 
 
 @pytest.mark.parametrize("bend", ["0.25", "2"])
-def test_mean_energy_of_a_wall_is_the_integral_over_the_rubber(bend):
+def test_mean_energy_of_a_wall_is_the_integral_over_the_rubber(bend, small):
     def invariant(v):
         kept = v**2 / 2 + float(bend) / 3
         u = brentq(lambda u: u**2 / 2 + float(bend) * u**3 / 3 - kept, 0.0, 1.0)
@@ -110,17 +113,17 @@ def test_mean_energy_of_a_wall_is_the_integral_over_the_rubber(bend):
 
     mean = quad(lambda v: v * invariant(v), 0.5, 1.0)[0] / quad(lambda v: v, 0.5, 1.0)[0]
     expected = mean / invariant(1.0) - 1.0
-    found = wall_strain.energy_error(wall_strain.simulate(), bend)
+    found = wall_strain.energy_error(small("wall_strain")[0], bend)
     assert found == pytest.approx(expected, abs=1e-4)
 
 
-def test_the_verdict_on_wall_strain_follows_its_figures():
-    results = wall_strain.simulate()
-    assert "is sound up to" in wall_strain.conclude(results)
-    assert "+68 % (kappa*h = 0.25)" in wall_strain.conclude(results)
+def test_the_verdict_on_wall_strain_follows_its_figures(small):
+    results, report = small("wall_strain")
+    assert "is sound up to" in report.conclusion and "+68 % (kappa*h = 0.25)" in report.conclusion
+    results = copy.deepcopy(results)
     results["curves"]["1"]["invariant"] = [9.0] * 61
-    assert "is not sound up to" in wall_strain.conclude(results)
-    assert any(finding.met is False for finding in wall_strain.report(results))
+    report = wall_strain.report(results, NoParameters())
+    assert "is not sound up to" in report.conclusion and not all(report.judged)
 
 
 # ---------------------------------------------------------------- free tips at every pressure
@@ -138,7 +141,7 @@ def test_free_tip_of_an_even_finger_is_at_a_closed_form_distance_from_the_arc(pr
     for count in (10, 50):
         half = bend / count / 2.0
         expected = half / np.tan(half) * arc_tip(bend, 0.120)
-        found = sweeping.free_tips(actuator, count, np.array([pressure]))[0]
+        found = discretisation.free_tips(actuator, count, np.array([pressure]))[0]
         assert found == pytest.approx(expected, abs=1e-9)
 
 
@@ -146,18 +149,18 @@ def test_free_tips_are_those_of_the_chain_of_the_simulator():
     actuator = load_actuator("P10.thumb")
     model = chain_of(actuator, 7)
     line = line_of(planar_finger(model.segments), model.rest_rotation([80e3])[:, 1])
-    found = sweeping.free_tips(actuator, 7, np.array([80e3]))[0]
+    found = discretisation.free_tips(actuator, 7, np.array([80e3]))[0]
     assert found == pytest.approx(line[-1], abs=1e-7)
 
 
 def test_one_percent_holds_in_a_part_of_the_range_and_the_sweep_tells_which():
-    swept = sweeping.sweep(load_actuator("P10.finger"), [10], 50)
+    swept = discretisation.sweep(load_actuator("P10.finger"), [10], 50)
     off = np.interp([40e3, 72e3], swept["pressure"], swept["off"]["10"])
     assert off == pytest.approx([0.57, 1.46], abs=0.01)
-    limit = sweeping.holds_up_to(swept, 10)
+    limit = discretisation.holds_up_to(swept, 10)
     assert 40e3 < limit < 72e3
-    assert sweeping.worst(swept, 10)[0] > 1.4
+    assert discretisation.worst(swept, 10)[0] > 1.4
     at = swept["pressure"].index(limit)
     assert swept["enough"][at] <= 10 < swept["enough"][at + 1]
-    finer = sweeping.sweep(load_actuator("P10.finger"), [swept["enough"][-1]], 50)
-    assert sweeping.worst(finer, swept["enough"][-1])[0] <= 1.0
+    finer = discretisation.sweep(load_actuator("P10.finger"), [swept["enough"][-1]], 50)
+    assert discretisation.worst(finer, swept["enough"][-1])[0] <= 1.0

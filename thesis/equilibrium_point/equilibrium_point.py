@@ -1,0 +1,187 @@
+"""A finger pressed on a table under mass, pressure and volume control, over ROS (Figs 4.1, 4.2).
+
+The thesis: the push moves pressure and volume along the line of equal air mass; the valves stay
+closed under mass control alone. The folder of the result gets bag/ and log/ of the session.
+"""
+
+from __future__ import annotations
+
+import shutil
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from threading import Event
+
+import numpy as np
+
+from softhand_bringup.processes.waiting import Interrupted
+from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, ROOM_TEMPERATURE
+from thesis.equilibrium_point.course import Course, Push, read_courses
+from thesis.equilibrium_point.session import MODES, Session
+from thesis.frame import Array, Axes, Figure, Finding, Job, Report, Results, option
+
+SIZE = (9.5, 8.5)
+SMALL = None  # real nodes, in their own time
+COLOURS = {"mass": "tab:purple", "pressure": "tab:orange", "volume": "tab:blue"}
+LABELS = ("gauge pressure [kPa]", "[kPa]", "volume\n[cm3]", "air, estimated\n[mg]", "force\n[N]")
+AIR, AIR_SPAN = 2, 6.0  # row of the air mass, and what it shows to both sides [mg]
+LINE_SPACING = 1e-6  # of the lines of equal air mass [kg]
+EXPECTED = {  # valve openings; course of pressure and volume; more air than before
+    "mass": ("none", "along the line of equal air mass", "none"),
+    "others": ("some", "-", "-"),
+}
+RECORDED = ("time", "pressure", "volume", "mass", "force", "openings")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Options of the experiment."""
+
+    seed: int = option(0, "of sensor noise and valve jitter [-]")
+    modes: tuple[str, ...] = option(MODES, "controllers, in the order in which they are shown [-]")
+
+    def __post_init__(self) -> None:
+        if unknown := set(self.modes) - set(MODES):
+            raise ValueError(f"modes: expected of {', '.join(MODES)}, got {', '.join(unknown)}")
+
+
+def run(given: Parameters, job: Job) -> Results:
+    """Push once under every controller; the pushes, and what was recorded over them."""
+    with stopped_by_signals() as stopped:
+        session = Session(job.folder, given.seed, job.progress, given.modes, stopped)
+        shutil.rmtree(session.bag, ignore_errors=True)  # of the run that this one replaces
+        try:
+            return as_results(read_courses(session.bag, session.run()))
+        except Interrupted:
+            raise KeyboardInterrupt from None
+
+
+@contextmanager
+def stopped_by_signals() -> Iterator[Event]:
+    """An event that SIGINT and SIGTERM set, so that the nodes end in order."""
+    stopped = Event()
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda *_: stopped.set()) for number in numbers]
+    try:
+        yield stopped
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
+def as_results(courses: Sequence[Course]) -> Results:
+    """Courses as they are kept."""
+    results: Results = {"pushes": [asdict(course.push) for course in courses]}
+    for course in courses:
+        results |= {f"{course.push.mode}_{key}": getattr(course, key) for key in RECORDED}
+    return results
+
+
+def courses_of(results: Results) -> list[Course]:
+    """Courses as they were kept."""
+    pushes = [Push(**entry) for entry in results["pushes"]]
+    return [Course(push, *(results[f"{push.mode}_{key}"] for key in RECORDED)) for push in pushes]
+
+
+def report(results: Results, given: Parameters) -> Report:
+    """What each controller did; mass control alone may leave the valves closed."""
+    findings, told = [], []
+    for course in courses_of(results):
+        mode, count = course.push.mode, len(course.openings)
+        opened, line, same = EXPECTED["mass" if mode == "mass" else "others"]
+        pressure, volume = 1e-3 * looks(course, course.pressure), 1e6 * looks(course, course.volume)
+        change, left = 1e6 * enclosed_changes(course)
+        shown = ", ".join(f"{value:.1f}" for value in pressure) + " kPa; "
+        shown += ", ".join(f"{value:.2f}" for value in volume) + " cm3; "
+        shown += f"pressed with {course.pressed(course.force):.2f} N"
+        met = (count == 0) == (mode == "mass")
+        more = f"{mode} control: more air than before, by pressure and shape"
+        findings += [
+            Finding(f"{mode} control: valve openings", opened, f"{count}", met, count),
+            Finding(f"{mode} control: free, pressed, free again", line, shown),
+            Finding(more, same, f"{change:+.2f} mg while pressed, {left:+.2f} mg after"),
+        ]
+        told.append(
+            f"{mode} control opened a valve {count} times, {pressure[0]:.1f} to {pressure[1]:.1f} "
+            f"kPa and {volume[0]:.2f} to {volume[1]:.2f} cm3, {change:+.2f} mg while pressed"
+        )
+    words = "; ".join(told)
+    return Report(findings, f"{words[0].upper()}{words[1:]}.")
+
+
+def looks(course: Course, values: Array) -> Array:
+    """Means before the push, pressed, and after it (3,)."""
+    return np.array([course.before(values), course.pressed(values), course.after(values)])
+
+
+def enclosed_changes(course: Course) -> Array:
+    """How much more air is in the pressed finger than before, and after the push, by pressure and
+    shape (2,) [kg]: nothing under mass control.
+    """
+    before, pressed, after = looks(course, course.enclosed)
+    return np.array([pressed - before, after - before])
+
+
+def draw(figure: Figure, results: Results, report: Report) -> None:
+    """Pushes over lines of equal air mass as in Figs 4.1 and 4.2, and over time."""
+    courses = courses_of(results)
+    panels = figure.subplots(
+        5, len(courses), sharey="row", squeeze=False, height_ratios=(5, 2, 2, 2, 2)
+    )
+    for column, course in enumerate(courses):
+        _draw_plane(panels[0, column], course)
+        _draw_course(list(panels[1:, column]), course)
+    for panel in panels[0]:
+        panel.set_xlim(*_span(np.concatenate([1e6 * course.volume for course in courses])))
+        _draw_lines(panel)
+    for panel, label in zip(panels[:, 0], LABELS, strict=True):
+        panel.set_ylabel(label)
+    figure.supxlabel("grey: pressed; dotted: a valve opens", fontsize=9)
+
+
+def _span(values: Array) -> tuple[float, float]:
+    margin = 0.08 * float(np.ptp(values))
+    return float(values.min()) - margin, float(values.max()) + margin
+
+
+def _draw_plane(panel: Axes, course: Course) -> None:
+    colour = COLOURS[course.push.mode]
+    volume, pressure = 1e6 * course.volume, 1e-3 * course.pressure
+    panel.plot(volume, pressure, color=colour, linewidth=0.6, alpha=0.5)
+    for word, look in (("free", course.before), ("pressed", course.pressed)):
+        place = (1e6 * look(course.volume), 1e-3 * look(course.pressure))
+        panel.plot(*place, "o", color=colour, markersize=6)
+        panel.annotate(word, place, textcoords="offset points", xytext=(6, 4), fontsize=9)
+    count = len(course.openings)
+    times = {0: "no valve opened", 1: "a valve opened once"}.get(count, f"{count} valve openings")
+    panel.set_title(f"{course.push.mode} control: {times}", fontsize=10)
+    panel.set_xlabel("volume of the bent finger [cm3]")
+
+
+def _draw_lines(panel: Axes) -> None:
+    """Lines of equal air mass, on which closed valves leave the finger (violet in Fig. 4.2)."""
+    low, high = panel.get_xlim()
+    bottom, top = panel.get_ylim()
+    volume = 1e-6 * np.linspace(low, high, 50)
+    heat = GAS_CONSTANT * ROOM_TEMPERATURE
+    least = (AMBIENT_PRESSURE + 1e3 * bottom) * volume[0] / heat
+    most = (AMBIENT_PRESSURE + 1e3 * top) * volume[-1] / heat
+    for mass in np.arange(least, most, LINE_SPACING):
+        pressure = mass * heat / volume - AMBIENT_PRESSURE
+        panel.plot(1e6 * volume, 1e-3 * pressure, color="0.8", linewidth=0.7, zorder=0)
+    panel.set_xlim(low, high)
+    panel.set_ylim(bottom, top)
+
+
+def _draw_course(panels: Sequence[Axes], course: Course) -> None:
+    colour, push = COLOURS[course.push.mode], course.push
+    rows = (1e-3 * course.pressure, 1e6 * course.volume, 1e6 * course.mass, course.force)
+    for panel, values in zip(panels, rows, strict=True):
+        panel.axvspan(push.pressed - push.start, push.released - push.start, color="0.92")
+        for opening in course.openings:
+            panel.axvline(opening, color="black", linewidth=0.8, linestyle=":")
+        panel.plot(course.time, values, color=colour, linewidth=1)
+    middle = 1e6 * course.before(course.mass)
+    panels[AIR].set_ylim(middle - AIR_SPAN, middle + AIR_SPAN)
+    panels[-1].set_xlabel("time [s]")

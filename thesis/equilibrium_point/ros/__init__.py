@@ -1,0 +1,1 @@
+"""The ROS side of the pushes; the only place of the experiments that imports rclpy."""
