@@ -36,6 +36,7 @@ test: setup
 lint: setup
 	@$(PYTHON_IN_VENV) -m ruff check $(wildcard $(SOURCES))
 	@$(PYTHON_IN_VENV) -m mypy
+	@.venv/bin/lint-imports
 
 bench: setup
 	@$(PYTHON_IN_VENV) -m bench $(ARGS)
@@ -62,10 +63,11 @@ pneumatics-figures: setup
 bench-sim: setup
 	@$(PYTHON_IN_VENV) -m bench.sim $(ARGS)
 
-# Pages that are made from docstrings.
+# Pages that are made from docstrings and from the nodes' parameters.
 docs: setup
 	@$(PYTHON_IN_VENV) scripts/list_errata.py
 	@$(PYTHON_IN_VENV) scripts/list_effects.py
+	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/topics-and-services.md
 
 # The pictures of the README, from the latest run of the demo.
 figures: setup

@@ -19,7 +19,14 @@ setup(
         (f"share/{PACKAGE}/config", glob("config/*.yaml")),
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
-    install_requires=["setuptools", "softhand_model", "pneuflex_sim", "numpy", "PyYAML"],
+    install_requires=[
+        "setuptools",
+        "softhand_model",
+        "softhand_ros",
+        "pneuflex_sim",
+        "numpy",
+        "PyYAML",
+    ],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={

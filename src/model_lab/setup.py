@@ -21,6 +21,7 @@ setup(
     install_requires=[
         "setuptools",
         "softhand_model",
+        "softhand_ros",
         "numpy",
         "scipy",
         "PyYAML",

@@ -26,6 +26,7 @@ setup(
         "pneumaticbox_driver",
         "pneuflex_sim",
         "softhand_model",
+        "softhand_ros",
         "numpy",
         "PyYAML",
         "matplotlib",

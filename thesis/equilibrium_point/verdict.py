@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softhand_bringup.demo.run import versions
+from softhand_bringup.demo.verdict import versions
 from thesis.equilibrium_point.course import Course
 
 
