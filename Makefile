@@ -82,6 +82,6 @@ live-figure: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.lab_story.picture out/lab-story docs/figures/live.png
 
 clean:
-	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
 	find src test examples bench -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf src/*/*.egg-info src/*/build
