@@ -1,4 +1,4 @@
-"""The calibration in use: from its file, or made anew on the box while the node runs."""
+"""Calibration in use: read from its file, or made anew on the box while the node runs."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What is measured: a finger brought to plateaus of pressure, as courses of air mass."""
+"""Measurements of the story: a finger brought to plateaus of pressure, as courses of air mass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a session's bag to a measurement set, and to the monitor's residual."""
+"""Measurement set and live residual out of the bag of a session."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole story in order. The lab's part are commands that a user would type."""
+"""Story of a hidden effect: measure, diagnose, add, watch; the lab's part are its commands."""
 
 from __future__ import annotations
 

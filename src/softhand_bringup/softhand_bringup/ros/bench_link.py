@@ -1,4 +1,4 @@
-"""The ROS side of a program that plays something on the bench: clock, air, services."""
+"""Link to the simulated bench: its clock, commands of air mass, services of the driver."""
 
 from __future__ import annotations
 
