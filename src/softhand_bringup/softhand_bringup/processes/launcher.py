@@ -1,4 +1,4 @@
-"""Launcher: starts nodes as processes, watches them, stops them in order, and leaves none behind."""
+"""Launcher: starts nodes as processes, watches them, stops them in order, leaves none behind."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def test_a_strategy_that_cannot_be_read_is_named_before_anything_starts(tmp_path
 
 
 def test_a_strategy_brings_its_hand_and_reaches_the_sequencer(tmp_path, monkeypatch):
-    gripper = Path(__file__).parents[2] / "examples/three_finger_gripper"
+    gripper = Path(__file__).parents[3] / "examples/three_finger_gripper"
     begun = []
     monkeypatch.setattr(command, "Demo", lambda options, *_: begun.append(options))
     monkeypatch.setattr(command, "_run", lambda demo: True)
