@@ -6,6 +6,7 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from rclpy.callback_groups import CallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
@@ -72,6 +73,33 @@ def take(subscription: Subscription) -> Any:
     """The next message that waits at a subscription; None when there is none."""
     taken = subscription.handle.take_message(subscription.msg_type, False)
     return None if taken is None else taken[0]
+
+
+class Inbox:
+    """Messages of a topic that its owner waits for, in a wait set of its own.
+
+    Args:
+        node: whose topic it is.
+        kind, topic, qos: as for a subscription.
+    """
+
+    def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:
+        self._subscription = subscribe_by_hand(node, kind, topic, qos)
+        self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
+
+    def take(self, timeout: float = 0.0) -> Any:
+        """The next message, which may come within `timeout` [s]; None when there is none."""
+        message = take(self._subscription)
+        if message is not None or timeout <= 0.0:
+            return message
+        self._wait_set.clear_entities()
+        self._wait_set.add_subscription(self._subscription.handle)
+        self._wait_set.wait(int(timeout * 1e9))
+        return take(self._subscription)
+
+    def publishers(self) -> int:
+        """How many nodes publish on the topic."""
+        return int(self._subscription.get_publisher_count())
 
 
 def unused(_: Any) -> None:

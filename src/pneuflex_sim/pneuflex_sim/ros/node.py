@@ -12,7 +12,6 @@ import numpy as np
 import pybullet
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, PoseArray, PoseStamped, WrenchStamped
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -24,10 +23,11 @@ from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
 from softhand_model.pneumatics.valves import CommandWatch
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
+from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import declare, usage
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
-from softhand_ros.topics import RELIABLE, latched, nanoseconds, stamp_of_seconds
+from softhand_ros.topics import RELIABLE, Inbox, latched, nanoseconds, stamp_of_seconds
 
 
 class Pace:
@@ -60,6 +60,9 @@ class Pace:
 
 PURPOSE = "Simulates a soft hand, its valves and an object, and publishes what is sensed."
 LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
+SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
+SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
+STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
@@ -93,6 +96,7 @@ class HandSim(Node):
         self._prepare_messages()
         self.seen = SeenScene(self, self.simulation, RELIABLE)
         self.marker_period = 1.0 / value["marker_rate"]
+        self._executor = RoundRobin(self)
         layout = self.simulation.bodies.layout
         self.description.publish(String(data=write_urdf(layout)))
         self.get_logger().info(
@@ -122,7 +126,7 @@ class HandSim(Node):
         self.wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
         self.object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
         self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
-        self.create_subscription(JointState, "pneumaticbox/valves", self._on_valves, RELIABLE)
+        self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
         self.create_subscription(PoseStamped, "wrist/target_pose", self._on_target, RELIABLE)
 
     def _create_services(self) -> None:
@@ -146,7 +150,14 @@ class HandSim(Node):
         self.refused = [reason]
         self.get_logger().warning(reason, throttle_duration_sec=1.0)
 
-    def _on_valves(self, message: JointState) -> None:
+    def _take_valves(self, timeout: float = 0.0) -> None:
+        """Obey the valves that have come; wait up to `timeout` [s] for the first."""
+        message = self._valves.take(timeout)
+        while message is not None:
+            self._obey_valves(message)
+            message = self._valves.take()
+
+    def _obey_valves(self, message: JointState) -> None:
         try:
             if tuple(message.name) != self.simulation.channels:
                 raise ValueError(
@@ -257,16 +268,18 @@ class HandSim(Node):
             "hand": self.simulation.hand.name,
         }
         state = "paused" if self.paused else "running"
+        self._executor.serve_rest()
         report = Report("simulation", state, self._warnings(), values)
         self.diagnostics.publish([report], stamp_of_seconds(self.simulation.time))
 
     def close(self) -> None:
         """End the simulation."""
         self.simulation.close()
+        self._executor.close()
         self.destroy_node()
 
     # ---------------------------------------------------------------- one sample
-    def advance(self, executor: SingleThreadedExecutor) -> None:
+    def advance(self) -> None:
         """Publish a sample, simulate to the next one while the driver thinks, take its answer."""
         simulation = self.simulation
         before = simulation.time
@@ -275,7 +288,8 @@ class HandSim(Node):
         valves = self.watch.valves(before)
         for _ in range(self.substeps):
             simulation.step(valves)
-        self._wait_for_answer(executor, sample, stale)
+        self._wait_for_answer(sample, stale)
+        self._executor.serve(SERVE_SLICE)
         stamp = stamp_of_seconds(simulation.time)
         if _crossed(before, simulation.time, FAST_PERIOD):
             self.publish_clock()
@@ -285,9 +299,9 @@ class HandSim(Node):
         if _crossed(before, simulation.time, self.marker_period):
             self.seen.publish_markers(stamp)
 
-    def _wait_for_answer(self, executor: SingleThreadedExecutor, sample: int, stale: bool) -> None:
+    def _wait_for_answer(self, sample: int, stale: bool) -> None:
         """In lockstep, up to 50 ms for the valves of this sample; else what has come."""
-        executor.spin_once(timeout_sec=0)
+        self._take_valves()
         if not self.lockstep or stale:
             return
         deadline = time.monotonic() + LOCKSTEP_WAIT
@@ -296,7 +310,20 @@ class HandSim(Node):
             if left <= 0 or not self.driver_seen:
                 self.missed_answers += int(left <= 0)
                 return
-            executor.spin_once(timeout_sec=left)
+            self._take_valves(left)
+
+    def stand(self) -> None:
+        """Serve what comes while the simulation is paused, and go on telling its time."""
+        self.publish_clock()
+        end = time.monotonic() + STANDING_PERIOD
+        while self.stands and time.monotonic() < end:
+            self._take_valves(SERVE_PERIOD)
+            self._executor.serve(SERVE_SLICE)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the simulation is paused, and no single step is wanted."""
+        return self.paused and not self.single_steps
 
 
 def _crossed(before: float, after: float, period: float) -> bool:
@@ -306,23 +333,17 @@ def _crossed(before: float, after: float, period: float) -> bool:
 
 def run(node: HandSim, stop: threading.Event) -> None:
     """Step and serve until `stop`; raises RuntimeError when the simulation diverges."""
-    executor = SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
     told = 0.0
-    try:
-        while not stop.is_set():
-            if node.paused and not node.single_steps:
-                node.publish_clock()
-                executor.spin_once(timeout_sec=0.1)
-            else:
-                node.single_steps = max(0, node.single_steps - 1)
-                node.advance(executor)
-                node.pace.wait(node.simulation.time)
-            if time.monotonic() - told >= REPORT_PERIOD:
-                node.publish_diagnostics()
-                told = time.monotonic()
-    finally:
-        executor.shutdown()
+    while not stop.is_set():
+        if node.stands:
+            node.stand()
+        else:
+            node.single_steps = max(0, node.single_steps - 1)
+            node.advance()
+            node.pace.wait(node.simulation.time)
+        if time.monotonic() - told >= REPORT_PERIOD:
+            node.publish_diagnostics()
+            told = time.monotonic()
 
 
 def main(args: list[str] | None = None) -> int:

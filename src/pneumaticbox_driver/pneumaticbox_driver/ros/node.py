@@ -17,6 +17,7 @@ from builtin_interfaces.msg import Time
 from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
 
 from pneumaticbox_driver.backends.board import Board, open_board
 from pneumaticbox_driver.backends.loop import DeadlineLoop, SteadyClock, set_priority
@@ -30,7 +31,7 @@ from pneumaticbox_driver.ros.parameters import (
     choose_clock,
     sim_time_ignored,
 )
-from pneumaticbox_driver.ros.plant_topics import ClockPulse, SampleFeed, ValvesOut
+from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
 from pneumaticbox_driver.safety import SampleWatch
 from pneumaticbox_driver.settings import per_channel
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics
@@ -38,7 +39,7 @@ from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import SIM_TIME, declare, usage
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
-from softhand_ros.topics import seconds
+from softhand_ros.topics import RELIABLE, Inbox, seconds
 
 # after which a calibration's fit, in a thread, lets the control step run [s]
 SWITCH_INTERVAL = 0.001
@@ -91,7 +92,9 @@ class PneumaticBoxNode(Node):
         return self.get_parameter(name).value
 
     def _create_topics(self, channels: tuple[str, ...]) -> None:
-        self._feed = SampleFeed(self, channels) if self.board is None else None
+        self._sensors: Inbox | None = None
+        if self.board is None:
+            self._sensors = Inbox(self, JointState, "pneumaticbox/sensors", RELIABLE)
         self._valves = ValvesOut(self, channels)
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
         deviations = self._value("channel_deviation"), self._value("supply_deviation")
@@ -178,11 +181,11 @@ class PneumaticBoxNode(Node):
 
     def serve_samples(self, timeout: float) -> None:
         """Answer the next sample of the topic backend, if one comes within `timeout` [s]."""
-        sample = self._feed.take(timeout)
+        sample = self._sensors.take(timeout)
         if sample is None:
             return
         try:
-            pressures = self._feed.pressures(sample)
+            pressures = absolute_pressures(sample, self.box.settings.channels)
         except ValueError as error:
             self._refuse(f"pneumaticbox/sensors: {error}")
             return
@@ -289,8 +292,8 @@ class PneumaticBoxNode(Node):
             self.get_logger().warning(note)
         self.box.notes.clear()
         self.link.forget_refused(now)
-        if self._feed is not None:
-            self.link.simulators = self._feed.publishers()
+        if self._sensors is not None:
+            self.link.simulators = self._sensors.publishers()
         self._commands.count_commanders()
         self.link.storm = self._commands.traffic.storm(now)
         reports = box_reports(self.box, self.link, self._activity)

@@ -12,7 +12,6 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from numpy.typing import NDArray
 from rclpy.duration import Duration
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -20,43 +19,18 @@ from sensor_msgs.msg import JointState
 from softhand_ros.topics import NEWEST, RELIABLE, subscribe_by_hand, take
 
 
-class SampleFeed:
-    """Sensor samples of the topic `pneumaticbox/sensors`.
+def absolute_pressures(sample: JointState, channels: tuple[str, ...]) -> NDArray[np.float64]:
+    """Absolute pressures of the channels, then of the supply, of a sample (n + 1,) [Pa].
 
-    Args:
-        node: whose topic it is.
-        channels: names of the channels, in order.
+    Raises:
+        ValueError: names or length are not those of this box's sensors.
     """
-
-    def __init__(self, node: Node, channels: tuple[str, ...]) -> None:
-        self._context = node.context
-        self._expected = [*channels, "supply"]
-        self._subscription = subscribe_by_hand(node, JointState, "pneumaticbox/sensors", RELIABLE)
-        self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, self._context.handle)
-
-    def take(self, timeout: float) -> JointState | None:
-        """Wait up to `timeout` [s] for a sample; None when there is none."""
-        self._wait_set.clear_entities()
-        self._wait_set.add_subscription(self._subscription.handle)
-        self._wait_set.wait(int(timeout * 1e9))
-        return take(self._subscription)
-
-    def publishers(self) -> int:
-        """How many nodes publish samples."""
-        return self._subscription.get_publisher_count()
-
-    def pressures(self, sample: JointState) -> NDArray[np.float64]:
-        """Absolute pressures of the channels, then of the supply, of a sample (n + 1,) [Pa].
-
-        Raises:
-            ValueError: names or length are not those of this box's sensors.
-        """
-        if sample.name != self._expected:
-            raise ValueError(f"name: expected {self._expected}, got {list(sample.name)}")
-        if len(sample.effort) != len(self._expected):
-            expected = len(self._expected)
-            raise ValueError(f"effort: expected {expected} values, got {len(sample.effort)}")
-        return np.array(sample.effort)
+    expected = [*channels, "supply"]
+    if sample.name != expected:
+        raise ValueError(f"name: expected {expected}, got {list(sample.name)}")
+    if len(sample.effort) != len(expected):
+        raise ValueError(f"effort: expected {len(expected)} values, got {len(sample.effort)}")
+    return np.array(sample.effort)
 
 
 class ValvesOut:
