@@ -40,6 +40,7 @@ test: setup
 lint: setup
 	@$(PYTHON_IN_VENV) -m ruff check $(wildcard $(SOURCES))
 	@$(PYTHON_IN_VENV) -m mypy
+	@.venv/bin/lint-imports
 
 bench: setup
 	@$(PYTHON_IN_VENV) -m bench $(ARGS)
@@ -65,10 +66,11 @@ pneumatics-figures: setup
 bench-sim: setup
 	@$(PYTHON_IN_VENV) -m bench.sim $(ARGS)
 
-# Pages that are made from docstrings.
+# Pages that are made from docstrings and from the nodes' parameters.
 docs: setup
 	@$(PYTHON_IN_VENV) scripts/list_errata.py
 	@$(PYTHON_IN_VENV) scripts/list_effects.py
+	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/reference/topics-and-services.md
 
 # The pictures of the README, from the latest run of the demo.
 figures: setup
@@ -83,6 +85,6 @@ live-figure: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.lab_story.picture out/lab-story docs/figures/live.png
 
 clean:
-	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
 	find src test examples bench -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf src/*/*.egg-info src/*/build

@@ -9,9 +9,11 @@ from typing import Any
 
 from bench.row import at_least, at_most
 from grasp_strategies.trials import draw_placement
-from softhand_bringup.demo.run import Demo, DemoFailed, Verdict
+from softhand_bringup.demo.verdict import Verdict
 from softhand_bringup.processes.launcher import NodeDied
 from softhand_bringup.processes.suite import SuiteOptions
+from softhand_bringup.processes.waiting import RunFailed
+from softhand_bringup.ros.demo import Demo
 
 SEEDS = range(10)
 
@@ -46,7 +48,7 @@ def grasp(seed: int, folder: Path) -> Verdict | None:
     folder.mkdir(parents=True)
     try:
         verdict = Demo(options, folder, lambda line: None, record=False).run()
-    except (DemoFailed, NodeDied) as error:
+    except (RunFailed, NodeDied) as error:
         print(f"  seed {seed}: {error}", flush=True)
         return None
     print(f"  seed {seed}: {verdict.line(folder).split(';')[0]}", flush=True)

@@ -28,6 +28,7 @@ setup(
     install_requires=[
         "setuptools",
         "softhand_model",
+        "softhand_ros",
         "numpy",
         "scipy",
         "PyYAML",

@@ -26,7 +26,7 @@ setup(
         (f"share/{PACKAGE}/config", glob("config/*.yaml")),
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
-    install_requires=["setuptools", "softhand_model", "numpy", "PyYAML"],
+    install_requires=["setuptools", "softhand_model", "softhand_ros", "numpy", "PyYAML"],
     extras_require={
         "figures": ["matplotlib"],
         "hardware": ["gpiod>=2"],

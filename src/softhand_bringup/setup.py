@@ -38,6 +38,7 @@ setup(
         "pneumaticbox_driver",
         "pneuflex_sim",
         "softhand_model",
+        "softhand_ros",
         "argcomplete",
         "numpy",
         "PyYAML",

@@ -42,3 +42,8 @@ def test_every_page_is_reached_from_the_readme():
 def test_a_page_that_is_made_from_docstrings_is_what_they_say(name):
     made = runpy.run_path(str(ROOT / f"scripts/list_{name}.py"))["page"]()
     assert (ROOT / f"docs/reference/{name}.md").read_text() == made, "run `make docs`"
+
+
+def test_the_documented_parameters_are_those_of_the_nodes():
+    tables = runpy.run_path(str(ROOT / "scripts" / "list_parameters.py"))["tables"]()
+    assert tables in (ROOT / "docs" / "reference" / "topics-and-services.md").read_text()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from pneumaticbox_driver.ros.parameters import PARAMETERS, box_settings, check_backend
+from pneumaticbox_driver.ros.parameters import PARAMETERS, box_settings
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.hand.hand import load_hand
 
@@ -72,12 +72,6 @@ def test_a_hand_that_does_not_exist_is_refused_with_those_that_do():
 def test_modes_are_one_for_all_or_one_a_channel():
     with pytest.raises(ValueError, match="control_mode must have 1 or 4 entries, got 2"):
         settings(control_mode=["mass", "mass"])
-
-
-def test_backends_that_are_not_there_are_refused():
-    assert check_backend("embedded") == "embedded"
-    with pytest.raises(ValueError, match=r"backend must be one of .*got 'wishes'"):
-        check_backend("wishes")
 
 
 def test_the_shipped_configuration_holds_every_parameter_with_its_default():

@@ -15,8 +15,8 @@ import pytest
 from leftover import nodes_logging_to
 
 from softhand_bringup.bags.reading import Bag
+from softhand_bringup.lab_story.measuring import Played
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps
-from softhand_bringup.lab_story.session import Played
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.launcher import wait_until
 from softhand_model.hand.actuator import load_actuator
@@ -27,11 +27,18 @@ import sys
 from pathlib import Path
 from softhand_bringup.lab_story.measuring import Measurement, Plan
 from softhand_bringup.lab_story.story import Story
+from softhand_bringup.ros.session import Session
+
+def say(line):
+    print(line, flush=True)
+
+def bench(*what):
+    return Session(*what, 3, say).run()
 
 stairs = Measurement("stairs", (10e3, 20e3, 30e3, 15e3, 0.0), 1.3)
 steps = Measurement("steps", (15e3, 5e3, 29e3, 22e3, 0.0), 1.3)
 Story(
-    Path(sys.argv[1]), "gent_stiffening", 3, lambda line: print(line, flush=True),
+    bench, Path(sys.argv[1]), "gent_stiffening", say,
     plan=Plan((stairs, steps), repeats=2, rest=0.6),
     check=Plan((steps,), repeats=1, rest=0.6),
     report=False,
@@ -49,7 +56,7 @@ OWN = """
 import sys
 from pathlib import Path
 from softhand_bringup.lab_story.measuring import Measurement, Plan
-from softhand_bringup.lab_story.session import Session
+from softhand_bringup.ros.session import Session
 
 folder, model = Path(sys.argv[1]), Path(sys.argv[2])
 plan = Plan((Measurement("stairs", (15e3, 29e3, 0.0), 0.9),), repeats=1, rest=0.6)

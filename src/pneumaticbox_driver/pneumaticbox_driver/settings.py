@@ -119,3 +119,20 @@ def per_channel(name: str, given: Sequence[str], channels: int) -> tuple[str, ..
     if len(given) not in (1, channels):
         raise ValueError(f"{name} must have 1 or {channels} entries, got {len(given)}")
     return tuple(given) * channels if len(given) == 1 else tuple(given)
+
+
+def outlet_numbers(given: Sequence[int], channels: int) -> tuple[int, ...]:
+    """Outlets of the channels, from 1; a single 0 stands for all in order.
+
+    Raises:
+        ValueError: not one a channel, or below 1.
+
+    >>> outlet_numbers([0], 3), outlet_numbers([2, 1], 2)
+    ((1, 2, 3), (2, 1))
+    """
+    if list(given) == [0]:
+        return tuple(range(1, channels + 1))
+    if len(given) != channels or min(given) < 1:
+        expected = f"{channels} numbers from 1, one a channel"
+        raise ValueError(f"outlets must be {expected}, got {list(given)}")
+    return tuple(given)

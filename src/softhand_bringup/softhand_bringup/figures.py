@@ -1,7 +1,4 @@
-"""The two pictures of a grasp, drawn from its bag: its course over time, and a contact sheet.
-
-The two pictures of a grasp, drawn from its bag: its course over time, and a contact sheet.
-"""
+"""The two pictures of a grasp, drawn from its bag: its course over time, and a contact sheet."""
 
 from __future__ import annotations
 
@@ -24,6 +21,19 @@ if TYPE_CHECKING:
     from pneuflex_sim.pictures.render import HandState
 
 Array = NDArray[np.float64]
+COMMAND_TOPIC = "/pneumaticbox/command"
+STATE_TOPIC = "/pneumaticbox/state"
+OBJECT_TOPIC = "/scene/object_pose"
+WRIST_TOPIC = "/wrist/pose"
+JOINTS_TOPIC = "/hand/joint_states"
+PHASE_TOPIC = "/grasp/phase"
+BETWEEN_GRASPS = ("idle", "done")  # what the sequencer publishes before and after a grasp
+
+FRAME_COUNT = 8
+FRAME_SIZE = (560, 420)  # [pixels]
+MARGIN = 0.5  # [s] shown before the first and after the last phase
+
+matplotlib.use("Agg")  # also without a display
 
 
 def commanded_masses(commands: Sequence[Command], channels: Sequence[str], time: Array) -> Array:
@@ -54,22 +64,6 @@ def _follow(command: Command, points: Array, begin: float, time: Array) -> Array
     if times[0] > 0.0:
         times, points = np.concatenate([[0.0], times]), np.concatenate([[begin], points])
     return np.interp(time - command.start, times, points)
-
-
-matplotlib.use("Agg")  # also without a display
-
-
-COMMAND_TOPIC = "/pneumaticbox/command"
-STATE_TOPIC = "/pneumaticbox/state"
-OBJECT_TOPIC = "/scene/object_pose"
-WRIST_TOPIC = "/wrist/pose"
-JOINTS_TOPIC = "/hand/joint_states"
-PHASE_TOPIC = "/grasp/phase"
-BETWEEN_GRASPS = ("idle", "done")  # what the sequencer publishes before and after a grasp
-
-FRAME_COUNT = 8
-FRAME_SIZE = (560, 420)  # [pixels]
-MARGIN = 0.5  # [s] shown before the first and after the last phase
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from grasp_strategies.ros.messages import (
     read_force,
     read_pose,
     read_touching,
-    seconds,
 )
 
 
@@ -110,10 +109,6 @@ def test_a_fault_of_the_driver_is_its_errors_only():
 def test_a_driver_without_errors_takes_its_fault_back_and_others_say_nothing_of_it():
     assert read_driver_fault(Fields(status=[status("pneumaticbox: safety", 0, "fine")])) == ""
     assert read_driver_fault(Fields(status=[status("hand_sim: simulation", 2, "x")])) is None
-
-
-def test_a_stamp_is_read_in_seconds():
-    assert seconds(Fields(sec=3, nanosec=250_000_000)) == 3.25
 
 
 def test_a_feed_keeps_the_last_good_contents_and_why_a_message_was_refused():

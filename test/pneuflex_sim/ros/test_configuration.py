@@ -21,18 +21,15 @@ def values(**changed):
 
 
 def test_the_defaults_give_the_usual_simulation_at_two_milliseconds():
-    assert configuration(values().__getitem__) == SimulationConfig(step=0.002)
+    assert configuration(values()) == SimulationConfig(step=0.002)
 
 
 def test_settings_of_the_solver_are_more_exact_by_name_from_fast_to_stable():
-    found = [
-        configuration(values(solver=name).__getitem__).solver
-        for name in ("fast", "default", "stable")
-    ]
+    found = [configuration(values(solver=name)).solver for name in ("fast", "default", "stable")]
     assert found[0].iterations < found[1].iterations < found[2].iterations
     assert found[0].residual > found[1].residual > found[2].residual
 
 
 def test_an_unknown_setting_of_the_solver_is_refused_with_those_there_are():
     with pytest.raises(ValueError, match="solver: expected one of fast, default, stable; got 'x'"):
-        configuration(values(solver="x").__getitem__)
+        configuration(values(solver="x"))

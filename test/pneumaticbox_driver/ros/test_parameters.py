@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pneumaticbox_driver.ros.parameters import PARAMETERS, box_settings, outlet_numbers, usage
+from pneumaticbox_driver.ros.parameters import PARAMETERS, box_settings
+from pneumaticbox_driver.settings import outlet_numbers
 
 
 def settings(**given):
@@ -42,11 +43,3 @@ def test_every_parameter_stands_in_the_shipped_file_with_its_default():
     shipped = yaml.safe_load(file.read_text())["pneumaticbox"]["ros__parameters"]
     shipped.pop("use_sim_time")
     assert shipped == {parameter.name: parameter.default for parameter in PARAMETERS}
-
-
-def test_the_help_names_every_parameter_and_which_may_change():
-    lines = {line[2:].split(" ")[0]: line for line in usage().splitlines()[5:]}
-    assert set(lines) == {parameter.name for parameter in PARAMETERS}
-    for parameter in PARAMETERS:
-        assert parameter.description in lines[parameter.name]
-        assert lines[parameter.name].startswith("*") != parameter.read_only

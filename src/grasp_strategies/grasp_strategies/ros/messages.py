@@ -31,11 +31,6 @@ class AirState:
     pressure: Array
 
 
-def seconds(stamp: Any) -> float:
-    """Time of a builtin_interfaces/Time [s]."""
-    return float(stamp.sec + 1e-9 * stamp.nanosec)
-
-
 def _finite(field: str, values: Sequence[float], count: int) -> Array:
     array = np.array(values, float)
     if array.shape != (count,) or not np.isfinite(array).all():
@@ -47,9 +42,9 @@ def read_pose(message: Any) -> Pose:
     """Pose in `world` of a geometry_msgs/PoseStamped."""
     if message.header.frame_id != WORLD:
         raise ValueError(f"header.frame_id: expected {WORLD}, got {message.header.frame_id!r}")
-    place, turn = message.pose.position, message.pose.orientation
+    place, tilt = message.pose.position, message.pose.orientation
     position = _finite("pose.position", (place.x, place.y, place.z), 3)
-    orientation = _finite("pose.orientation", (turn.x, turn.y, turn.z, turn.w), 4)
+    orientation = _finite("pose.orientation", (tilt.x, tilt.y, tilt.z, tilt.w), 4)
     norm = float(np.linalg.norm(orientation))
     if abs(norm - 1.0) > 1e-2:
         raise ValueError(

@@ -1,52 +1,41 @@
-"""The executable `sequencer`: services that run a strategy, its phases and result on topics.
-
-Notices simulated time that stands still.
-
-The executable `sequencer`: services that run a strategy, its phases and result on topics.
-"""
+"""The node `grasp_sequencer`: services that run a strategy, its phases and result on topics."""
 
 from __future__ import annotations
 
 import functools
-import signal
 import sys
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import FrameType
 from typing import Any, TypeVar
 
-import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from grasp_strategies.judge import GRIPPED, LOST, NONE, GraspResult
+from grasp_strategies.judge import GraspResult
 from grasp_strategies.ros.parameters import (
     GRASP_SERVICES,
     LOWER_AND_RELEASE,
     PARAMETERS,
     STRATEGY_PREFIX,
-    NodeParameter,
-    refusal_of,
 )
 from grasp_strategies.ros.topic_scene import TopicScene
 from grasp_strategies.scene import SceneError, hand_body_names
 from grasp_strategies.sequencer import FAILED, VENT, Sequencer, abort_scene
 from grasp_strategies.strategy import Strategy, load_strategy
 from softhand_model.hand.hand import load_hand
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
+from softhand_ros.parameters import declare, follow_simulated_time, usage
+from softhand_ros.run_node import run_node
+from softhand_ros.topics import latched
 
+PURPOSE = "Offers grasp services, each of which runs a strategy."
 Result = TypeVar("Result")
 
 
@@ -110,13 +99,7 @@ class ClockWatch:
 
 IDLE = "idle"
 UNEXPECTED = "ended by an error; see the log"
-# ten deep, so that phases that follow each other quickly all arrive
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-LEVELS = {
-    GRIPPED: DiagnosticStatus.OK,
-    LOST: DiagnosticStatus.WARN,
-    NONE: DiagnosticStatus.WARN,
-}
+LATCHED = latched(10)  # ten deep, so that phases that follow each other quickly all arrive
 
 
 class Run:
@@ -138,8 +121,8 @@ class SequencerNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("grasp_sequencer", **options)
-        self._declare_parameters()
-        self._follow_simulated_time()
+        declare(self, PARAMETERS)
+        follow_simulated_time(self)
         self._hand = load_hand(self.get_parameter("hand").value)
         hand_bodies = hand_body_names(chain.name for chain in self._hand.chains)
         self._scene = TopicScene(self, hand_bodies)
@@ -147,31 +130,15 @@ class SequencerNode(Node):
         self._last_result: GraspResult | None = None
         self._background = Background()
         self._phase_topic = self.create_publisher(String, "grasp/phase", LATCHED)
-        self._result_topic = self.create_publisher(DiagnosticArray, "grasp/result", LATCHED)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        name, hand = self.get_name(), self._hand.name
+        self._result_topic = Diagnostics(self, name, hand, "grasp/result", LATCHED)
+        self._diagnostics = Diagnostics(self, name, hand)
         self._create_services()
         self._clock_watch = ClockWatch()
         # on steady time: it must go on when simulated time stands still
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        self.create_timer(REPORT_PERIOD, self._publish_diagnostics, clock=steady)
         self._phase_topic.publish(String(data=IDLE))
-
-    def _declare_parameters(self) -> None:
-        for parameter in PARAMETERS:
-            self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
-            refusal = parameter.refusal(self.get_parameter(parameter.name).value)
-            if refusal:
-                raise ValueError(refusal)
-        self.add_on_set_parameters_callback(_check_choices)
-
-    def _follow_simulated_time(self) -> None:
-        """Follow /clock unless the user has said otherwise.
-
-        rclpy has no public way to tell a value that was given from its default: overrides of the
-        constructor would win over those of the command line and of parameter files.
-        """
-        if "use_sim_time" not in self._parameter_overrides:
-            self.set_parameters([Parameter("use_sim_time", value=True)])
 
     def _create_services(self) -> None:
         # reentrant: an answer that is pending must not block the refusal of the next call
@@ -305,23 +272,20 @@ class SequencerNode(Node):
         self.get_logger().info(f"{run.strategy.name}: {phase}")
 
     def _publish_result(self, strategy: Strategy, result: GraspResult) -> None:
-        status = self._status(strategy.name, LEVELS[result.outcome], result.outcome)
-        status.values = _key_values(result.summary())
-        self._publish_status(self._result_topic, status)
+        warnings = () if result.gripped else (result.outcome,)
+        report = Report(strategy.name, result.outcome, warnings, result.summary())
+        self._result_topic.publish([report])
         self.get_logger().info(f"{strategy.name}: {result.outcome}: {result.reason}")
 
     # ------------------------------------------------------------ diagnostics
     def _publish_diagnostics(self) -> None:
         run, last, feeds = self._run, self._last_result, self._scene.feeds
         refusals = [f"refused {f.topic}: {f.last_refusal}" for f in feeds if f.last_refusal]
-        warnings = [warning for warning in (self._clock_warning(), *refusals) if warning]
         phase = f"{run.strategy.name}: {run.phase}" if run else IDLE
-        level = DiagnosticStatus.WARN if warnings else DiagnosticStatus.OK
-        status = self._status("sequencer", level, "; ".join(warnings) or phase)
         values = {"phase": phase, "last_result": f"{last.outcome}: {last.reason}" if last else ""}
         values |= {f"refused {feed.topic}": str(feed.refused) for feed in feeds}
-        status.values = _key_values(values)
-        self._publish_status(self._diagnostics, status)
+        warnings = (self._clock_warning(), *refusals)
+        self._diagnostics.publish([Report("sequencer", phase, warnings, values)])
 
     def _clock_warning(self) -> str:
         if self.get_clock().ros_time_is_active:
@@ -330,17 +294,6 @@ class SequencerNode(Node):
             return "/clock is published but use_sim_time is false: phases follow wall time"
         return ""
 
-    def _status(self, name: str, level: bytes, message: str) -> DiagnosticStatus:
-        full_name = f"{self.get_name()}: {name}"
-        return DiagnosticStatus(
-            level=level, name=full_name, message=message, hardware_id=self._hand.name
-        )
-
-    def _publish_status(self, publisher: Any, status: DiagnosticStatus) -> None:
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self.get_clock().now().to_msg()
-        publisher.publish(message)
-
     # ------------------------------------------------------------ end
     def end_strategy(self) -> None:
         """Abort what runs and wait for its thread; the executor must still be spinning."""
@@ -348,73 +301,38 @@ class SequencerNode(Node):
             self._interrupt(run)
         self._background.join()
 
-
-def _key_values(values: dict[str, str]) -> list[KeyValue]:
-    return [KeyValue(key=key, value=value) for key, value in values.items()]
-
-
-def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(
-        description=parameter.text,
-        read_only=parameter.read_only,
-        additional_constraints=", ".join(parameter.choices),
-    )
-    if isinstance(parameter.default, float):
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=parameter.least, to_value=parameter.most)
-        ]
-    return descriptor
+    def close(self) -> None:
+        """Let the node go."""
+        self.destroy_node()
 
 
-def _check_choices(changes: list[Parameter]) -> SetParametersResult:
-    reason = "; ".join(filter(None, (refusal_of(change.name, change.value) for change in changes)))
-    return SetParametersResult(successful=not reason, reason=reason)
-
-
-def _spin(executor: SingleThreadedExecutor, stop: threading.Event) -> None:
-    try:
-        executor.spin()
-    except ExternalShutdownException:
-        pass
-    finally:
-        stop.set()
-
-
-def _run_until(stop: threading.Event, node: SequencerNode) -> None:
+def run(node: SequencerNode, stop: threading.Event) -> None:
     """Serve until `stop`; then abort what runs while the executor can still call vent."""
-    executor = SingleThreadedExecutor()
+    executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
-    spinning = threading.Thread(target=_spin, args=(executor, stop), name="executor")
+
+    def spin() -> None:
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            pass
+        finally:
+            stop.set()
+
+    spinning = threading.Thread(target=spin, name="executor")
     spinning.start()
     try:
         stop.wait()
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
         node.end_strategy()
         executor.shutdown()
         spinning.join()
-        node.destroy_node()
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; 0 then, 2 for parameters that cannot be used."""
-    stop = threading.Event()
-
-    def ask_to_stop(number: int, frame: FrameType | None) -> None:
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, ask_to_stop)
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        _run_until(stop, SequencerNode())
-    except (ValueError, ParameterException) as error:
-        print(f"sequencer: {error}", file=sys.stderr)
-        return 2
-    finally:
-        rclpy.try_shutdown()
-    return 0
+    """Run the node; `run_node` tells the exit status."""
+    help_text = usage("sequencer", PURPOSE, PARAMETERS)
+    return run_node("sequencer", SequencerNode, run, usage=help_text, args=args)
 
 
 if __name__ == "__main__":

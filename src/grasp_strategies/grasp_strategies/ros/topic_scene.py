@@ -16,15 +16,11 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from rclpy.callback_groups import CallbackGroup
 from rclpy.client import Client
-from rclpy.clock import ClockType
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
-from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -39,33 +35,24 @@ from grasp_strategies.ros.messages import (
     read_force,
     read_pose,
     read_touching,
-    seconds,
 )
 from grasp_strategies.scene import Array, Observation, SceneError
+from softhand_ros.topics import (
+    NEWEST,
+    TakenByHand,
+    seconds,
+    stamp_of_seconds,
+    subscribe_by_hand,
+    take,
+)
 
 SIMULATOR, DRIVER = "hand_sim", "driver"
-NEWEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SILENCE = 0.5  # [s] of scene time without a message of a topic ...
 SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
 FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken back stands
 VENT_TIME_OUT = 2.0  # [s] of wall time
 LOOK_PERIOD = 0.05  # [s] of wall time between two looks while waiting for publishers
 STILL_PERIOD = 0.5  # [s] of wall time after which a wait looks whether time has stopped
-
-
-class TakenByHand(CallbackGroup):
-    """Entities whose messages a thread takes itself; no executor may."""
-
-    def can_execute(self, entity: Any) -> bool:
-        """Keep executors off."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Keep executors off."""
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """Never called, as nothing begins."""
 
 
 class TopicScene:
@@ -79,13 +66,10 @@ class TopicScene:
         self._node = node
         self.hand_bodies = hand_bodies
         self.channels: tuple[str, ...] = ()
-        self._group = TakenByHand()
         self._interrupted = threading.Event()
-        self._guard = GuardCondition(lambda: None, self._group, node.context)
+        self._guard = GuardCondition(lambda: None, TakenByHand(), node.context)
         self._subscriptions: dict[str, Subscription] = {}
-        self._clock_subscription = node.create_subscription(
-            Clock, "/clock", _unused, NEWEST_ONLY, callback_group=self._group
-        )
+        self._clock_subscription = subscribe_by_hand(node, Clock, "/clock", NEWEST)
         self._simulated_time: float | None = None
         self._wait_set = rclpy_implementation.WaitSet(1, 1, 0, 0, 0, 0, node.context.handle)
         self._wrist = self._feed(PoseStamped, "wrist/pose", SIMULATOR, read_pose)
@@ -101,9 +85,7 @@ class TopicScene:
         self._vent: Client = node.create_client(Trigger, "pneumaticbox/vent")
 
     def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
-        self._subscriptions[topic] = self._node.create_subscription(
-            kind, topic, _unused, NEWEST_ONLY, callback_group=self._group
-        )
+        self._subscriptions[topic] = subscribe_by_hand(self._node, kind, topic, NEWEST)
         return Feed(topic, source, read)
 
     # ---------------------------------------------------------------- waiting for the others
@@ -169,10 +151,6 @@ class TopicScene:
             return self._simulated_time or 0.0
         return float(self._node.get_clock().now().nanoseconds * 1e-9)
 
-    def stamp(self) -> Any:
-        """The scene's time as builtin_interfaces/Time."""
-        return Time(nanoseconds=round(self.time * 1e9), clock_type=ClockType.ROS_TIME).to_msg()
-
     def step(self, duration: float) -> None:
         """Sleep until the scene's time has gone on by `duration` [s] or `interrupt` was called.
 
@@ -224,10 +202,10 @@ class TopicScene:
     def command_wrist(self, position: Array, orientation: Array) -> None:
         """Publish the target pose of the wrist: position (3,) [m], quaternion (4,)."""
         message = PoseStamped()
-        message.header.stamp, message.header.frame_id = self.stamp(), WORLD
-        place, turn = message.pose.position, message.pose.orientation
+        message.header.stamp, message.header.frame_id = stamp_of_seconds(self.time), WORLD
+        place, tilt = message.pose.position, message.pose.orientation
         place.x, place.y, place.z = map(float, position)
-        turn.x, turn.y, turn.z, turn.w = map(float, orientation)
+        tilt.x, tilt.y, tilt.z, tilt.w = map(float, orientation)
         self._wrist_target.publish(message)
 
     def command_air(self, masses: Array) -> None:
@@ -289,20 +267,14 @@ class TopicScene:
         )
 
     def _take(self, feed: Feed) -> None:
-        taken = self._subscriptions[feed.topic].handle.take_message(
-            self._subscriptions[feed.topic].msg_type, False
-        )
-        if taken is not None:
-            feed.accept(taken[0], self.time, time.monotonic())
+        message = take(self._subscriptions[feed.topic])
+        if message is not None:
+            feed.accept(message, self.time, time.monotonic())
 
     def _take_clock(self) -> None:
-        taken = self._clock_subscription.handle.take_message(Clock, False)
-        if taken is not None:
-            self._simulated_time = seconds(taken[0].clock)
-
-
-def _unused(message: Any) -> None:
-    """Stand-in where rclpy asks for a callback."""
+        tick = take(self._clock_subscription)
+        if tick is not None:
+            self._simulated_time = seconds(tick.clock)
 
 
 def _complaint(feed: Feed) -> str:

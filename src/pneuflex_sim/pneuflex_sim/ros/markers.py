@@ -1,9 +1,7 @@
-"""Publishes what is to be seen: `hand/contacts` and `hand/markers`.
+"""Markers for viewers and for the sequencer: `hand/contacts` and `hand/markers`.
 
 A skin has thousands of points, and rclpy takes some 5 us to turn each into bytes; all that changes
 from one message to the next are numbers, at the same places.
-
-Publishes what is to be seen: `hand/contacts` and `hand/markers`.
 """
 
 from __future__ import annotations

@@ -1,40 +1,33 @@
-"""The simulator node `hand_sim`: one thread steps the world and serves ROS.
-
-The simulator node `hand_sim`: one thread steps the world and serves ROS.
-"""
+"""The simulator node `hand_sim`: one thread steps the world and serves ROS."""
 
 from __future__ import annotations
 
 import array
 import math
-import signal
 import sys
 import threading
 import time
-from types import FrameType
 
 import numpy as np
 import pybullet
-import rclpy
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Pose, PoseArray, PoseStamped, WrenchStamped
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from std_srvs.srv import SetBool, Trigger
 
 from pneuflex_sim.ros.markers import SeenScene
-from pneuflex_sim.ros.parameters import PARAMETERS, Parameter, configuration
+from pneuflex_sim.ros.parameters import PARAMETERS, configuration
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
 from softhand_model.pneumatics.valves import CommandWatch
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
+from softhand_ros.executor import RoundRobin
+from softhand_ros.parameters import declare, usage
+from softhand_ros.run_node import run_node
+from softhand_ros.services import offer_switch, offer_trigger
+from softhand_ros.topics import RELIABLE, Inbox, latched, nanoseconds, stamp_of_seconds
 
 
 class Pace:
@@ -65,31 +58,14 @@ class Pace:
         return (self._now - self._simulated) / wall if wall > 0 else 0.0
 
 
-RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-LATCHED = QoSProfile(
-    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-)
+PURPOSE = "Simulates a soft hand, its valves and an object, and publishes what is sensed."
 LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
+SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
+SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
+STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
-
-
-def _descriptor(parameter: Parameter) -> ParameterDescriptor:
-    """Read-only parameter with its description, unit and range."""
-    descriptor = ParameterDescriptor(description=parameter.text, read_only=True)
-    if parameter.bounds and isinstance(parameter.default, int):
-        low, high = map(int, parameter.bounds)
-        descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=1)]
-    elif parameter.bounds:
-        low, high = parameter.bounds
-        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
-    return descriptor
-
-
-def _stamp(seconds: float) -> Time:
-    nanoseconds = round(seconds * 1e9)
-    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
 def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:
@@ -105,22 +81,28 @@ class HandSim(Node):
 
     def __init__(self) -> None:
         super().__init__("hand_sim")
-        for parameter in PARAMETERS:
-            self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
-        self.simulation = Simulation(configuration(self._value))
+        value = declare(self, PARAMETERS)
+        self.simulation = Simulation(configuration(value))
         self._compile()
-        self.lockstep, self.paused, self.single_steps = self._value("lockstep"), False, 0
+        self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.driver_seen = False
         self.answered_stamp, self.missed_answers = -1, 0
         self.refused: list[str] = []
-        self.pace = Pace(self._value("real_time_factor"))
+        self.pace = Pace(value["real_time_factor"])
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
-        self._create_interfaces()
+        self._create_topics()
+        self._create_services()
         self._prepare_messages()
         self.seen = SeenScene(self, self.simulation, RELIABLE)
-        self.marker_period = 1.0 / self._value("marker_rate")
-        self.description.publish(String(data=write_urdf(self.simulation.bodies.layout)))
+        self.marker_period = 1.0 / value["marker_rate"]
+        self._executor = RoundRobin(self)
+        layout = self.simulation.bodies.layout
+        self.description.publish(String(data=write_urdf(layout)))
+        self.get_logger().info(
+            f"{self.simulation.hand.name}: {len(layout.mass)} joints, "
+            f"step {1e3 * self.simulation.step_size:g} ms"
+        )
 
     def _compile(self) -> None:
         """Take one step and go back: it compiles what is not cached yet.
@@ -132,26 +114,25 @@ class HandSim(Node):
         self.simulation.read_sensors()
         self.simulation.reset()
 
-    def _value(self, name: str) -> object:
-        return self.get_parameter(name).value
-
-    def _create_interfaces(self) -> None:
+    def _create_topics(self) -> None:
         make = self.create_publisher
         self.clock_out = make(Clock, "/clock", RELIABLE)
         self.sensors = make(JointState, "pneumaticbox/sensors", RELIABLE)
         self.joints = make(JointState, "hand/joint_states", RELIABLE)
-        self.description = make(String, "robot_description", LATCHED)
+        self.description = make(String, "robot_description", latched(1))
         self.fingertips = make(PoseArray, "hand/fingertips", RELIABLE)
         self.tip_angles = make(JointState, "hand/tip_angles", RELIABLE)
         self.wrench = make(WrenchStamped, "wrist/wrench", RELIABLE)
         self.wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
         self.object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
-        self.diagnostics = make(DiagnosticArray, "/diagnostics", RELIABLE)
-        self.create_subscription(JointState, "pneumaticbox/valves", self._on_valves, RELIABLE)
+        self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
+        self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
         self.create_subscription(PoseStamped, "wrist/target_pose", self._on_target, RELIABLE)
-        self.create_service(Trigger, "sim/reset", self._on_reset)
-        self.create_service(Trigger, "sim/step", self._on_step)
-        self.create_service(SetBool, "sim/pause", self._on_pause)
+
+    def _create_services(self) -> None:
+        offer_trigger(self, "sim/reset", self._reset)
+        offer_trigger(self, "sim/step", self._step)
+        offer_switch(self, "sim/pause", self._pause)
 
     def _prepare_messages(self) -> None:
         """Messages that are sent hundreds of times a second are made once."""
@@ -169,7 +150,14 @@ class HandSim(Node):
         self.refused = [reason]
         self.get_logger().warning(reason, throttle_duration_sec=1.0)
 
-    def _on_valves(self, message: JointState) -> None:
+    def _take_valves(self, timeout: float = 0.0) -> None:
+        """Obey the valves that have come; wait up to `timeout` [s] for the first."""
+        message = self._valves.take(timeout)
+        while message is not None:
+            self._obey_valves(message)
+            message = self._valves.take()
+
+    def _obey_valves(self, message: JointState) -> None:
         try:
             if tuple(message.name) != self.simulation.channels:
                 raise ValueError(
@@ -180,7 +168,7 @@ class HandSim(Node):
             self._refuse(f"pneumaticbox/valves: {error}")
             return
         self.driver_seen = True
-        self.answered_stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        self.answered_stamp = nanoseconds(message.header.stamp)
 
     def _on_target(self, message: PoseStamped) -> None:
         p, o = message.pose.position, message.pose.orientation
@@ -194,40 +182,36 @@ class HandSim(Node):
         except ValueError as error:
             self._refuse(f"wrist/target_pose: {error}")
 
-    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _reset(self) -> str:
         self.simulation.reset()
         self.watch.reset(0.0)
         self.answered_stamp = -1
         self.pace.restart(self.simulation.time)
-        response.success, response.message = True, "the simulation is back at its start, time 0"
-        return response
+        return "the simulation is back at its start, time 0"
 
-    def _on_step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = self.paused
-        response.message = (
-            "one sample further" if self.paused else "pause the simulation first (sim/pause)"
-        )
-        self.single_steps += int(self.paused)
-        return response
+    def _step(self) -> str:
+        if not self.paused:
+            raise ValueError("pause the simulation first (sim/pause)")
+        self.single_steps += 1
+        return "one sample further"
 
-    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self.paused = request.data
+    def _pause(self, on: bool) -> str:
+        self.paused = on
         self.pace.restart(self.simulation.time)
-        response.success, response.message = True, "paused" if self.paused else "running"
-        return response
+        return "paused" if on else "running"
 
     # ---------------------------------------------------------------- what goes out
     def _publish_sensors(self) -> int:
         """Publish one sensor sample; returns its stamp [ns]."""
         message = self._sensor_message
-        message.header.stamp = _stamp(self.simulation.time)
+        message.header.stamp = stamp_of_seconds(self.simulation.time)
         message.effort = array.array("d", self.simulation.read_sensors().tolist())
         self.sensors.publish(message)
-        return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        return nanoseconds(message.header.stamp)
 
     def publish_clock(self) -> None:
         """Publish the simulated time; while paused it goes on to be published, standing still."""
-        self.clock_out.publish(Clock(clock=_stamp(self.simulation.time)))
+        self.clock_out.publish(Clock(clock=stamp_of_seconds(self.simulation.time)))
 
     def _publish_fast(self, stamp: Time) -> None:
         simulation = self.simulation
@@ -277,28 +261,25 @@ class HandSim(Node):
 
     def publish_diagnostics(self) -> None:
         """Once a second of wall time: state of the simulation and warnings."""
-        warnings = self._warnings()
-        level = DiagnosticStatus.WARN if warnings else DiagnosticStatus.OK
-        text = "; ".join(warnings) or ("paused" if self.paused else "running")
         values = {
             "simulated time [s]": f"{self.simulation.time:.3f}",
             "real-time factor": f"{self.pace.factor():.3f}",
             "answers missed in lockstep": str(self.missed_answers),
             "hand": self.simulation.hand.name,
         }
-        status = DiagnosticStatus(
-            level=level,
-            name="hand_sim: simulation",
-            message=text,
-            hardware_id="pneuflex_sim",
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
-        )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = _stamp(self.simulation.time)
-        self.diagnostics.publish(message)
+        state = "paused" if self.paused else "running"
+        self._executor.serve_rest()
+        report = Report("simulation", state, self._warnings(), values)
+        self.diagnostics.publish([report], stamp_of_seconds(self.simulation.time))
+
+    def close(self) -> None:
+        """End the simulation."""
+        self.simulation.close()
+        self._executor.close()
+        self.destroy_node()
 
     # ---------------------------------------------------------------- one sample
-    def advance(self, executor: SingleThreadedExecutor) -> None:
+    def advance(self) -> None:
         """Publish a sample, simulate to the next one while the driver thinks, take its answer."""
         simulation = self.simulation
         before = simulation.time
@@ -307,8 +288,9 @@ class HandSim(Node):
         valves = self.watch.valves(before)
         for _ in range(self.substeps):
             simulation.step(valves)
-        self._wait_for_answer(executor, sample, stale)
-        stamp = _stamp(simulation.time)
+        self._wait_for_answer(sample, stale)
+        self._executor.serve(SERVE_SLICE)
+        stamp = stamp_of_seconds(simulation.time)
         if _crossed(before, simulation.time, FAST_PERIOD):
             self.publish_clock()
             self._publish_fast(stamp)
@@ -317,9 +299,9 @@ class HandSim(Node):
         if _crossed(before, simulation.time, self.marker_period):
             self.seen.publish_markers(stamp)
 
-    def _wait_for_answer(self, executor: SingleThreadedExecutor, sample: int, stale: bool) -> None:
+    def _wait_for_answer(self, sample: int, stale: bool) -> None:
         """In lockstep, up to 50 ms for the valves of this sample; else what has come."""
-        executor.spin_once(timeout_sec=0)
+        self._take_valves()
         if not self.lockstep or stale:
             return
         deadline = time.monotonic() + LOCKSTEP_WAIT
@@ -328,7 +310,20 @@ class HandSim(Node):
             if left <= 0 or not self.driver_seen:
                 self.missed_answers += int(left <= 0)
                 return
-            executor.spin_once(timeout_sec=left)
+            self._take_valves(left)
+
+    def stand(self) -> None:
+        """Serve what comes while the simulation is paused, and go on telling its time."""
+        self.publish_clock()
+        end = time.monotonic() + STANDING_PERIOD
+        while self.stands and time.monotonic() < end:
+            self._take_valves(SERVE_PERIOD)
+            self._executor.serve(SERVE_SLICE)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the simulation is paused, and no single step is wanted."""
+        return self.paused and not self.single_steps
 
 
 def _crossed(before: float, after: float, period: float) -> bool:
@@ -338,57 +333,29 @@ def _crossed(before: float, after: float, period: float) -> bool:
 
 def run(node: HandSim, stop: threading.Event) -> None:
     """Step and serve until `stop`; raises RuntimeError when the simulation diverges."""
-    executor = SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
     told = 0.0
-    try:
-        while not stop.is_set():
-            if node.paused and not node.single_steps:
-                node.publish_clock()
-                executor.spin_once(timeout_sec=0.1)
-            else:
-                node.single_steps = max(0, node.single_steps - 1)
-                node.advance(executor)
-                node.pace.wait(node.simulation.time)
-            if time.monotonic() - told >= 1.0:
-                node.publish_diagnostics()
-                told = time.monotonic()
-    finally:
-        executor.shutdown()
+    while not stop.is_set():
+        if node.stands:
+            node.stand()
+        else:
+            node.single_steps = max(0, node.single_steps - 1)
+            node.advance()
+            node.pace.wait(node.simulation.time)
+        if time.monotonic() - told >= REPORT_PERIOD:
+            node.publish_diagnostics()
+            told = time.monotonic()
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM: 0; 1 after an error, 2 for unusable parameters."""
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    stop = threading.Event()
-
-    def end(_: int, __: FrameType | None) -> None:
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
-    node, status = None, 0
-    try:
-        node = HandSim()
-        node.get_logger().info(
-            f"{node.simulation.hand.name}: {len(node.simulation.bodies.layout.mass)} joints, "
-            f"step {1e3 * node.simulation.step_size:g} ms"
-        )
-        run(node, stop)
-    except (ValueError, ParameterException) as error:
-        print(f"hand_sim: {error}", file=sys.stderr)
-        status = 2
-    except (RuntimeError, pybullet.error) as error:  # diverged, or the window was closed
-        print(f"hand_sim: {error}", file=sys.stderr)
-        status = 1
-    finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
-        if node is not None:
-            node.simulation.close()
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return status
+    """Run the node; `run_node` tells the exit status."""
+    return run_node(
+        "hand_sim",
+        HandSim,
+        run,
+        usage=usage("hand_sim", PURPOSE, PARAMETERS),
+        args=args,
+        failures=(RuntimeError, pybullet.error),  # diverged, or the window was closed
+    )
 
 
 if __name__ == "__main__":

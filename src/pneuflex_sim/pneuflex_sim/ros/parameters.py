@@ -1,28 +1,14 @@
-"""Parameters of the node `hand_sim`, and the simulation that they ask for. All are read-only.
-
-The simulation that the node's parameters ask for.
-"""
+"""Parameters of the node `hand_sim`, and the simulation that they ask for. All are read-only."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.simulation import SimulationConfig
-from pneuflex_sim.world import solver_settings
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One node parameter; `bounds` are the least and the greatest value, None for no range."""
-
-    name: str
-    default: bool | int | float | str | list[float]
-    text: str
-    bounds: tuple[float, float] | None = None
-
+from pneuflex_sim.world import SETTINGS, solver_settings
+from softhand_ros.parameters import Parameter
 
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
@@ -31,53 +17,55 @@ PARAMETERS = (
     Parameter(
         "wall_inclination",
         0.0,
-        "angle of the scene's wall against the table [deg], 5 to 120; 0: as the scene has it",
+        "angle of the scene's wall against the table; from 5 on, 0: as the scene has it",
+        "deg",
         (0.0, 120.0),
     ),
     Parameter("friction_file", "", "pairs of materials on top of the shipped table of friction"),
-    Parameter("object_offset", [0.0, 0.0], "shift of the object in the world, x and y [m]"),
-    Parameter("object_mass_scale", 1.0, "factor on the object's mass", (0.01, 100.0)),
+    Parameter("object_offset", [0.0, 0.0], "shift of the object in the world, x and y", "m"),
+    Parameter("object_mass_scale", 1.0, "factor on the object's mass", "-", (0.01, 100.0)),
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
-    Parameter("step", 0.002, "physics step [s]", (0.0001, 0.01)),
-    Parameter("solver", "default", "settings of the contact solver: fast, default or stable"),
+    Parameter("step", 0.002, "physics step", "s", (0.0001, 0.01)),
+    Parameter("solver", "default", "settings of the contact solver", choices=tuple(SETTINGS)),
     Parameter("finger_contact", False, "neighbouring fingers touch each other"),
-    Parameter("segments", 5, "segments an actuator", (1, 15)),
-    Parameter("seed", 0, "seed of sensors and valves", (0, 2**31 - 1)),
+    Parameter("segments", 5, "segments an actuator", bounds=(1, 15)),
+    Parameter("seed", 0, "seed of sensors and valves", bounds=(0, 2**31 - 1)),
     Parameter("gui", False, "open PyBullet's window"),
     Parameter("lockstep", True, "wait for the driver's answer to each sensor sample"),
     Parameter(
         "real_time_factor",
         1.0,
         "upper bound of simulated over wall time; 0: as fast as it goes",
+        "-",
         (0.0, 1000.0),
     ),
-    Parameter("marker_rate", 10.0, "rate of hand/markers in simulated time [Hz]", (0.1, 100.0)),
-    Parameter("wrist_stiffness", 1000.0, "stiffness of the compliant wrist [N/m]", (1.0, 1e6)),
-    Parameter("wrist_force_limit", 20.0, "largest force of the wrist's spring [N]", (0.1, 1e4)),
+    Parameter("marker_rate", 10.0, "rate of hand/markers in simulated time", "Hz", (0.1, 100.0)),
+    Parameter("wrist_stiffness", 1000.0, "stiffness of the compliant wrist", "N/m", (1.0, 1e6)),
+    Parameter("wrist_force_limit", 20.0, "largest force of the wrist's spring", "N", (0.1, 1e4)),
 )
 
 
-def configuration(value: Callable[[str], Any]) -> SimulationConfig:
-    """Configuration by the values of the parameters in `pneuflex_sim.ros.parameters`.
+def configuration(value: Mapping[str, Any]) -> SimulationConfig:
+    """The simulation that the values of PARAMETERS ask for.
 
     Raises ValueError for values that cannot be used.
     """
     return SimulationConfig(
-        hand=value("hand"),
-        object=value("object"),
-        scene=value("scene"),
-        model=value("model_file") or None,
-        step=value("step"),
-        segments=value("segments"),
-        seed=value("seed"),
-        gui=value("gui"),
-        object_offset=tuple(value("object_offset")),
-        object_mass_scale=value("object_mass_scale"),
+        hand=value["hand"],
+        object=value["object"],
+        scene=value["scene"],
+        model=value["model_file"] or None,
+        step=value["step"],
+        segments=value["segments"],
+        seed=value["seed"],
+        gui=value["gui"],
+        object_offset=tuple(value["object_offset"]),
+        object_mass_scale=value["object_mass_scale"],
         wrist=WristParameters(
-            stiffness=value("wrist_stiffness"), force_limit=value("wrist_force_limit")
+            stiffness=value["wrist_stiffness"], force_limit=value["wrist_force_limit"]
         ),
-        solver=solver_settings(value("solver")),
-        wall_inclination=value("wall_inclination") or None,
-        friction=value("friction_file") or None,
-        finger_contact=value("finger_contact"),
+        solver=solver_settings(value["solver"]),
+        wall_inclination=value["wall_inclination"] or None,
+        friction=value["friction_file"] or None,
+        finger_contact=value["finger_contact"],
     )

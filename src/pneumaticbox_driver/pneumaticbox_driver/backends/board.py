@@ -10,8 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumaticbox_driver.ros.parameters import outlet_numbers
-from pneumaticbox_driver.settings import BoxSettings
+from pneumaticbox_driver.settings import BoxSettings, outlet_numbers
 
 Floats = NDArray[np.float64]
 Valves = NDArray[np.int8]
@@ -53,7 +52,7 @@ def open_board(backend: str, settings: BoxSettings, value: Value) -> Board | Non
     """Open the board of a backend.
 
     Args:
-        backend: checked name, see `parameters.check_backend`.
+        backend: one of the names that the parameter `backend` can have.
         settings: of the box.
         value: returns a parameter's value by its name.
 

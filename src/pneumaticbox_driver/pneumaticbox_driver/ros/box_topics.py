@@ -1,40 +1,32 @@
-"""The box on topics and services: commands in, states and reports out.
-
-Publishes `pneumaticbox/state` at every sample, and the sensors in turn, decimated.
-
-Publishes reports on `/diagnostics` (REP-107).
-
-Services of std_srvs whose answer is a sentence: what was done, or why not.
-"""
+"""The box on topics: commands in; states at every sample, and the sensors decimated."""
 
 from __future__ import annotations
 
 import array
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import FluidPressure, JointState
-from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.box.diagnostics import CommandTraffic, Report
-from pneumaticbox_driver.ros.plant_topics import RELIABLE
+from pneumaticbox_driver.box.diagnostics import CommandTraffic
+from softhand_ros.topics import RELIABLE, seconds
 
 COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
+PRESSURE_RATE = 25.0  # of the FluidPressure topics [Hz]
 
 
 def _points(message: JointTrajectory) -> list[TrajectoryPoint]:
     return [
         TrajectoryPoint(
-            point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec,
+            seconds(point.time_from_start),
             point.positions,
             point.velocities,
             point.effort,
@@ -88,17 +80,14 @@ class Commands:
         return take
 
     def _take(self, topic: str, message: JointTrajectory) -> None:
-        stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-        points, names = _points(message), message.joint_names
+        stamp, names = seconds(message.header.stamp), message.joint_names
+        points = _points(message)
         try:
             self._obey[topic](names, points, self._of_stamp(stamp), self._now())
         except ValueError as error:
             self._refuse(f"{topic}: {error}")
         else:
             self._accepted()
-
-
-PRESSURE_RATE = 25.0  # of the FluidPressure topics [Hz]
 
 
 class StateTopics:
@@ -145,72 +134,10 @@ class StateTopics:
     def _publish_pressures(self, stamp: Time, pressures: NDArray[np.float64]) -> None:
         """Publish the sensors in turn, each at its rate, spread over the samples."""
         n = len(self._pressure)
-        slot = int((stamp.sec + 1e-9 * stamp.nanosec) * PRESSURE_RATE * n)
-        for turn in range(max(self._slot + 1, slot - n + 1), slot + 1):
-            message = self._pressure[turn % n]
+        slot = int(seconds(stamp) * PRESSURE_RATE * n)
+        for due in range(max(self._slot + 1, slot - n + 1), slot + 1):
+            message = self._pressure[due % n]
             message.header.stamp = stamp
-            message.fluid_pressure = float(pressures[turn % n])
-            self._pressure_out[turn % n].publish(message)
+            message.fluid_pressure = float(pressures[due % n])
+            self._pressure_out[due % n].publish(message)
         self._slot = slot
-
-
-class DiagnosticsTopic:
-    """The node's part of `/diagnostics`.
-
-    Args:
-        node: whose it is.
-        hardware: what the reports are about.
-    """
-
-    def __init__(self, node: Node, hardware: str) -> None:
-        self._node, self._hardware = node, hardware
-        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE)
-
-    def publish(self, reports: Sequence[Report]) -> None:
-        """Publish the reports with the node's time."""
-        message = DiagnosticArray(status=[self._status(report) for report in reports])
-        message.header.stamp = self._node.get_clock().now().to_msg()
-        self._publisher.publish(message)
-
-    def _status(self, report: Report) -> DiagnosticStatus:
-        return DiagnosticStatus(
-            name=f"pneumaticbox: {report.name}",
-            level=bytes([report.level]),
-            message=report.message,
-            hardware_id=self._hardware,
-            values=[KeyValue(key=key, value=value) for key, value in report.values.items()],
-        )
-
-
-def offer_triggers(node: Node, calls: dict[str, Callable[[], str]]) -> None:
-    """Offer a Trigger service `pneumaticbox/<name>` for each call.
-
-    A call returns the sentence, or raises ValueError: the service then has not succeeded.
-    """
-    for name, call in calls.items():
-        node.create_service(Trigger, f"pneumaticbox/{name}", _answering(call))
-
-
-def offer_switch(node: Node, name: str, call: Callable[[bool], str]) -> None:
-    """Offer a SetBool service `pneumaticbox/<name>`; `call` as for `offer_triggers`."""
-
-    def answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return _answer(lambda: call(request.data), response)
-
-    node.create_service(SetBool, f"pneumaticbox/{name}", answer)
-
-
-def _answering(call: Callable[[], str]) -> Callable[..., Trigger.Response]:
-    def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return _answer(call, response)
-
-    return answer
-
-
-def _answer(call: Callable[[], str], response: Any) -> Any:
-    try:
-        response.message = call()
-        response.success = True
-    except ValueError as error:
-        response.message, response.success = str(error), False
-    return response

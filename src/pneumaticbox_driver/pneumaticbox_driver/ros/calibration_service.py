@@ -1,4 +1,4 @@
-"""The calibration in use: from its file, or made anew on the box while the node runs."""
+"""Calibration in use: read from its file, or made anew on the box while the node runs."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +17,7 @@ from pneumaticbox_driver.calibration.calibration import (
     save_calibration,
 )
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
-from pneumaticbox_driver.ros.parameters import outlet_numbers
+from pneumaticbox_driver.settings import outlet_numbers
 
 Value = Callable[[str], Any]
 UNNAMED = "unnamed"

@@ -1,8 +1,4 @@
-"""A client of the driver for scripts: configure, run, schedule, monitor, stop.
-
-A node in a ROS context of its own, which hears others only while it waits.
-
-A client of the driver for scripts: configure, run, schedule, monitor, stop.
+"""Client of the driver for scripts: configure, run, schedule, monitor, stop.
 
 from pneumaticbox_driver.ros.client import PneumaticboxClient
 
@@ -17,30 +13,31 @@ with PneumaticboxClient() as box:
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 import numpy as np
-import rclpy
-from builtin_interfaces.msg import Duration, Time
+from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.client import Client
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from pneumaticbox_driver.box.commands import FIELDS
+from softhand_ros.client_link import ClientLink
+from softhand_ros.parameters import SIM_TIME
+from softhand_ros.topics import seconds, stamp_of_seconds
+
+MODES = "control_mode"
+PREFIX = "pneumaticbox: "  # of the driver's names in /diagnostics
+KEPT = 5000  # states that wait for `monitor`, 10 s at 500 Hz
+TRIGGERS = ("vent", "tare", "reset", "calibrate", "calibrate_next")
+COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
 
 
 class PneumaticboxError(RuntimeError):
@@ -95,81 +92,6 @@ class Complaints:
         return commands.message if new and commands.level > 0 else ""
 
 
-class Link:
-    """Waits, listens and calls, with a limit to its patience.
-
-    Args:
-        patience: for whatever is waited for [s].
-        domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
-        name: of the node.
-    """
-
-    def __init__(self, patience: float, domain: int | None, name: str) -> None:
-        self._patience = patience
-        self._heard = 0  # messages so far
-        self._context = Context()
-        rclpy.init(
-            context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
-        )
-        self.node = Node(name, context=self._context)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
-
-    @property
-    def now(self) -> float:
-        """Time of the node's clock [s]."""
-        return float(self.node.get_clock().now().nanoseconds * 1e-9)
-
-    def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], depth: int) -> None:
-        """Have `callback` called with each message of a topic; `depth` of them may wait."""
-
-        def hear(message: Any) -> None:
-            self._heard += 1
-            callback(message)
-
-        self.node.create_subscription(kind, topic, hear, QoSProfile(depth=depth))
-
-    def wait(self, condition: Callable[[], Any], silence: str) -> None:
-        """Listen until the condition holds.
-
-        Raises:
-            PneumaticboxError: it never does; `silence` says what is wrong then.
-        """
-        end = time.monotonic() + self._patience
-        while not condition():
-            if time.monotonic() > end:
-                raise PneumaticboxError(f"{silence} (waited {self._patience:g} s)")
-            self._executor.spin_once(timeout_sec=0.05)
-
-    def drain(self) -> None:
-        """Hear what waits already."""
-        before = -1
-        while before != self._heard:
-            before = self._heard
-            self._executor.spin_once(timeout_sec=0.0)
-
-    def call(self, client: Client, request: Any) -> Any:
-        """Call a service and wait for its response; raises as `wait` does."""
-        self.wait(client.service_is_ready, f"no driver offers {client.srv_name}")
-        future = client.call_async(request)
-        self.wait(future.done, f"{client.srv_name} does not answer")
-        return future.result()
-
-    def close(self) -> None:
-        """End the node."""
-        self._executor.shutdown()
-        self.node.destroy_node()
-        rclpy.try_shutdown(context=self._context)
-
-
-__all__ = ["PneumaticboxClient", "PneumaticboxError"]
-MODES, SIM_TIME = "control_mode", "use_sim_time"
-PREFIX = "pneumaticbox: "  # of the driver's names in /diagnostics
-KEPT = 5000  # states that wait for `monitor`, 10 s at 500 Hz
-TRIGGERS = ("vent", "tare", "reset", "calibrate", "calibrate_next")
-COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
-
-
 class PneumaticboxClient:
     """Speaks to one driver; a context manager. It hears the box only while one of its calls runs.
 
@@ -185,7 +107,7 @@ class PneumaticboxClient:
     def __init__(
         self, patience: float = 10.0, domain: int | None = None, name: str = "pneumaticbox_client"
     ) -> None:
-        self._link = Link(patience, domain, name)
+        self._link, self._patience = ClientLink(name, domain), patience
         self._states: deque[BoxState] = deque(maxlen=KEPT)
         self._state: BoxState | None = None
         self._complaints = Complaints()
@@ -201,12 +123,7 @@ class PneumaticboxClient:
     def __enter__(self) -> PneumaticboxClient:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -214,28 +131,42 @@ class PneumaticboxClient:
         self._link.close()
 
     def _connect(self) -> None:
-        link, node = self._link, self._link.node
+        link, node, wait = self._link, self._link.node, self._wait
         link.listen(JointState, "pneumaticbox/state", self._on_state, depth=1000)
         link.listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, depth=50)
         self._out = {
             topic: node.create_publisher(JointTrajectory, topic, 10)
             for topic in (COMMAND, SCHEDULE)
         }
+        kinds = dict.fromkeys(TRIGGERS, Trigger)
+        kinds |= {"enable": SetBool, "get_parameters": GetParameters}
+        kinds["set_parameters_atomically"] = SetParametersAtomically
         self._clients = {
-            name: node.create_client(Trigger, f"pneumaticbox/{name}") for name in TRIGGERS
+            name: node.create_client(kind, f"pneumaticbox/{name}") for name, kind in kinds.items()
         }
-        self._clients["enable"] = node.create_client(SetBool, "pneumaticbox/enable")
-        for name, kind in (("get", GetParameters), ("set", SetParametersAtomically)):
-            suffix = "_atomically" if name == "set" else ""
-            service = f"pneumaticbox/{name}_parameters{suffix}"
-            self._clients[name] = node.create_client(kind, service)
-        link.wait(lambda: self._state is not None, "no driver publishes pneumaticbox/state")
-        link.wait(lambda: "safety" in self.diagnostics, "the driver does not report itself")
+        wait(lambda: self._state is not None, "no driver publishes pneumaticbox/state")
+        wait(lambda: "safety" in self.diagnostics, "the driver does not report itself")
         everyone = self._out.values()
-        link.wait(lambda: all(p.get_subscription_count() for p in everyone), "no driver listens")
+        wait(lambda: all(p.get_subscription_count() for p in everyone), "no driver listens")
         modes, simulated = self._parameters(MODES, SIM_TIME)
         self._modes = self._spread(modes)
-        node.set_parameters([Parameter(SIM_TIME, value=simulated)])
+        link.follow_simulated_time(simulated)
+
+    def _wait(self, condition: Callable[[], Any], silence: str) -> None:
+        """Listen until the condition holds; `silence` says what is wrong when it never does."""
+        if not self._link.wait(condition, self._patience):
+            raise PneumaticboxError(f"{silence} (waited {self._patience:g} s)")
+
+    def _call(self, name: str, request: Any) -> Any:
+        """Answer of a service of the driver."""
+        client: Client = self._clients[name]
+        self._wait(client.service_is_ready, f"no driver offers {client.srv_name}")
+        answer = self._link.ask(client, request, self._patience)
+        if answer is None:
+            raise PneumaticboxError(
+                f"{client.srv_name} does not answer (waited {self._patience:g} s)"
+            )
+        return answer
 
     # what the box says
 
@@ -271,7 +202,7 @@ class PneumaticboxClient:
         self._states.clear()
         end = math.nan
         while True:
-            self._link.wait(lambda: self._states, "the driver has fallen silent")
+            self._wait(lambda: self._states, "the driver has fallen silent")
             self._raise_complaint()
             while self._states:
                 state = self._states.popleft()
@@ -296,7 +227,7 @@ class PneumaticboxClient:
         request = SetParametersAtomically.Request(
             parameters=[value.to_parameter_msg() for value in values]
         )
-        answer = self._link.call(self._clients["set"], request)
+        answer = self._call("set_parameters_atomically", request)
         if not answer.result.successful:
             raise PneumaticboxError(answer.result.reason)
         self._modes = tuple(parameters.get(MODES, self._modes))
@@ -384,7 +315,7 @@ class PneumaticboxClient:
     def _on_state(self, message: JointState) -> None:
         names = message.name
         self._state = BoxState(
-            _seconds(message.header.stamp),
+            seconds(message.header.stamp),
             dict(zip(names, message.position, strict=True)),
             dict(zip(names, message.velocity, strict=True)),
             dict(zip(names, message.effort, strict=True)),
@@ -435,31 +366,23 @@ class PneumaticboxClient:
         self._raise_complaint()
         self._check_channels(names)
         message = JointTrajectory(joint_names=names, points=points)
-        message.header.stamp = Time(**_split(start))
+        message.header.stamp = stamp_of_seconds(start)
         self._out[topic].publish(message)
 
     def _trigger(self, name: str) -> str:
         return self._answer(name, Trigger.Request())
 
     def _answer(self, name: str, request: Any) -> str:
-        answer = self._link.call(self._clients[name], request)
+        answer = self._call(name, request)
         if not answer.success:
             raise PneumaticboxError(answer.message)
         return str(answer.message)
 
     def _parameters(self, *names: str) -> list[Any]:
-        answer = self._link.call(self._clients["get"], GetParameters.Request(names=list(names)))
+        answer = self._call("get_parameters", GetParameters.Request(names=list(names)))
         return [parameter_value_to_python(value) for value in answer.values]
 
 
-def _seconds(stamp: Time) -> float:
-    return stamp.sec + 1e-9 * stamp.nanosec
-
-
-def _split(seconds: float) -> dict[str, int]:
-    whole, nano = divmod(round(seconds * 1e9), 10**9)
-    return {"sec": whole, "nanosec": nano}
-
-
-def _duration(seconds: float) -> Duration:
-    return Duration(**_split(seconds))
+def _duration(length: float) -> Duration:
+    stamp = stamp_of_seconds(length)
+    return Duration(sec=stamp.sec, nanosec=stamp.nanosec)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import contextlib
 import gc
 import math
-import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -18,47 +16,39 @@ import rclpy
 from builtin_interfaces.msg import Time
 from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.exceptions import ParameterException
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
 
 from pneumaticbox_driver.backends.board import Board, open_board
 from pneumaticbox_driver.backends.loop import DeadlineLoop, SteadyClock, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.diagnostics import LinkState, NoteThrottle, ValveActivity, box_reports
-from pneumaticbox_driver.ros.box_topics import (
-    COMMAND,
-    SCHEDULE,
-    Commands,
-    DiagnosticsTopic,
-    StateTopics,
-    offer_switch,
-    offer_triggers,
-)
+from pneumaticbox_driver.ros.box_topics import COMMAND, SCHEDULE, Commands, StateTopics
 from pneumaticbox_driver.ros.calibration_service import Calibrating, calibrations_of
-from pneumaticbox_driver.ros.executor import Turns
 from pneumaticbox_driver.ros.parameters import (
-    SIM_TIME,
+    PARAMETERS,
     box_settings,
-    check_backend,
     choose_clock,
-    declare_parameters,
     sim_time_ignored,
-    usage,
 )
-from pneumaticbox_driver.ros.plant_topics import ClockPulse, SampleFeed, ValvesOut
+from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
 from pneumaticbox_driver.safety import SampleWatch
 from pneumaticbox_driver.settings import per_channel
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics
+from softhand_ros.executor import RoundRobin
+from softhand_ros.parameters import SIM_TIME, declare, usage
+from softhand_ros.run_node import run_node
+from softhand_ros.services import offer_switch, offer_trigger
+from softhand_ros.topics import RELIABLE, Inbox, seconds
 
-SWITCH_INTERVAL = (
-    0.001  # after which a calibration's fit, in a thread, lets the control step run [s]
-)
+# after which a calibration's fit, in a thread, lets the control step run [s]
+SWITCH_INTERVAL = 0.001
 SERVE_PERIOD = 0.01  # wall time between looks at commands and services, when none wait [s]
 SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
 WAIT = 0.01  # for a sample, before others are served [s]
 SWITCHES = {"drift_correction", "leak_model"}  # of the box, set by parameters of their names
 VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
-REPORT_PERIOD = 1.0  # wall time between diagnostics (REP-107) [s]
+PURPOSE = "Controls the air of a soft hand's channels over ROS 2."
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
 
 
@@ -67,8 +57,8 @@ class PneumaticBoxNode(Node):
 
     def __init__(self) -> None:
         super().__init__("pneumaticbox")
-        declare_parameters(self)
-        self.backend = check_backend(self._value("backend"))
+        declare(self, PARAMETERS)
+        self.backend = self._value("backend")
         settings = box_settings(self._value)
         channels = settings.channels
         calibrations = calibrations_of(self._value, len(channels))
@@ -86,12 +76,12 @@ class PneumaticBoxNode(Node):
         self._told: NDArray[np.int8] = np.zeros(len(channels), dtype=np.int8)
         self._told_at = -math.inf
         self._board_begin = math.nan  # of the board's clock, on the steady one [s]
-        self._next_turn = self._reported = 0.0
+        self._next_look = self._reported = 0.0
         self._create_topics(channels)
         self._create_services()
         self._take_priority()
         self.add_on_set_parameters_callback(self._on_parameters)
-        self._turns = Turns(self)
+        self._executor = RoundRobin(self)
 
     def _take_priority(self) -> None:
         priority = self._value("real_time_priority")
@@ -102,12 +92,14 @@ class PneumaticBoxNode(Node):
         return self.get_parameter(name).value
 
     def _create_topics(self, channels: tuple[str, ...]) -> None:
-        self._feed = SampleFeed(self, channels) if self.board is None else None
+        self._sensors: Inbox | None = None
+        if self.board is None:
+            self._sensors = Inbox(self, JointState, "pneumaticbox/sensors", RELIABLE)
         self._valves = ValvesOut(self, channels)
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
         deviations = self._value("channel_deviation"), self._value("supply_deviation")
         self._state = StateTopics(self, self.box, *deviations)
-        self._diagnostics = DiagnosticsTopic(self, f"pneumaticbox/{self.backend}")
+        self._diagnostics = Diagnostics(self, "pneumaticbox", f"pneumaticbox/{self.backend}")
         obey = {COMMAND: self.box.command, SCHEDULE: self.box.schedule_valves}
         self._commands = Commands(
             self, obey, self._box_time, self._of_stamp, self._refuse, self.link.accept
@@ -115,7 +107,7 @@ class PneumaticBoxNode(Node):
         self.link.traffic = self._commands.traffic
 
     def _create_services(self) -> None:
-        offer_switch(self, "enable", self._enable)
+        offer_switch(self, "pneumaticbox/enable", self._enable)
         calls: dict[str, Callable[[], str]] = {
             "vent": self._vent,
             "tare": self.box.tare,
@@ -123,7 +115,8 @@ class PneumaticBoxNode(Node):
             "calibrate": self._calibrating.begin,
             "calibrate_next": self._calibrating.next,
         }
-        offer_triggers(self, calls)
+        for name, call in calls.items():
+            offer_trigger(self, f"pneumaticbox/{name}", call)
 
     # time
 
@@ -188,16 +181,16 @@ class PneumaticBoxNode(Node):
 
     def serve_samples(self, timeout: float) -> None:
         """Answer the next sample of the topic backend, if one comes within `timeout` [s]."""
-        sample = self._feed.take(timeout)
+        sample = self._sensors.take(timeout)
         if sample is None:
             return
         try:
-            pressures = self._feed.pressures(sample)
+            pressures = absolute_pressures(sample, self.box.settings.channels)
         except ValueError as error:
             self._refuse(f"pneumaticbox/sensors: {error}")
             return
         stamp = sample.header.stamp
-        self.on_sample(stamp.sec + 1e-9 * stamp.nanosec, stamp, pressures)
+        self.on_sample(seconds(stamp), stamp, pressures)
 
     def serve_board(self, board: Board) -> None:
         """Read the board that this process drives and answer it; its failure vents."""
@@ -243,16 +236,16 @@ class PneumaticBoxNode(Node):
             slack: for how long that may take [s].
         """
         now = time.monotonic()
-        if now < self._next_turn:
+        if now < self._next_look:
             return
-        more = self._turns.serve(min(SERVE_SLICE, slack))
-        self._next_turn = now if more else now + SERVE_PERIOD
+        more = self._executor.serve(min(SERVE_SLICE, slack))
+        self._next_look = now if more else now + SERVE_PERIOD
         self._watch_sensors(now)
         self._calibrating.look()
         self._activity.note(self.box.time, self.box.openings)
         if now - self._reported >= REPORT_PERIOD:
             self._reported = now
-            self._turns.serve_rest()
+            self._executor.serve_rest()
             self._report(now)
             gc.collect(1)
 
@@ -291,7 +284,7 @@ class PneumaticBoxNode(Node):
             with contextlib.suppress(ValueError, OSError):
                 self.board.close()
         self._valves.flush(FAREWELL)
-        self._turns.close()
+        self._executor.close()
         self.destroy_node()
 
     def _report(self, now: float) -> None:
@@ -299,8 +292,8 @@ class PneumaticBoxNode(Node):
             self.get_logger().warning(note)
         self.box.notes.clear()
         self.link.forget_refused(now)
-        if self._feed is not None:
-            self.link.simulators = self._feed.publishers()
+        if self._sensors is not None:
+            self.link.simulators = self._sensors.publishers()
         self._commands.count_commanders()
         self.link.storm = self._commands.traffic.storm(now)
         reports = box_reports(self.box, self.link, self._activity)
@@ -330,40 +323,21 @@ def run_board(
     loop.run(step, stop)
 
 
+def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
+    """Control the box until `stop` is set."""
+    gc.freeze()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    gc.disable()  # a collection would come in the middle of a sample; see serve_others
+    if node.board is None:
+        run_topic(node, stop)
+    else:
+        run_board(node, node.board, stop)
+
+
 def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; 0 then, 2 for what cannot be used or is not there."""
-    given = sys.argv[1:] if args is None else args
-    if {"-h", "--help"} & set(given):
-        print(usage())
-        return 0
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    stop = threading.Event()
-
-    def end(_: int, __: FrameType | None) -> None:
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
-    node, status = None, 0
-    try:
-        node = PneumaticBoxNode()
-        gc.freeze()
-        sys.setswitchinterval(SWITCH_INTERVAL)
-        gc.disable()  # a collection would come in the middle of a sample; see serve_others
-        if node.board is None:
-            run_topic(node, stop)
-        else:
-            run_board(node, node.board, stop)
-    except (ValueError, OSError, ParameterException) as error:
-        print(f"pneumaticbox: {error}", file=sys.stderr)
-        status = 2
-    finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
-        if node is not None:
-            node.close()
-        rclpy.try_shutdown()
-    return status
+    """Run the node; `run_node` tells the exit status."""
+    help_text = usage("driver", PURPOSE, PARAMETERS)
+    return run_node("pneumaticbox", PneumaticBoxNode, run, usage=help_text, args=args)
 
 
 if __name__ == "__main__":

@@ -7,83 +7,30 @@ from a wait set of their own, by the thread that answers them, and no executor s
 from __future__ import annotations
 
 import array
-from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
 from numpy.typing import NDArray
-from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+from softhand_ros.topics import NEWEST, RELIABLE, subscribe_by_hand, take
 
 
-class TakenByHand(CallbackGroup):
-    """Entities whose messages are taken by their owner; executors leave them alone."""
+def absolute_pressures(sample: JointState, channels: tuple[str, ...]) -> NDArray[np.float64]:
+    """Absolute pressures of the channels, then of the supply, of a sample (n + 1,) [Pa].
 
-    def can_execute(self, entity: Any) -> bool:
-        """Never for an executor."""
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Never for an executor."""
-        return False
-
-
-def _ignore(_: Any) -> None:
-    """Callback of subscriptions whose messages are taken by hand."""
-
-
-class SampleFeed:
-    """Sensor samples of the topic `pneumaticbox/sensors`.
-
-    Args:
-        node: whose topic it is.
-        channels: names of the channels, in order.
+    Raises:
+        ValueError: names or length are not those of this box's sensors.
     """
-
-    def __init__(self, node: Node, channels: tuple[str, ...]) -> None:
-        self._context = node.context
-        self._expected = [*channels, "supply"]
-        self._subscription = node.create_subscription(
-            JointState,
-            "pneumaticbox/sensors",
-            _ignore,
-            RELIABLE,
-            callback_group=TakenByHand(),
-        )
-        self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, self._context.handle)
-
-    def take(self, timeout: float) -> JointState | None:
-        """Wait up to `timeout` [s] for a sample; None when there is none."""
-        self._wait_set.clear_entities()
-        self._wait_set.add_subscription(self._subscription.handle)
-        self._wait_set.wait(int(timeout * 1e9))
-        taken = self._subscription.handle.take_message(JointState, False)
-        return None if taken is None else taken[0]
-
-    def publishers(self) -> int:
-        """How many nodes publish samples."""
-        return self._subscription.get_publisher_count()
-
-    def pressures(self, sample: JointState) -> NDArray[np.float64]:
-        """Absolute pressures of the channels, then of the supply, of a sample (n + 1,) [Pa].
-
-        Raises:
-            ValueError: names or length are not those of this box's sensors.
-        """
-        if sample.name != self._expected:
-            raise ValueError(f"name: expected {self._expected}, got {list(sample.name)}")
-        if len(sample.effort) != len(self._expected):
-            expected = len(self._expected)
-            raise ValueError(f"effort: expected {expected} values, got {len(sample.effort)}")
-        return np.array(sample.effort)
+    expected = [*channels, "supply"]
+    if sample.name != expected:
+        raise ValueError(f"name: expected {expected}, got {list(sample.name)}")
+    if len(sample.effort) != len(expected):
+        raise ValueError(f"effort: expected {len(expected)} values, got {len(sample.effort)}")
+    return np.array(sample.effort)
 
 
 class ValvesOut:
@@ -117,9 +64,7 @@ class ClockPulse:
     """
 
     def __init__(self, node: Node) -> None:
-        self._subscription = node.create_subscription(
-            Clock, "/clock", _ignore, NEWEST, callback_group=TakenByHand()
-        )
+        self._subscription = subscribe_by_hand(node, Clock, "/clock", NEWEST)
         self._last: tuple[int, int] | None = None
         self._heard = self._moved = 0.0
 
@@ -127,11 +72,11 @@ class ClockPulse:
         """Take the newest tick, if there is one, at this monotonic wall time [s]."""
         if not self._moved:
             self._moved = wall_time
-        taken = self._subscription.handle.take_message(Clock, False)
-        if taken is None:
+        tick = take(self._subscription)
+        if tick is None:
             return
         self._heard = wall_time
-        now = (taken[0].clock.sec, taken[0].clock.nanosec)
+        now = (tick.clock.sec, tick.clock.nanosec)
         if now != self._last:
             self._last, self._moved = now, wall_time
 

@@ -1,12 +1,9 @@
-"""Writing of rosbag2 folders that stay readable when the writer is killed, and cutting of them by
-stamps.
+"""Writing of rosbag2 folders that stay readable when the writer is killed, and cutting by stamps.
 
 `rosbags` keeps up to 1 MB of messages in memory and writes the index at the end. Here each chunk is
 handed to the operating system as soon as it is closed, and the recorder closes one every second:
 what a killed recorder leaves behind lacks at most that second and the index, which
 `softhand_bringup.bags.repair` puts back.
-
-Cutting of a bag into parts by the stamps of its messages.
 """
 
 from __future__ import annotations

@@ -6,7 +6,6 @@ Exit status: 0 gripped; 1 not gripped or failed; 2 nothing could be started; 130
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from pathlib import Path
 from threading import Event
@@ -14,11 +13,9 @@ from threading import Event
 from grasp_strategies.strategy import load_strategy
 from grasp_strategies.trials import draw_placement
 from pneuflex_sim.scene.scenes import load_scene
-from softhand_bringup.demo.run import Demo, DemoFailed
-from softhand_bringup.processes.launcher import NodeDied
-from softhand_bringup.processes.run_folder import make_run_folder
+from softhand_bringup.processes.run_folder import Say, run_command
 from softhand_bringup.processes.suite import SuiteOptions
-from softhand_bringup.processes.waiting import Interrupted
+from softhand_bringup.ros.demo import Demo
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -27,41 +24,25 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         options = _options(parsed)
     except ValueError as error:
-        say(str(error))
+        print(f"demo: {error}", flush=True)
         return 2
-    try:
-        folder = make_run_folder(parsed.out)
-    except OSError as error:
-        say(f"cannot write {error.filename or parsed.out}: {error.strerror}")
-        return 2
-    stopped = Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
-    say(f"{options.hand} grasps the {options.object}, seed {options.seed}")
-    say(f"recording to {folder}/bag")
-    try:
+
+    def play(folder: Path, say: Say, stopped: Event) -> bool:
+        say(f"{options.hand} grasps the {options.object}, seed {options.seed}")
+        say(f"recording to {folder}/bag")
         return _run(Demo(options, folder, say, stopped))
-    except (DemoFailed, NodeDied, ValueError, OSError) as error:
-        say(str(error))
-        return 1
-    except Interrupted:
-        say(f"interrupted; what was recorded is in {folder}/bag")
-        return 130
+
+    return run_command("demo", parsed.out, play)
 
 
-def say(line: str) -> None:
-    """Print one line at once."""
-    print(f"demo: {line}", flush=True)
-
-
-def _run(demo: Demo) -> int:
+def _run(demo: Demo) -> bool:
     verdict = demo.run()
-    say("drawing the pictures")
+    demo.say("drawing the pictures")
     try:
         demo.draw()
     finally:  # the verdict stands, whatever becomes of the pictures
-        say(verdict.line(demo.folder))
-    return 0 if verdict.gripped else 1
+        demo.say(verdict.line(demo.folder))
+    return verdict.gripped
 
 
 def _options(parsed: argparse.Namespace) -> SuiteOptions:

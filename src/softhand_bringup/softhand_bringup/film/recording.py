@@ -1,4 +1,4 @@
-"""What a film shows: the states of a grasp at even distances in time, from a trial or a bag."""
+"""States of a grasp at even distances in time, for a film: from a trial or a bag."""
 
 from __future__ import annotations
 

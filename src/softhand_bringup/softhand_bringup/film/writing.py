@@ -1,4 +1,4 @@
-"""Where the pictures of a film go: a folder of PNG files, a GIF or an MP4."""
+"""Writers of a film: a folder of PNG files, a GIF or an MP4."""
 
 from __future__ import annotations
 

@@ -10,8 +10,10 @@ import sys
 from pathlib import Path
 from threading import Event
 
+from softhand_bringup.lab_story.measuring import Plan, Played
 from softhand_bringup.lab_story.story import HIDDEN, Story
 from softhand_bringup.processes.run_folder import Say, run_command
+from softhand_bringup.ros.session import Session
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -19,7 +21,10 @@ def main(arguments: list[str] | None = None) -> int:
     parsed = _parse(arguments)
 
     def play(folder: Path, say: Say, stopped: Event) -> bool:
-        Story(folder, parsed.hide, parsed.seed, say, stopped).run()
+        def bench(into: Path, plan: Plan, truth: Path, model: str) -> list[Played]:
+            return Session(into, plan, truth, model, parsed.seed, say, stopped).run()
+
+        Story(bench, folder, parsed.hide, say, stopped).run()
         return True
 
     return run_command("lab-story", parsed.out, play)

@@ -1,4 +1,4 @@
-"""What is measured: a finger brought to plateaus of pressure, as courses of air mass."""
+"""Measurements of the story: a finger brought to plateaus of pressure, as courses of air mass."""
 
 from __future__ import annotations
 
@@ -9,7 +9,11 @@ import numpy as np
 
 from softhand_model.gas import AMBIENT_PRESSURE, air_mass
 from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.hand import load_hand
 
+HAND = "single_finger"
+FINGER = "finger"  # chain and actuator of that hand
+STATE, ANGLES, RESIDUAL = "/pneumaticbox/state", "/hand/tip_angles", "/model/residual"
 RISE = 0.2  # from plateau to plateau [s]; the valves take as long
 
 
@@ -30,6 +34,21 @@ class Measurement:
     def duration(self) -> float:
         """How long it takes [s]."""
         return len(self.levels) * self.hold
+
+
+@dataclass(frozen=True)
+class Played:
+    """A run as it was played: name, protocol, start and end in simulated time [s]."""
+
+    name: str
+    protocol: str
+    start: float
+    end: float
+
+
+def finger() -> Actuator:
+    """The actuator on the bench."""
+    return load_hand(HAND).chain(FINGER).actuators[FINGER]
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softhand_bringup.bags.reading import Bag
+from softhand_bringup.lab_story.measuring import ANGLES, RESIDUAL, Played
 from softhand_bringup.lab_story.recorded import still_stamps
-from softhand_bringup.lab_story.session import ANGLES, RESIDUAL, Played
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

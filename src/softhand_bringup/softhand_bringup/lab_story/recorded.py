@@ -1,4 +1,4 @@
-"""From a session's bag to a measurement set, and to the monitor's residual."""
+"""Measurement set and live residual out of the bag of a session."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import yaml
 from model_lab.live.prediction import SECOND
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.bags.writing import Part, cut_bag
-from softhand_bringup.lab_story.session import ANGLES, FINGER, RESIDUAL, STATE, Played
+from softhand_bringup.lab_story.measuring import ANGLES, FINGER, RESIDUAL, STATE, Played
 from softhand_model.hand.actuator import Actuator
 
 PROFILE_PIECES = 8  # straight lines for the taper: the tip angle is exact within 0.1 %

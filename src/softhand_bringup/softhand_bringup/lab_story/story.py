@@ -1,4 +1,4 @@
-"""The whole story in order. The lab's part are commands that a user would type."""
+"""Story of a hidden effect: measure, diagnose, add, watch; the lab's part are its commands."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from threading import Event
 from typing import Any
 
 from model_lab.comparison.add import write_model
-from softhand_bringup.lab_story.measuring import CHECK, WHOLE, Plan
+from softhand_bringup.lab_story.measuring import CHECK, WHOLE, Plan, Played, finger
 from softhand_bringup.lab_story.picture import draw
 from softhand_bringup.lab_story.recorded import live_residual, still_stamps, write_set
-from softhand_bringup.lab_story.session import Played, Session, finger
 from softhand_bringup.processes.waiting import Interrupted, RunFailed
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
@@ -30,6 +29,9 @@ HIDDEN: Mapping[str, Mapping[str, float]] = {
     "gent_stiffening": {"jm": 4.0},
     NOTHING: {},
 }
+
+
+Bench = Callable[[Path, Plan, Path, str], list[Played]]
 
 
 @dataclass(frozen=True)
@@ -45,19 +47,19 @@ class Story:
     """Measure, diagnose, add, watch.
 
     Args:
+        bench: plays a plan into a folder, with the model files of the truth and of the monitor.
         folder: gets hidden.yaml, measured/, set/, diagnosis.json, report.html, model.yaml, mended/,
             result.json and live.png.
         hidden: name of the effect that the simulator hides, of HIDDEN.
-        seed: of noise and jitter.
         say: prints one line.
         stopped: set when the user wants to end.
         plan, check: what is played before the diagnosis, and with the mended model.
         report: whether the lab writes its page too.
     """
 
+    bench: Bench
     folder: Path
     hidden: str
-    seed: int
     say: Callable[[str], None]
     stopped: Event = field(default_factory=Event)
     plan: Plan = WHOLE
@@ -159,9 +161,9 @@ class Story:
 
     def _watch(self, name: str, plan: Plan, truth: Path, model: str) -> Watched:
         """Play a plan; the monitor has that model."""
-        session = Session(self.folder / name, plan, truth, model, self.seed, self.say, self.stopped)
-        runs = session.run()
-        return Watched(runs, live_residual(session.bag, runs, still_stamps(session.bag)))
+        runs = self.bench(self.folder / name, plan, truth, model)
+        bag = self.folder / name / "bag"
+        return Watched(runs, live_residual(bag, runs, still_stamps(bag)))
 
     def _lab(self, *arguments: object) -> None:
         """Run a command of the lab.

@@ -1,4 +1,4 @@
-"""Starts nodes as processes, watches them, and stops them in order without leaving any behind."""
+"""Launcher: starts nodes as processes, watches them, stops them in order, leaves none behind."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 
 ParameterValue = bool | int | float | str | Sequence[bool | int | float | str]
 
@@ -155,12 +154,7 @@ class Launcher:
     def __enter__(self) -> Launcher:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
 

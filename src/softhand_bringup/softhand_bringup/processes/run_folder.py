@@ -1,8 +1,4 @@
-"""A folder of its own for every run, signals and exit statuses: what commands share that play on
-the bench.
-
-What commands that play something on the bench share: a run folder, signals, exit statuses.
-"""
+"""Run of a command on the bench: a folder of its own, signals and exit status."""
 
 from __future__ import annotations
 
@@ -15,6 +11,8 @@ from threading import Event
 
 from softhand_bringup.processes.launcher import NodeDied
 from softhand_bringup.processes.waiting import Interrupted, RunFailed
+
+Say = Callable[[str], None]
 
 
 def make_run_folder(out: Path, prefix: str = "demo") -> Path:
@@ -41,9 +39,6 @@ def _point(link: Path, target: str) -> None:
     fresh = link.with_name(f".{link.name}-{target}")
     fresh.symlink_to(target)
     fresh.replace(link)
-
-
-Say = Callable[[str], None]
 
 
 def run_command(name: str, out: Path, play: Callable[[Path, Say, Event], bool]) -> int:

@@ -1,7 +1,4 @@
-"""The nodes of the suite as commands, and the environment in which they run.
-
-The nodes of the suite as commands: simulator, driver, sequencer, monitor, and the recorder.
-"""
+"""The nodes of the suite as commands, and the environment in which they run."""
 
 from __future__ import annotations
 
@@ -12,6 +9,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from softhand_bringup.processes.launcher import NodeCommand, ParameterValue
+
+RECORDER = "recorder"  # the node's name, too
 
 
 def discovery_profile() -> Path:
@@ -129,9 +128,7 @@ def monitor(
 def recorder(folder: Path, topics: Sequence[str] = ()) -> NodeCommand:
     """The recorder, writing to a bag folder that does not exist yet; all topics, or these alone."""
     chosen = ("--topics", *topics) if topics else ()
-    return NodeCommand(
-        "recorder", "softhand_bringup.ros.recorder", arguments=(str(folder), *chosen)
-    )
+    return NodeCommand(RECORDER, "softhand_bringup.ros.recorder", arguments=(str(folder), *chosen))
 
 
 def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:

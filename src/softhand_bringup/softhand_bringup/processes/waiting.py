@@ -1,4 +1,4 @@
-"""Waiting for nodes and for simulated time, with an end to every wait."""
+"""Waiting for nodes and for simulated time, each wait with a limit."""
 
 from __future__ import annotations
 

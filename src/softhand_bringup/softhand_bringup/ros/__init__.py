@@ -1,1 +1,1 @@
-"""The recorder and the ROS sides of demo and story: all of this package that imports ROS."""
+"""Nodes of the recorder, of the demo and of sessions at the bench: all here that imports ROS."""

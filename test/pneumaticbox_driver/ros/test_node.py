@@ -184,9 +184,9 @@ def test_two_simulators_are_told_and_do_not_flood_the_log(start, peer):
     ("parameters", "words"),
     [
         ({"hand": "rbo_hand_9", "rest_volumes": [0.0]}, ("rbo_hand_9", "rbo_hand_2")),
-        ({"backend": "bench"}, ("backend must be one of", "'hardware'", "got 'bench'")),
+        ({"backend": "bench"}, ("backend: expected one of topic", "hardware", "got 'bench'")),
         ({"backend": "hardware"}, ("hardware_file must be the path of a hardware file, got none",)),
-        ({"control_mode": ["force"]}, ("control_mode must be one of", "got 'force'")),
+        ({"control_mode": ["force"]}, ("control_mode: expected one of", "got 'force'")),
         ({"control_mode": ["volume"]}, ("'volume' expects volume_model 'hand', got 'fixed'",)),
         ({"outlets": [1]}, ("outlets must be 2 numbers from 1", "got [1]")),
         ({"backend": "embedded", "embedded_plant": "/none.yaml"}, ("/none.yaml", "readable file")),

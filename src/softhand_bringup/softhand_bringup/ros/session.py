@@ -6,43 +6,32 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING
 
-from softhand_bringup.lab_story.measuring import Measurement, Plan, air_course
+from softhand_bringup.lab_story.measuring import (
+    ANGLES,
+    FINGER,
+    HAND,
+    RESIDUAL,
+    STATE,
+    Measurement,
+    Plan,
+    Played,
+    air_course,
+    finger,
+)
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.launcher import Launcher, ParameterValue
 from softhand_bringup.processes.suite import node_environment
 from softhand_bringup.processes.waiting import Patience
-from softhand_model.hand.actuator import Actuator
+from softhand_bringup.ros.bench_link import BenchLink
 from softhand_model.hand.hand import load_hand
 
-if TYPE_CHECKING:
-    from softhand_bringup.ros.bench_link import BenchLink
-
-HAND = "single_finger"
-FINGER = "finger"  # chain and actuator of that hand
-STATE, ANGLES, RESIDUAL = "/pneumaticbox/state", "/hand/tip_angles", "/model/residual"
 RECORDED = ("/clock", STATE, ANGLES, RESIDUAL)
 STEP = 0.005  # physics step [s]: the finger settles within 50 ms, and the bench runs fast
 WARM_UP = 1.0  # simulated time in which the driver averages its sensors [s]
 BEFORE = 0.5  # simulated time at rest with which a run begins [s]
 # when the monitor takes the finger to be settled: later than by default, for it is to be exact
 SETTLING: dict[str, ParameterValue] = {"settle_time": 0.2, "settle_band": 500.0}
-
-
-@dataclass(frozen=True)
-class Played:
-    """A run as it was played: name, protocol, start and end in simulated time [s]."""
-
-    name: str
-    protocol: str
-    start: float
-    end: float
-
-
-def finger() -> Actuator:
-    """The actuator on the bench."""
-    return load_hand(HAND).chain(FINGER).actuators[FINGER]
 
 
 @dataclass
@@ -92,9 +81,6 @@ class Session:
             return self._play(launcher)
 
     def _play(self, launcher: Launcher) -> list[Played]:
-        # imported late: with --help nobody should wait for ROS
-        from softhand_bringup.ros.bench_link import BenchLink
-
         channel = load_hand(HAND).channels[0]
         with BenchLink("lab_story", channel, RECORDED) as bench:
             patience = Patience(launcher, bench, self.stopped)

@@ -1,7 +1,8 @@
-"""Serves subscriptions and services of a node in turn, for a short time at each call.
+"""Executor that serves subscriptions and services round robin, for a short time at each call.
 
-An executor makes a wait set of all of them at each look, which takes 1 ms: half a control step.
-Asking each for a message takes 2 us, and a storm of messages can be left in the middle.
+rclpy's own makes a wait set of all of them at each look, which takes 1 ms on a busy machine: half a
+control step of the driver. Asking each for a message takes 2 us, and a storm of messages can be
+left in the middle. rclpy's EventsExecutor takes four times as long for a look that finds nothing.
 """
 
 from __future__ import annotations
@@ -13,10 +14,10 @@ from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
-from pneumaticbox_driver.ros.plant_topics import TakenByHand
+from softhand_ros.topics import TakenByHand
 
 
-class Turns:
+class RoundRobin:
     """Takes one message of each subscription and service after the other.
 
     Args:
@@ -62,7 +63,7 @@ class Turns:
 
     def _entities(self) -> list[Any]:
         """Subscriptions and services to serve; a change of parameters may add to them."""
-        found = [*self._node.subscriptions, *self._node.services]
+        found: list[Any] = [*self._node.subscriptions, *self._node.services]
         return [e for e in found if not isinstance(e.callback_group, TakenByHand)]
 
 

@@ -14,8 +14,8 @@ from softhand_bringup.processes.suite import node_environment
 
 pytestmark = pytest.mark.system
 
-SUPPORT = Path(__file__).parents[1] / "support"
-WIRING = Path(__file__).parents[2] / "src/pneumaticbox_driver/config/hardware.yaml"
+SUPPORT = Path(__file__).parents[2] / "support"
+WIRING = Path(__file__).parents[3] / "src/pneumaticbox_driver/config/hardware.yaml"
 
 
 def test_a_device_that_is_not_there_ends_it_with_a_sentence(start, tmp_path, peer):

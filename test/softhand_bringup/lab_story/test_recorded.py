@@ -6,6 +6,7 @@ import recorded_run
 
 from model_lab.experiments.forward import Forward
 from model_lab.measurements.load import load_measurements
+from softhand_bringup.lab_story.measuring import ANGLES, FINGER, RESIDUAL, STATE, Played, finger
 from softhand_bringup.lab_story.recorded import (
     SPACING,
     STILL,
@@ -14,7 +15,6 @@ from softhand_bringup.lab_story.recorded import (
     still_stamps,
     write_set,
 )
-from softhand_bringup.lab_story.session import ANGLES, FINGER, RESIDUAL, STATE, Played, finger
 
 SECOND = 10**9
 START = 100.0  # [s]; a bench that has run for a while

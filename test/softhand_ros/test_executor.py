@@ -1,4 +1,4 @@
-"""Messages are served in turn and in short slices, so that a storm can be left in the middle."""
+"""Messages are served round robin in short slices: a storm can be left in the middle."""
 
 import time
 
@@ -12,7 +12,7 @@ from ros_peer import Peer
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 
-from pneumaticbox_driver.ros.executor import Turns
+from softhand_ros.executor import RoundRobin
 
 pytestmark = pytest.mark.system
 MANY = QoSProfile(depth=500)
@@ -55,24 +55,24 @@ def test_a_slice_ends_after_its_time_and_the_next_goes_on_in_order(peer, node):
             pass
 
     node.create_subscription(String, "storm", slow, MANY)
-    turns = Turns(node)
+    executor = RoundRobin(node)
     storm(peer, node, 300)
-    turns.serve(0.005)
+    executor.serve(0.005)
     assert 1 <= len(heard) <= 6
-    turns.serve(10.0)
+    executor.serve(10.0)
     assert heard == list(range(300))
-    turns.close()
+    executor.close()
 
 
 def test_at_least_one_message_is_served_however_short_the_slice(peer, node):
     heard = []
     node.create_subscription(String, "storm", heard.append, MANY)
-    turns = Turns(node)
+    executor = RoundRobin(node)
     storm(peer, node, 5)
     for count in range(1, 6):
-        turns.serve(-1.0)
+        executor.serve(-1.0)
         assert len(heard) == count
-    turns.close()
+    executor.close()
 
 
 def test_a_storm_does_not_keep_others_waiting(peer, node):
@@ -84,26 +84,26 @@ def test_a_storm_does_not_keep_others_waiting(peer, node):
         return response
 
     node.create_service(Trigger, "ask", answer)
-    turns = Turns(node)
+    executor = RoundRobin(node)
     question = peer.request(Trigger, "ask")
     storm(peer, node, 300)
-    turns.serve(10.0)
+    executor.serve(10.0)
     assert len(heard) == 300
     peer.wait(question.done, 5.0, "an answer")
     assert int(question.result().message) < 5
-    turns.close()
+    executor.close()
 
 
 def test_subscriptions_that_come_later_are_served_too(peer, node):
-    turns = Turns(node)
-    turns.serve(0.001)
+    executor = RoundRobin(node)
+    executor.serve(0.001)
     heard = []
     node.create_subscription(Empty, "late", heard.append, 10)
     peer.publish(Empty, "late", Empty())
 
     def served():
-        turns.serve(0.001)
+        executor.serve(0.001)
         return heard
 
     peer.wait(served, 5.0, "the message")
-    turns.close()
+    executor.close()

@@ -8,7 +8,7 @@ import pytest
 
 from softhand_bringup.demo import __main__ as command
 from softhand_bringup.demo.__main__ import main
-from softhand_bringup.demo.run import verdict_from
+from softhand_bringup.demo.verdict import verdict_from
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.run_folder import make_run_folder
 
@@ -77,10 +77,10 @@ def test_a_strategy_that_cannot_be_read_is_named_before_anything_starts(tmp_path
 
 
 def test_a_strategy_brings_its_hand_and_reaches_the_sequencer(tmp_path, monkeypatch):
-    gripper = Path(__file__).parents[2] / "examples/three_finger_gripper"
+    gripper = Path(__file__).parents[3] / "examples/three_finger_gripper"
     begun = []
     monkeypatch.setattr(command, "Demo", lambda options, *_: begun.append(options))
-    monkeypatch.setattr(command, "_run", lambda demo: 0)
+    monkeypatch.setattr(command, "_run", lambda demo: True)
     strategy = str(gripper / "grasp.yaml")
     assert main(["--strategy", strategy, "--object", "ball", "--out", str(tmp_path)]) == 0
     (options,) = begun
@@ -92,7 +92,7 @@ def test_a_strategy_brings_its_hand_and_reaches_the_sequencer(tmp_path, monkeypa
 def test_wall_and_friction_of_the_demo_reach_the_simulator_and_the_pictures(tmp_path, monkeypatch):
     made = []
     monkeypatch.setattr(command, "Demo", lambda options, *_: made.append(options))
-    monkeypatch.setattr(command, "_run", lambda demo: 0)
+    monkeypatch.setattr(command, "_run", lambda demo: True)
     choice = ["--scene", "wall", "--wall-inclination", "60", "--friction", "pairs.yaml"]
     assert main([*choice, "--out", str(tmp_path)]) == 0
     (options,) = made

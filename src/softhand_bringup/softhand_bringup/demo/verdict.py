@@ -1,0 +1,103 @@
+"""Verdict of a demo: what the sequencer says of a grasp, in one line and as result.json."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+REPORTED_PACKAGES = (
+    "softhand_model",
+    "pneuflex_sim",
+    "pneumaticbox_driver",
+    "grasp_strategies",
+    "softhand_bringup",
+    "ros-jazzy-rclpy",
+    "pybullet",
+    "numpy",
+    "scipy",
+    "numba",
+)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of one grasp in SI units.
+
+    Args:
+        gripped: lifted by 100 mm and held for 1 s with nothing but the hand touching the object.
+        reason: the sequencer's sentence.
+        lift_height: of the object above its start [m].
+        slip: motion of the object in the hand while it was held [m]; None if it never was.
+        duration: of the grasp in simulated time [s].
+        real_time_factor: simulated over wall time during the grasp.
+        seed: of the run.
+    """
+
+    gripped: bool
+    reason: str
+    lift_height: float
+    slip: float | None
+    duration: float
+    real_time_factor: float
+    seed: int
+
+    def line(self, folder: Path) -> str:
+        """The one line at the end of the demo."""
+        word = "gripped" if self.gripped else f"not gripped ({self.reason})"
+        slip = "never held" if self.slip is None else f"slip {1e3 * self.slip:.2f} mm in the hold"
+        return (
+            f"{word}: lifted {1e3 * self.lift_height:.0f} mm, {slip}, "
+            f"real-time factor {self.real_time_factor:.2f}; "
+            f"bag {folder}/bag, pictures {folder}/grasp.png and {folder}/frames.png"
+        )
+
+    def write(self, path: Path) -> None:
+        """Write `result.json`, with the versions that took part."""
+        path.write_text(json.dumps({**asdict(self), "versions": versions()}, indent=2) + "\n")
+
+
+def verdict_from(
+    values: Mapping[str, str], success: bool, reason: str, real_time_factor: float, seed: int
+) -> Verdict:
+    """Verdict from the key-value pairs of `grasp/result` and the answer of the service.
+
+    Args:
+        values: `outcome` (gripped, lost or none), `lift_height` [m], `slip` [m] (nan if
+            it was never held), `duration` [s].
+        success, reason: the service's answer.
+
+    Raises:
+        ValueError: a value is missing or no number.
+    """
+    numbers = {}
+    for key in ("lift_height", "slip", "duration"):
+        try:
+            numbers[key] = float(values[key])
+        except (KeyError, ValueError):
+            got = values.get(key, "nothing")
+            raise ValueError(f"grasp/result: {key}: expected a number, got {got}") from None
+    return Verdict(
+        gripped=success and values.get("outcome") == "gripped",
+        reason=values.get("reason", "") or reason,
+        lift_height=numbers["lift_height"],
+        slip=None if math.isnan(numbers["slip"]) else numbers["slip"],
+        duration=numbers["duration"],
+        real_time_factor=real_time_factor,
+        seed=seed,
+    )
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that decide a result; `absent` if not installed."""
+    found = {"python": platform.python_version()}
+    for name in REPORTED_PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "absent"
+    return found

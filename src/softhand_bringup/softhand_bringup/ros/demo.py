@@ -1,0 +1,192 @@
+"""One run of the demo over ROS: start everything, grasp, stop everything, draw."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Event
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.task import Future
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from softhand_bringup.demo.verdict import Verdict, verdict_from
+from softhand_bringup.processes import suite
+from softhand_bringup.processes.launcher import Launcher, wait_until
+from softhand_bringup.processes.suite import node_environment
+from softhand_bringup.processes.waiting import START_LIMIT, Interrupted, RunFailed
+from softhand_ros.client_link import ClientLink
+
+SERVICE = "grasp/surface_constrained"
+RECORDER_LIMIT = 20.0  # [s]
+GRASP_LIMIT = 300.0  # [s] of wall time
+DRAW_LIMIT = 120.0  # [s]
+IDLE = "idle"
+# Before these are recorded, a grasp would leave a bag with holes.
+AWAITED_TOPICS = (
+    "/clock",
+    "/pneumaticbox/sensors",
+    "/pneumaticbox/valves",
+    "/pneumaticbox/state",
+    "/hand/joint_states",
+    "/scene/object_pose",
+    "/wrist/pose",
+    "/grasp/phase",
+    "/grasp/result",
+)
+AWAITED_COMMANDS = ("/pneumaticbox/command", "/wrist/target_pose")
+
+
+@dataclass
+class Demo:
+    """One run in a folder of its own.
+
+    Args:
+        options: what is simulated.
+        folder: gets bag/, log/, the pictures and result.json.
+        say: prints one line.
+        stopped: set when the user wants to end.
+        record: whether a bag is written (and pictures are drawn from it).
+    """
+
+    options: suite.SuiteOptions
+    folder: Path
+    say: Callable[[str], None]
+    stopped: Event = field(default_factory=Event)
+    record: bool = True
+
+    def run(self) -> Verdict:
+        """Grasp once; writes result.json.
+
+        Raises:
+            RunFailed: something did not start, or the grasp did not end.
+            NodeDied: a process ended by itself.
+            Interrupted: `stopped` was set.
+        """
+        environment = node_environment(self.folder / "log")
+        with Launcher(self.folder / "log", environment) as launcher:
+            if self.record:
+                self._start_recorder(launcher)
+            for command in suite.three_nodes(self.options):
+                launcher.start(command)
+            verdict = self._grasp(launcher)
+        verdict.write(self.folder / "result.json")
+        return verdict
+
+    def draw(self) -> None:
+        """Draw grasp.png and frames.png from the bag.
+
+        Raises:
+            RunFailed: the bag lacks a topic that is drawn, or drawing took too long.
+            Interrupted: `stopped` was set.
+        """
+        log = self.folder / "log"
+        with Launcher(log, node_environment(log)) as launcher:
+            process = launcher.start(suite.figures(self.options, self.folder / "bag", self.folder))
+            wait_until(lambda: process.exit_code is not None or self.stopped.is_set(), DRAW_LIMIT)
+            if self.stopped.is_set():
+                raise Interrupted
+            if process.exit_code != 0:
+                raise RunFailed(f"no pictures: {process.last_words()} (log: {process.log})")
+
+    def _start_recorder(self, launcher: Launcher) -> None:
+        bag = self.folder / "bag"
+        launcher.start(suite.recorder(bag))
+
+        def is_writing() -> bool:
+            launcher.check()
+            return (bag / "bag_0.mcap").exists()
+
+        if not wait_until(is_writing, RECORDER_LIMIT):
+            raise RunFailed(f"the recorder did not begin to write {bag}")
+
+    def _grasp(self, launcher: Launcher) -> Verdict:
+        with GraspClient(SERVICE, self._tell_phase) as client:
+            self._wait_for_suite(client, launcher)
+            client.call()
+            simulated, wall = client.simulated_time, time.monotonic()
+            while (answer := client.answer()) is None:
+                self._check(launcher)
+                if time.monotonic() - wall > GRASP_LIMIT:
+                    raise RunFailed(f"{SERVICE} gave no answer within {GRASP_LIMIT:.0f} s")
+            factor = (client.simulated_time - simulated) / (time.monotonic() - wall)
+            if not client.result:
+                raise RunFailed(f"{SERVICE} ended without a grasp/result: {answer.message}")
+            return verdict_from(
+                client.result, answer.success, answer.message, factor, self.options.seed
+            )
+
+    def _wait_for_suite(self, client: GraspClient, launcher: Launcher) -> None:
+        end = time.monotonic() + START_LIMIT
+        while missing := client.missing(self.record):
+            self._check(launcher)
+            if time.monotonic() > end:
+                raise RunFailed(f"not there after {START_LIMIT:.0f} s: {', '.join(missing)}")
+
+    def _check(self, launcher: Launcher) -> None:
+        launcher.check()
+        if self.stopped.is_set():
+            raise Interrupted
+
+    def _tell_phase(self, simulated_time: float, name: str) -> None:
+        if name != IDLE:  # latched: what the sequencer said before it was called
+            self.say(f"{simulated_time:7.2f} s  {name}")
+
+
+class GraspClient(ClientLink):
+    """Calls a grasp service and follows it. A context manager; use it from one thread.
+
+    Args:
+        service: name of the grasp service.
+        on_phase: called with (simulated time [s], name) when a phase begins.
+    """
+
+    def __init__(self, service: str, on_phase: Callable[[float, str], None]) -> None:
+        super().__init__("demo")
+        self._grasp = self.node.create_client(Trigger, service)
+        self._future: Future = Future()
+        self._on_phase = on_phase
+        self.result: dict[str, str] = {}
+        self.hear_clock()
+        self.listen(String, "grasp/phase", self._phase_began)
+        self.listen(DiagnosticArray, "grasp/result", self._result_came)
+
+    def missing(self, recorded: bool) -> list[str]:
+        """What is not there yet before a grasp can be called, in words.
+
+        Args:
+            recorded: whether a recorder must have subscribed to all topics too.
+        """
+        self.spin(0.1)
+        missing = [t for t in AWAITED_TOPICS if not self.node.count_publishers(t)]
+        missing += [t for t in AWAITED_COMMANDS if not self.node.count_subscribers(t)]
+        if self.simulated_time == 0.0:
+            missing.append("a tick of /clock")
+        if not self._grasp.service_is_ready():
+            missing.append(f"service {self._grasp.srv_name}")
+        if recorded:
+            topics = AWAITED_TOPICS + AWAITED_COMMANDS
+            unheard = [t for t in topics if not self.is_heard_by(t, suite.RECORDER)]
+            missing += [f"recording of {topic}" for topic in unheard]
+        return missing
+
+    def call(self) -> None:
+        """Call the service."""
+        self.result = {}
+        self._future = self._grasp.call_async(Trigger.Request())
+
+    def answer(self) -> Trigger.Response | None:
+        """The service's answer, or None after a tenth of a second without one."""
+        done = self._future.done()
+        self.spin(0.1)  # also after the answer: the result may come behind it
+        return self._future.result() if done else None
+
+    def _phase_began(self, message: String) -> None:
+        self._on_phase(self.simulated_time, message.data)
+
+    def _result_came(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.result.update({pair.key: pair.value for pair in status.values})

@@ -1,0 +1,94 @@
+"""Diagnostics: reports of a node as REP-107 asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from softhand_ros.topics import RELIABLE
+
+REPORT_PERIOD = 1.0  # wall time between reports (REP-107) [s]
+OK, WARN = 0, 1
+
+
+class Status(Protocol):
+    """What is reported: its name, a level of REP-107, a sentence, and figures with units."""
+
+    @property
+    def name(self) -> str:
+        """Of the part of the node; "" for the node itself."""
+
+    @property
+    def level(self) -> int:
+        """0 well, 1 warning, 2 error, 3 stale."""
+
+    @property
+    def message(self) -> str:
+        """A sentence."""
+
+    @property
+    def values(self) -> Mapping[str, str]:
+        """Figures by name with unit."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """A status with warnings, which are its sentence; without any it is `well`."""
+
+    name: str
+    well: str
+    warnings: Sequence[str] = ()
+    values: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def level(self) -> int:
+        """WARN when there is a warning."""
+        return WARN if any(self.warnings) else OK
+
+    @property
+    def message(self) -> str:
+        """The warnings, else that all is well."""
+        return "; ".join(filter(None, self.warnings)) or self.well
+
+
+class Diagnostics:
+    """A topic of diagnostic arrays.
+
+    Args:
+        node: whose it is.
+        name: of the node, before the names of its parts.
+        hardware: what the reports are about.
+        topic, qos: where they are published.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        hardware: str,
+        topic: str = "/diagnostics",
+        qos: QoSProfile = RELIABLE,
+    ) -> None:
+        self._node, self._name, self._hardware = node, name, hardware
+        self._publisher = node.create_publisher(DiagnosticArray, topic, qos)
+
+    def publish(self, reports: Iterable[Status], stamp: Time | None = None) -> None:
+        """Publish reports, with the node's time unless they have a stamp of their own."""
+        message = DiagnosticArray(status=[self._status(report) for report in reports])
+        message.header.stamp = stamp or self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
+
+    def _status(self, report: Status) -> DiagnosticStatus:
+        return DiagnosticStatus(
+            name=f"{self._name}: {report.name}" if report.name else self._name,
+            level=bytes([report.level]),
+            message=report.message,
+            hardware_id=self._hardware,
+            values=[KeyValue(key=key, value=value) for key, value in report.values.items()],
+        )

@@ -1,0 +1,106 @@
+"""Topics: quality of service, stamps, and subscriptions whose owner takes the messages itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from rclpy.callback_groups import CallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+SECOND = 10**9  # [ns]
+RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+def latched(depth: int) -> QoSProfile:
+    """Quality of service of a topic whose last `depth` messages reach late subscribers too."""
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
+
+
+def stamp_of(nanoseconds: int) -> Time:
+    """Stamp of a time [ns]."""
+    sec, nanosec = divmod(nanoseconds, SECOND)
+    return Time(sec=sec, nanosec=nanosec)
+
+
+def stamp_of_seconds(seconds: float) -> Time:
+    """Stamp of a time [s], to the nanosecond."""
+    return stamp_of(round(seconds * SECOND))
+
+
+def nanoseconds(stamp: Time) -> int:
+    """Time of a stamp [ns]."""
+    return int(stamp.sec * SECOND + stamp.nanosec)
+
+
+def seconds(stamp: Any) -> float:
+    """Time of a stamp, or length of a duration [s]."""
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
+
+
+class TakenByHand(CallbackGroup):
+    """Entities whose messages their owner takes; executors leave them alone.
+
+    At some hundred messages a second a callback each through an executor costs more than the work.
+    """
+
+    def can_execute(self, entity: Any) -> bool:
+        """Never for an executor."""
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Never for an executor."""
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        """Never called, as nothing begins."""
+
+
+def subscribe_by_hand(node: Node, kind: Any, topic: str, qos: QoSProfile) -> Subscription:
+    """Subscription of `node` whose messages are fetched by `take`."""
+    return node.create_subscription(kind, topic, unused, qos, callback_group=TakenByHand())
+
+
+def take(subscription: Subscription) -> Any:
+    """The next message that waits at a subscription; None when there is none."""
+    taken = subscription.handle.take_message(subscription.msg_type, False)
+    return None if taken is None else taken[0]
+
+
+class Inbox:
+    """Messages of a topic that its owner waits for, in a wait set of its own.
+
+    Args:
+        node: whose topic it is.
+        kind, topic, qos: as for a subscription.
+    """
+
+    def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:
+        self._subscription = subscribe_by_hand(node, kind, topic, qos)
+        self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
+
+    def take(self, timeout: float = 0.0) -> Any:
+        """The next message, which may come within `timeout` [s]; None when there is none."""
+        message = take(self._subscription)
+        if message is not None or timeout <= 0.0:
+            return message
+        self._wait_set.clear_entities()
+        self._wait_set.add_subscription(self._subscription.handle)
+        self._wait_set.wait(int(timeout * 1e9))
+        return take(self._subscription)
+
+    def publishers(self) -> int:
+        """How many nodes publish on the topic."""
+        return int(self._subscription.get_publisher_count())
+
+
+def unused(_: Any) -> None:
+    """Stand-in where rclpy asks for a callback."""
