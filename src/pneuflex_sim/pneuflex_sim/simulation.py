@@ -29,7 +29,7 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import Model, load_model
-from softhand_model.pneumatics.compiled_plant import PLANT
+from softhand_model.pneumatics.plant import PneumaticPlant
 
 Array = NDArray[np.float64]
 
@@ -123,7 +123,7 @@ class Simulation:
         self.tip_sensors = TipSensors(model)
         self.air = AirCoupling(layout)
         self.stops = JointStops(layout)
-        self.plant = PLANT(self.channels, self.air.rest_volumes, seed=config.seed)
+        self.plant = PneumaticPlant(self.channels, self.air.rest_volumes, seed=config.seed)
         self.ambient = self.plant.parameters.ambient_pressure
         material = self.object.material if self.object else None
         self._fixed_names = build_scene(self.scene, self.friction, material, client)

@@ -1,19 +1,22 @@
-"""One step of the air between valves, dead volumes and channels, and its temperature.
-
-Temperature of the air in the channels: a lumped energy balance of each.
-"""
+"""Air between valves, dead volumes and channels: one step of its flow, and its temperature."""
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softhand_model.gas import GAS_CONSTANT, HEAT_CAPACITY_RATIO, series_flow
+from softhand_model.gas import CRITICAL_RATIO, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from softhand_model.numerics.compiled import compiled
 
 Floats = NDArray[np.float64]
 IN, OUT = 0, 1  # rows of the arrays over flow paths
+ROOT = 1 / HEAT_CAPACITY_RATIO
+EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
+TINY = float(np.finfo(float).tiny)
+HEAT_CAPACITY = GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1)  # of air at constant volume [J/(kg K)]
 
 
 class Paths(NamedTuple):
@@ -44,6 +47,7 @@ class Contents(NamedTuple):
     net_flow: Floats
 
 
+@compiled
 def move_air(
     dt: float,
     state: NDArray[np.int8],
@@ -76,30 +80,45 @@ def move_air(
     """
     choke, choke_and_valve, line = paths
     air, dead, inflow, outflow, received, net_flow = contents
-    opened = np.array([state > 0, state < 0])
-    through = np.zeros(dead.shape)
-    if opened.any():
-        through = opened * (np.array(outer)[:, None] * dead_capacity - dead)
-        dead += through
-    pressure, inner = air / capacity, dead / dead_capacity
-    high, low = np.maximum(inner, pressure), np.minimum(inner, pressure)
-    flow = series_flow(high, low, np.where(opened, choke_and_valve, choke), line)
-    both = capacity * dead_capacity / (capacity + dead_capacity)
-    most = (high - low) * np.where(opened, capacity, both)
-    moved = np.copysign(np.minimum(flow * dt, most), inner - pressure)
-    dead -= np.where(opened, 0.0, moved)
-    through += np.where(opened, moved, 0.0)
-    inflow += through[IN]
-    outflow -= through[OUT]
-    net = moved[IN] + moved[OUT]
-    air += net
-    received[:] = np.maximum(moved, 0.0).sum(axis=0)
-    net_flow[:] = net / dt
-    at_box[: len(air)] = np.sqrt(np.maximum((air / capacity) ** 2 + net_flow / line, 0.0))
-    return float(through[IN].sum())
-
-
-HEAT_CAPACITY = GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1)  # of air at constant volume [J/(kg K)]
+    taken = 0.0
+    for i in range(len(state)):
+        pressure, net = air[i] / capacity[i], 0.0
+        received[i] = 0.0
+        for path in range(2):
+            opened = state[i] > 0 if path == IN else state[i] < 0
+            through = 0.0
+            if opened:
+                through = outer[path] * dead_capacity - dead[path, i]
+                dead[path, i] += through
+            inner = dead[path, i] / dead_capacity
+            high, low = max(inner, pressure), min(inner, pressure)
+            ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
+            root = ratio**ROOT
+            psi = math.sqrt(EXPONENT * root * (root - ratio))
+            orifice = choke_and_valve[path, i] if opened else choke[path, i]
+            by_orifice = orifice * high * psi
+            by_line = line[i] * (high * high - low * low)
+            total = by_orifice + math.sqrt(by_orifice * by_orifice + 4.0 * by_line * by_line)
+            flow = 2.0 * by_orifice * by_line / max(total, TINY)
+            both = capacity[i] * dead_capacity / (capacity[i] + dead_capacity)
+            most = (high - low) * (capacity[i] if opened else both)
+            moved = math.copysign(min(flow * dt, most), inner - pressure)
+            net += moved
+            received[i] += max(moved, 0.0)
+            if opened:
+                through += moved
+            else:
+                dead[path, i] -= moved
+            if path == IN:
+                inflow[i] += through
+                taken += through
+            else:
+                outflow[i] -= through
+        air[i] += net
+        net_flow[i] = net / dt
+        after = air[i] / capacity[i]
+        at_box[i] = math.sqrt(max(after * after + net_flow[i] / line[i], 0.0))
+    return taken
 
 
 class ChannelHeat:

@@ -52,8 +52,6 @@ class PneumaticPlant:
     True
     """
 
-    _move_air = staticmethod(move_air)  # the one thing that the compiled plant replaces
-
     def __init__(
         self,
         channels: Sequence[str],
@@ -280,7 +278,7 @@ class PneumaticPlant:
     def _flow(self, dt: float, capacity: Floats) -> float:
         air = self._contents.air
         before = air if self._heat is None else air.copy()
-        taken = self._move_air(
+        taken = move_air(
             dt,
             self.faults.spools(self._valves.state),
             (self._supply.pressure, self.parameters.ambient_pressure),
