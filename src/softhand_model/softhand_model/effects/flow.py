@@ -234,7 +234,7 @@ class Leakage(FlowEffect):
     *duration.
 
     p_channel is p_out inflating and p_in deflating, at switch-on; conductance in [kg/(s Pa)], that
-    of a laminar gap; p_ambient is 101.3 kPa.
+    of a laminar gap; p_ambient is 101.3 kPa. The simulator's channels leak between pulses, too.
     """
 
     name = "leakage"
@@ -257,7 +257,11 @@ class Leakage(FlowEffect):
     def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
         """Mass [kg] less what leaks."""
         channel = np.where(pulse.inflating, pulse.p_out, pulse.p_in)
-        return mass - self.of("conductance") * (channel - AMBIENT_PRESSURE) * pulse.duration
+        return mass - self.leak(channel) * pulse.duration
+
+    def leak(self, pressure_abs: Array) -> Array:
+        """Air [kg/s] that leaks at an absolute pressure [Pa] of the channel."""
+        return self.of("conductance") * (pressure_abs - AMBIENT_PRESSURE)
 
 
 class SupplyDroop(FlowEffect):

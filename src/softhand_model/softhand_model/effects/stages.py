@@ -257,6 +257,12 @@ class FlowEffect(Effect):
         """Mass [kg] moved by the pulses, given that without this effect."""
         return mass
 
+    def leak(self, pressure_abs: Array) -> Array | float:
+        """Air [kg/s] that leaves a channel at an absolute pressure [Pa] between two pulses; in the
+        simulator alone, as the lab sees pulses only.
+        """
+        return 0.0
+
 
 def decay(dt: Array | float, time_constant: Any) -> tuple[Array, Array]:
     """What is left of a start after dt [s], exp(-x), and the share (1 - exp(-x))/x [-] that a ramp

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softhand_model.effects.stages import FlowEffect
 from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
 from softhand_model.pneumatics.air_flow import ChannelHeat, Contents, Paths, move_air
 from softhand_model.pneumatics.leaks_and_faults import Escapes, Faults
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
+from softhand_model.pneumatics.pulse_effects import PulseEffects
 from softhand_model.pneumatics.sensors import build_sensors
 from softhand_model.pneumatics.supply import AirSupply
 from softhand_model.pneumatics.valves import Valves, checked_valves
@@ -40,6 +42,7 @@ class PneumaticPlant:
         seed: of noise and jitter. The tolerances of the box come from `parameters.box_seed`.
         relief_pressures: gauge pressures (n,) [Pa] at which a mechanical relief valve on each
             channel begins to open (see `Relief.pressures`); None without relief valves.
+        effects: flow effects of a model file, which act on each pulse of a valve.
 
     Raises:
         ValueError: too many channels; volumes or relief pressures of the wrong shape or not above
@@ -59,6 +62,7 @@ class PneumaticPlant:
         parameters: Pneumatics | None = None,
         seed: int = 0,
         relief_pressures: ArrayLike | None = None,
+        effects: Sequence[FlowEffect] = (),
     ) -> None:
         if not 1 <= len(channels) <= SLOTS:
             raise ValueError(f"channels must be 1 to {SLOTS} names, got {list(channels)}")
@@ -68,6 +72,11 @@ class PneumaticPlant:
         self._gas = GAS_CONSTANT * self.parameters.temperature  # [J/kg]
         self.faults = Faults(self.channels)
         self._build_box(len(self.channels), relief_pressures)
+        self._pulses = (
+            PulseEffects(effects, len(self.channels), self.parameters.ambient_pressure)
+            if effects
+            else None
+        )
         self.reset(volumes)
 
     def _build_box(self, n: int, relief_pressures: ArrayLike | None) -> None:
@@ -104,6 +113,8 @@ class PneumaticPlant:
         self._sensors.reset()
         self._supply.reset()
         self.faults.reset()
+        if self._pulses is not None:
+            self._pulses.reset()
         gas = self.parameters.gas
         self._heat = (
             ChannelHeat(n, self.parameters.temperature, gas.thermal_time_constant)
@@ -262,7 +273,8 @@ class PneumaticPlant:
             self._heat.compress(volumes / self._volumes)
         self._volumes = volumes
         capacity = self._capacity
-        if self._escapes.leaks or self._escapes.relieves or self.faults.burst_any:
+        escapes = self._escapes.leaks or self._escapes.relieves or self.faults.burst_any
+        if escapes or self._pulses is not None:
             self._let_escape(dt, capacity)
         taken = self._flow(dt, capacity)
         if self.faults.supply_bleed:
@@ -276,21 +288,27 @@ class PneumaticPlant:
         self.time += dt
 
     def _flow(self, dt: float, capacity: Floats) -> float:
-        air = self._contents.air
-        before = air if self._heat is None else air.copy()
+        contents = self._contents
+        held = self._heat is None and self._pulses is None
+        before = contents if held else Contents(*(array.copy() for array in contents))
+        spools = self.faults.spools(self._valves.state)
         taken = move_air(
             dt,
-            self.faults.spools(self._valves.state),
+            spools,
             (self._supply.pressure, self.parameters.ambient_pressure),
             capacity,
             self._dead_capacity,
             tuple(self._paths),  # numba takes plain tuples faster than named ones
-            tuple(self._contents),
+            tuple(contents),
             # the sensors sit in the box: while air flows they see the drop along the tube too
             self._at_box,
         )
+        if self._pulses is not None:
+            taken += self._pulses.add(dt, spools, self._supply.pressure, before, contents, capacity)
+            square = (contents.air / capacity) ** 2 + contents.net_flow / self._paths.line
+            self._at_box[:-1] = np.sqrt(np.maximum(square, 0.0))
         if self._heat is not None:
-            self._heat.mix(before, self._contents.received, air - before)
+            self._heat.mix(before.air, contents.received, contents.air - before.air)
         return taken
 
     def _let_escape(self, dt: float, capacity: Floats) -> None:
@@ -301,6 +319,11 @@ class PneumaticPlant:
             self._relieved += relieved
         if self._escapes.leaks or self.faults.burst_any:
             leaked = self._escapes.leaked(dt, air / capacity, capacity, self.faults.holes)
+            air -= leaked
+            self._leaked += leaked
+        if self._pulses is not None:
+            spools = self.faults.spools(self._valves.state)
+            leaked = self._pulses.leaked(dt, spools, air / capacity, capacity)
             air -= leaked
             self._leaked += leaked
         if self._heat is not None:
@@ -314,6 +337,7 @@ class PneumaticPlant:
             "escaped": (self._leaked.copy(), self._relieved.copy()),
             "heat": None if self._heat is None else self._heat.save(),
             "faults": self.faults.save(),
+            "pulses": None if self._pulses is None else self._pulses.save(),
             "volumes": self._volumes.copy(),
             "contents": Contents(*(array.copy() for array in self._contents)),
             "valves": self._valves.save(),
@@ -329,6 +353,8 @@ class PneumaticPlant:
         self.faults.restore(saved["faults"])
         if self._heat is not None:
             self._heat.restore(saved["heat"])
+        if self._pulses is not None:
+            self._pulses.restore(saved["pulses"])
         self._volumes = saved["volumes"].copy()
         self._contents = Contents(*(array.copy() for array in saved["contents"]))
         self._valves.restore(saved["valves"])
