@@ -1,7 +1,7 @@
 """Air as the soft hand's working gas: enclosed mass, flow through an orifice and along a tube.
 
 Source: R. Deimel, *Soft Robotic Hands For Compliant Grasping*, section 4.4. All pressures here are
-absolute; flow is positive from `pressure_in` to `pressure_out`.
+absolute; flow is positive from `pressure_in_abs` to `pressure_out_abs`.
 """
 
 import numpy as np
@@ -119,16 +119,16 @@ def orifice_conductance(area: ArrayLike, temperature: float = ROOM_TEMPERATURE) 
 
 
 def orifice_flow(
-    pressure_in: ArrayLike,
-    pressure_out: ArrayLike,
+    pressure_in_abs: ArrayLike,
+    pressure_out_abs: ArrayLike,
     area: ArrayLike,
     temperature: float = ROOM_TEMPERATURE,
 ) -> Floats:
     """Isentropic mass flow through an orifice: `A p_in sqrt(2/(R_s T)) Psi(p_out/p_in)`.
 
     Args:
-        pressure_in: absolute pressure upstream [Pa]; no flow where it is below `pressure_out`.
-        pressure_out: absolute pressure downstream [Pa].
+        pressure_in_abs: absolute pressure upstream [Pa]; no flow where it is below the other one.
+        pressure_out_abs: absolute pressure downstream [Pa].
         area: effective area, discharge coefficient included [m2].
         temperature: of the air upstream [K].
 
@@ -138,8 +138,8 @@ def orifice_flow(
     >>> round(1e6 * float(orifice_flow(300e3, 101.3e3, 3.14159e-8)), 2)  # mg/s, choked
     22.25
     """
-    upstream = np.asarray(pressure_in, dtype=float)
-    ratio = np.asarray(pressure_out, dtype=float) / upstream
+    upstream = np.asarray(pressure_in_abs, dtype=float)
+    ratio = np.asarray(pressure_out_abs, dtype=float) / upstream
     return np.asarray(orifice_conductance(area, temperature) * upstream * psi(ratio))
 
 
@@ -165,7 +165,9 @@ def line_conductance(
     return np.asarray(np.pi * (np.asarray(diameter, dtype=float) / 2) ** 4 / resistance)
 
 
-def series_flow(pressure_in: Floats, pressure_out: Floats, orifice: Floats, line: Floats) -> Floats:
+def series_flow(
+    pressure_in_abs: Floats, pressure_out_abs: Floats, orifice: Floats, line: Floats
+) -> Floats:
     """Mass flow through an orifice and a laminar line in series.
 
     Their drops of squared pressure add, not their conductances: with the flow `f_o` that the
@@ -175,8 +177,8 @@ def series_flow(pressure_in: Floats, pressure_out: Floats, orifice: Floats, line
     the exact solution (a choked orifice and a tube of like resistance).
 
     Args:
-        pressure_in: absolute pressure upstream, not below `pressure_out` [Pa].
-        pressure_out: absolute pressure downstream [Pa].
+        pressure_in_abs: absolute pressure upstream, not below `pressure_out_abs` [Pa].
+        pressure_out_abs: absolute pressure downstream [Pa].
         orifice: conductance of `orifice_conductance` [kg/(s Pa)].
         line: conductance of `line_conductance` [kg/(s Pa2)].
 
@@ -187,8 +189,8 @@ def series_flow(pressure_in: Floats, pressure_out: Floats, orifice: Floats, line
     >>> round(1e6 * float(series_flow(141.3e3, 101.3e3, orifice, line)), 1)  # mg/s
     68.0
     """
-    through_orifice = orifice * pressure_in * psi(pressure_out / pressure_in)
-    drop = pressure_in * pressure_in - pressure_out * pressure_out
+    through_orifice = orifice * pressure_in_abs * psi(pressure_out_abs / pressure_in_abs)
+    drop = pressure_in_abs * pressure_in_abs - pressure_out_abs * pressure_out_abs
     through_line = line * drop
     root = np.sqrt(through_orifice * through_orifice + 4.0 * through_line * through_line)
     # 2 f_o f_l/(f_o + sqrt(f_o**2 + 4 f_l**2)); the floor makes it 0 where there is no drop

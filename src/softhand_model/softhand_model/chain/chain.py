@@ -118,7 +118,9 @@ class ChainModel:
         return rotation.reshape(self._shape)
 
     def rest_gain(self, pressures: Sequence[float] | Array) -> Array:
-        """Derivative (actuators, n) [rad/Pa] of the base model's rest rotation about y."""
+        """Derivative (actuators, n) [rad/Pa] of the base model's rest rotation about y at pressures
+        (actuators,) [Pa].
+        """
         pairs = zip(self._tables, pressures, strict=True)
         return np.array([table.slope(pressure)[BEND::3] for table, pressure in pairs])
 

@@ -134,7 +134,7 @@ class Bottles:
         self._volumes = np.array(volumes, dtype=float)
 
     def volumes(self, pressures_abs: Floats) -> Floats:
-        """Volumes (n,) [m3], whatever the pressures."""
+        """Volumes (n,) [m3], whatever the absolute pressures (n,) [Pa]."""
         return self._volumes
 
 

@@ -84,7 +84,7 @@ class SectionRounding(LoadEffect):
     }
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-] that bends."""
+        """Load [-] that bends at a chamber pressure [Pa]."""
         gone = np.exp(-np.maximum(pressure, 0.0) / self.values["pressure_scale"])
         return load * (1.0 - self.values["gain"] * gone)
 

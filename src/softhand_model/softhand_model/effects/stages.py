@@ -163,7 +163,9 @@ class StructureEffect(Effect):
         return stress
 
     def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Free curvature [1/m] at the sections."""
+        """Free curvature [1/m] at the sections, given that of the balance, at a chamber pressure
+        [Pa].
+        """
         return curvature
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array:

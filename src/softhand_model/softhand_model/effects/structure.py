@@ -90,7 +90,7 @@ class ActuationNonlinearity(StructureEffect):
     }
 
     def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Free curvature [1/m] by the approximation."""
+        """Free curvature [1/m] by the approximation at a chamber pressure [Pa]."""
         rule = section.rule_actuation_ratio(shape.wall, shape.shear_modulus)
         relative = rule * shape.height
         shown = section.printed_nonlinearity(

@@ -54,36 +54,36 @@ class Escapes:
         area = np.pi / 4 * np.asarray(diameter, dtype=float) ** 2
         return orifice_conductance(area, self._temperature)
 
-    def relieved(self, dt: float, pressure: Floats, capacity: Floats) -> Floats:
+    def relieved(self, dt: float, pressure_abs: Floats, capacity: Floats) -> Floats:
         """Air that the relief valves let off in `dt` [s].
 
         Args:
             dt: step [s].
-            pressure: in the actuators, absolute (n,) [Pa].
+            pressure_abs: in the actuators, absolute (n,) [Pa].
             capacity: of the actuators (n,) [kg/Pa].
 
         Returns:
             Mass (n,), at most what brings the pressure down to where the valve closes [kg].
         """
-        excess = np.maximum(pressure - self._relief_opens, 0.0)
+        excess = np.maximum(pressure_abs - self._relief_opens, 0.0)
         share = np.minimum(excess / self._relief_rise, 1.0)
-        flow = share * self._relief * pressure * psi(self._ambient / pressure)
+        flow = share * self._relief * pressure_abs * psi(self._ambient / pressure_abs)
         return np.minimum(flow * dt, excess * capacity)
 
-    def leaked(self, dt: float, pressure: Floats, capacity: Floats, holes: Floats) -> Floats:
+    def leaked(self, dt: float, pressure_abs: Floats, capacity: Floats, holes: Floats) -> Floats:
         """Air that leaks and burst tubes let off in `dt` [s]; below ambient it comes in.
 
         Args:
             dt: step [s].
-            pressure: in the actuators, absolute (n,) [Pa].
+            pressure_abs: in the actuators, absolute (n,) [Pa].
             capacity: of the actuators (n,) [kg/Pa].
             holes: diameters of holes (n,), 0 for none [m].
 
         Returns:
             Mass (n,), at most what evens out the pressures [kg].
         """
-        gauge = pressure - self._ambient
-        high, low = np.maximum(pressure, self._ambient), np.minimum(pressure, self._ambient)
+        gauge = pressure_abs - self._ambient
+        high, low = np.maximum(pressure_abs, self._ambient), np.minimum(pressure_abs, self._ambient)
         flow = self._leak * np.abs(gauge)
         if holes.any():
             flow = flow + self._orifice(holes) * high * psi(low / high)
