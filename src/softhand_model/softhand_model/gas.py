@@ -5,7 +5,9 @@ absolute; flow is positive from `pressure_in_abs` to `pressure_out_abs`.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from softhand_model.arrays import Array
 
 GAS_CONSTANT = 287.05  # of dry air [J/(kg K)]
 ROOM_TEMPERATURE = 293.15  # the 20 degrees Celsius of the thesis [K]
@@ -17,12 +19,10 @@ CRITICAL_RATIO = (2 / (HEAT_CAPACITY_RATIO + 1)) ** (
     HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
 )  # p_out/p_in below which an orifice is choked, 1/1.894
 
-Floats = NDArray[np.float64]
-
 
 def air_mass(
     pressure_abs: ArrayLike, volume: ArrayLike, temperature: float = ROOM_TEMPERATURE
-) -> Floats:
+) -> Array:
     """Mass of the air that fills a volume: `m = p_abs V/(R_s T)` (section 4.2).
 
     Args:
@@ -42,7 +42,7 @@ def air_mass(
 
 def air_pressure(
     mass: ArrayLike, volume: ArrayLike, temperature: float = ROOM_TEMPERATURE
-) -> Floats:
+) -> Array:
     """Absolute pressure of an enclosed mass of air: `p_abs = m R_s T/V` (section 4.2).
 
     Args:
@@ -60,7 +60,7 @@ def air_pressure(
     return np.asarray(density * (GAS_CONSTANT * temperature))
 
 
-def psi(ratio: ArrayLike) -> Floats:
+def psi(ratio: ArrayLike) -> Array:
     """Flow function of an orifice (section 4.4.1).
 
     ERRATUM: the thesis prints the factor 7.0 under the root for air; `kappa/(kappa - 1) = 3.5` is
@@ -81,7 +81,7 @@ def psi(ratio: ArrayLike) -> Floats:
     return np.asarray(np.sqrt(exponent * root * (root - r)))
 
 
-def psi_approx(ratio: ArrayLike) -> Floats:
+def psi_approx(ratio: ArrayLike) -> Array:
     """Approximated flow function `sqrt(r (1 - r))`, 0.5 when choked (section 4.4.1).
 
     ERRATUM: the square root holds for `p_out/p_in > 1/1.894`; the text prints `<`.
@@ -101,7 +101,7 @@ def psi_approx(ratio: ArrayLike) -> Floats:
     return np.asarray(np.where(r > CRITICAL_RATIO, root, 0.5))
 
 
-def orifice_conductance(area: ArrayLike, temperature: float = ROOM_TEMPERATURE) -> Floats:
+def orifice_conductance(area: ArrayLike, temperature: float = ROOM_TEMPERATURE) -> Array:
     """Mass flow of an orifice per inlet pressure and Psi: `A sqrt(2/(R_s T))`.
 
     Args:
@@ -123,7 +123,7 @@ def orifice_flow(
     pressure_out_abs: ArrayLike,
     area: ArrayLike,
     temperature: float = ROOM_TEMPERATURE,
-) -> Floats:
+) -> Array:
     """Isentropic mass flow through an orifice: `A p_in sqrt(2/(R_s T)) Psi(p_out/p_in)`.
 
     Args:
@@ -145,7 +145,7 @@ def orifice_flow(
 
 def line_conductance(
     diameter: ArrayLike, length: ArrayLike, temperature: float = ROOM_TEMPERATURE
-) -> Floats:
+) -> Array:
     """Mass flow of a tube per drop of squared pressure, laminar and isothermal.
 
     Hagen-Poiseuille with the density of an ideal gas: `pi r**4/(16 mu L R_s T)`.
@@ -166,8 +166,8 @@ def line_conductance(
 
 
 def series_flow(
-    pressure_in_abs: Floats, pressure_out_abs: Floats, orifice: Floats, line: Floats
-) -> Floats:
+    pressure_in_abs: Array, pressure_out_abs: Array, orifice: Array, line: Array
+) -> Array:
     """Mass flow through an orifice and a laminar line in series.
 
     Their drops of squared pressure add, not their conductances: with the flow `f_o` that the

@@ -15,14 +15,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape, Strain
 from softhand_model.hand import section
 
-Array = NDArray[np.float64]
 Elastic = Callable[[Array], Array]
 """Elastic side [-] at a stretch [-]."""
 Correction = Callable[[Array, Array, Array], Array]
@@ -131,9 +130,7 @@ HIGHEST_STRETCH = 4.0  # up to which the elastic side has to grow
 STEPS = 60
 
 
-def grows(
-    effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear"
-) -> NDArray[np.bool_]:
+def grows(effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear") -> Flags:
     """Whether the elastic side grows up to a stretch of 4 at all sections: (lanes,), of one lane
     for effects with single values.
 
@@ -152,7 +149,7 @@ def grows(
     return growing
 
 
-def _in_lanes(everywhere: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _in_lanes(everywhere: Flags) -> Flags:
     """Whether it holds at all rows and sections of each lane."""
     lanes = np.shape(everywhere)[0] if np.ndim(everywhere) == 3 else 1
     return np.all(np.reshape(everywhere, (lanes, -1)), axis=1)

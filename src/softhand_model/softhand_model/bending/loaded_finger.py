@@ -20,8 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Indices
 from softhand_model.bending.balance import (
     Balanced,
     Elastic,
@@ -31,8 +31,6 @@ from softhand_model.bending.balance import (
     rough_stretch,
 )
 from softhand_model.effects.stages import SectionShape
-
-Array = NDArray[np.float64]
 
 SETTLED = (
     1e-9  # last step of the stretch: with a matrix that stays it is not much larger than the error
@@ -73,13 +71,10 @@ class Weight:
     weights: Array
     running: Array
 
-    def of_rows(self, rows: NDArray[np.intp]) -> Weight:
+    def of_rows(self, rows: Indices) -> Weight:
         """Some of the rows, or rows that repeat."""
         return Weight(
-            self.per_length[:, rows],
-            self.reach[:, rows],
-            self.weights[:, rows],
-            self.running[rows],
+            self.per_length[:, rows], self.reach[:, rows], self.weights[:, rows], self.running[rows]
         )
 
     def solver(self, shape: SectionShape, alike: int = 1) -> WeightSolver:
@@ -159,7 +154,7 @@ class Blocked:
     weights: Array
     compliance: Array | float
 
-    def of_rows(self, rows: NDArray[np.intp]) -> Blocked:
+    def of_rows(self, rows: Indices) -> Blocked:
         """Some of the rows, or rows that repeat."""
         return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
 

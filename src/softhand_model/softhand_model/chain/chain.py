@@ -12,17 +12,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from softhand_model.arrays import Array
 from softhand_model.chain.free_response import RestTable, SegmentResponse, bends
 from softhand_model.chain.joint_map import spread_angles, volume_gains
 from softhand_model.chain.segments import SegmentChain, cut_chain
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
 
 LATERAL, BEND, TWIST = range(3)  # axes x, y, z of a joint
 
@@ -162,10 +160,7 @@ class ChainModel:
         return moved_rest(rest, actual, factor, coupling)
 
     def free_rotation(
-        self,
-        dt: float,
-        pressures: Sequence[float] | Array,
-        temperature: float = ROOM_TEMPERATURE,
+        self, dt: float, pressures: Sequence[float] | Array, temperature: float = ROOM_TEMPERATURE
     ) -> Array:
         """Advance the effects' memory by dt [s]; rotation (n, 3) [rad] of the joints when nothing
         pulls or pushes.

@@ -8,8 +8,8 @@ needs none of it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array
 from softhand_model.bending.balance import SteppedBalance, free_curvature
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, overrides
@@ -22,8 +22,6 @@ from softhand_model.effects.stages import (
 )
 from softhand_model.hand.actuator import Actuator
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
 
 INTERVALS = 1024
 HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit
@@ -97,12 +95,7 @@ def segment_angles(actuator: Actuator, segments: int, pressures: Array) -> tuple
 
 
 BEND = 1  # index of the bending axis (y)
-ACTING_ON_CHAINS = (
-    "wall_stress",
-    "act_on_curvature",
-    "stiffness_factor",
-    "bend_twist_coupling",
-)
+ACTING_ON_CHAINS = ("wall_stress", "act_on_curvature", "stiffness_factor", "bend_twist_coupling")
 
 
 class SegmentResponse:

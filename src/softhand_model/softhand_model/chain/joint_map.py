@@ -25,15 +25,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.numerics.rotations import rotate
-
-Array = NDArray[np.float64]
 
 GAUSS_POINTS = 6
 
@@ -103,10 +101,7 @@ BEND = 1  # index of the bending axis (y)
 
 
 def spread_angles(
-    description: ChainDescription,
-    chain: SegmentChain,
-    segments: int,
-    springs: SpringModel = THESIS,
+    description: ChainDescription, chain: SegmentChain, segments: int, springs: SpringModel = THESIS
 ) -> list[Array]:
     """Matrix (3*n, segments) of each actuator, from segment angles to joint rotation vectors."""
     parts = list(description.actuators.values())

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription, Strut
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.numerics.rotations import about_x
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,13 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
 
 SEGMENTS = 5  # an actuator, as the simulator has by default
 INTERVALS = 128
@@ -113,13 +112,10 @@ def _hermite(value: Array, slope: Array) -> Array:
     return np.concatenate([inside, end[None]])
 
 
-Floats = NDArray[np.float64]
-
-
 class Chambers(Protocol):
     """Volumes on the channels, tubes included."""
 
-    def volumes(self, pressures_abs: Floats) -> Floats:
+    def volumes(self, pressures_abs: Array) -> Array:
         """Volumes (n,) [m3] in balance with absolute pressures (n,) [Pa]."""
 
 
@@ -133,7 +129,7 @@ class Bottles:
     def __init__(self, volumes: ArrayLike) -> None:
         self._volumes = np.array(volumes, dtype=float)
 
-    def volumes(self, pressures_abs: Floats) -> Floats:
+    def volumes(self, pressures_abs: Array) -> Array:
         """Volumes (n,) [m3], whatever the absolute pressures (n,) [Pa]."""
         return self._volumes
 
@@ -163,7 +159,7 @@ class FreeActuators:
     def __init__(self, hand: HandDescription, ambient: float = AMBIENT_PRESSURE) -> None:
         self._free = FreeVolumes(hand)
         self._ambient = ambient
-        self._load: Floats = np.zeros(len(hand.channels))
+        self._load: Array = np.zeros(len(hand.channels))
 
     def set_load(self, pressures: ArrayLike) -> None:
         """Push with loads (n,) [Pa] from now on; 0 lets go.
@@ -178,6 +174,6 @@ class FreeActuators:
             raise ValueError(f"pressures must be finite and at least 0 Pa, got {given.tolist()}")
         self._load = given
 
-    def volumes(self, pressures_abs: Floats) -> Floats:
+    def volumes(self, pressures_abs: Array) -> Array:
         """Volumes (n,) [m3] in balance with absolute pressures (n,) [Pa] and the load."""
         return self._free.volumes(pressures_abs - self._ambient - self._load)

@@ -22,8 +22,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import Parameter
-from softhand_model.effects.stages import Array, FlowEffect, Pulse
+from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import AMBIENT_PRESSURE
 
 
@@ -44,7 +45,7 @@ class InjectorFlow(FlowEffect):
             1e-12,
             1e-7,
             "conductance of the inlet's choke",
-            typical=(8e-11, 2.5e-10),
+            (8e-11, 2.5e-10),
             logarithmic=True,
         ),
         Parameter(
@@ -53,7 +54,7 @@ class InjectorFlow(FlowEffect):
             1e-12,
             1e-7,
             "conductance of the outlet's choke",
-            typical=(5e-10, 2e-9),
+            (5e-10, 2e-9),
             logarithmic=True,
         ),
     )
@@ -86,7 +87,7 @@ class LineFriction(FlowEffect):
             -1e-8,
             1e-8,
             "conductance of the line to the channel",
-            typical=(1e-12, 5e-11),
+            (1e-12, 5e-11),
             neutral=0.0,
         ),
         Parameter(
@@ -95,7 +96,7 @@ class LineFriction(FlowEffect):
             -1e-8,
             1e-8,
             "conductance of the line from the channel",
-            typical=(1e-11, 5e-10),
+            (1e-11, 5e-10),
             neutral=0.0,
         ),
     )
@@ -126,7 +127,7 @@ class SwitchingVolume(FlowEffect):
             -1e-9,
             1e-9,
             "inlet's dead volume, filled from the supply",
-            typical=(1e-12, 1e-11),
+            (1e-12, 1e-11),
             neutral=0.0,
         ),
         Parameter(
@@ -135,7 +136,7 @@ class SwitchingVolume(FlowEffect):
             -1e-9,
             1e-9,
             "outlet's dead volume, filled from the channel",
-            typical=(1e-12, 1e-11),
+            (1e-12, 1e-11),
             neutral=0.0,
         ),
         Parameter(
@@ -144,7 +145,7 @@ class SwitchingVolume(FlowEffect):
             -1e-9,
             1e-9,
             "what the channel's pressure holds back",
-            typical=(-1e-11, -1e-12),
+            (-1e-11, -1e-12),
             neutral=0.0,
         ),
     )
@@ -173,7 +174,7 @@ class PulseBias(FlowEffect):
             -1e-4,
             1e-4,
             "mass added to every inflating pulse",
-            typical=(1e-7, 2e-6),
+            (1e-7, 2e-6),
             neutral=0.0,
         ),
         Parameter(
@@ -182,7 +183,7 @@ class PulseBias(FlowEffect):
             -1e-4,
             1e-4,
             "mass added to every deflating pulse",
-            typical=(1e-7, 2e-6),
+            (1e-7, 2e-6),
             neutral=0.0,
         ),
     )
@@ -213,7 +214,7 @@ class ValveDelay(FlowEffect):
             -0.05,
             0.2,
             "time by which the open valve falls short of its command",
-            typical=(0.002, 0.04),
+            (0.002, 0.04),
             neutral=0.0,
         ),
     )
@@ -246,12 +247,12 @@ class Leakage(FlowEffect):
             0.0,
             1e-8,
             "mass flow of the leak per gauge pressure",
-            typical=(1e-12, 5e-11),
+            (1e-12, 5e-11),
             neutral=0.0,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "line_friction": "inflating, c1*(p_in - p_out) and a leak both fall linearly with p_out",
+        "line_friction": "inflating, c1*(p_in - p_out) and a leak both fall linearly with p_out"
     }
 
     def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
@@ -280,13 +281,13 @@ class SupplyDroop(FlowEffect):
             0.0,
             1e11,
             "loss of supply pressure per mass flow",
-            typical=(1e8, 1e10),
+            (1e8, 1e10),
             neutral=0.0,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "calibration": "with the naive term c*p_in*duration alone a factor 1/(1 + resistance*c) "
-        "on c while inflating; it shows beside switching_volume only",
+        "on c while inflating; it shows beside switching_volume only"
     }
 
     def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
@@ -309,7 +310,7 @@ class PolytropicGas(FlowEffect):
     )
     unseen_in: ClassVar[Mapping[str, str]] = {
         "valve_pulse": "a mere factor on the mass, which the calibration of both directions takes "
-        "up",
+        "up"
     }
     confounded_with: ClassVar[Mapping[str, str]] = {"calibration": "a factor on both directions"}
     rank = 1

@@ -12,8 +12,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, RUBBER, Parameter
-from softhand_model.effects.stages import Array, LoadEffect, SectionShape
+from softhand_model.effects.stages import LoadEffect, SectionShape
 
 REFERENCE = 293.15  # [K] at which specimens' moduli are given
 
@@ -33,12 +34,12 @@ class TemperatureModulus(LoadEffect):
             -0.045,
             0.045,
             "relative change of the modulus per kelvin",
-            typical=(-0.01, 0.01),
+            (-0.01, 0.01),
             neutral=0.0,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "modulus_scale": "one with it unless runs differ in temperature",
+        "modulus_scale": "one with it unless runs differ in temperature"
     }
 
     def modulus_factor(self, temperature: Array) -> Array | float:
@@ -63,7 +64,7 @@ class SectionRounding(LoadEffect):
             0.0,
             0.99,
             "share of the load that is lost at no pressure",
-            typical=(0.05, 0.6),
+            (0.05, 0.6),
             neutral=0.0,
         ),
         Parameter(
@@ -72,7 +73,7 @@ class SectionRounding(LoadEffect):
             100.0,
             1e6,
             "pressure over which the section becomes round",
-            typical=(3e3, 40e3),
+            (3e3, 40e3),
             logarithmic=True,
         ),
     )
@@ -109,7 +110,7 @@ class Gravity(LoadEffect):
             0.0,
             10.0,
             "weight over that of the specimen's nominal mass",
-            typical=(0.5, 1.5),
+            (0.5, 1.5),
             neutral=0.0,
         ),
     )

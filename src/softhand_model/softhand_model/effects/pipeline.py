@@ -8,9 +8,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import STAGES, Effect
 from softhand_model.effects.stages import (
-    Array,
     ElasticEffect,
     FlowEffect,
     InputEffect,

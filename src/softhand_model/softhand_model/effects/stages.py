@@ -20,11 +20,10 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags, Indices
 from softhand_model.effects.effect import Effect
 
-Array = NDArray[np.float64]
 Memory = dict[str, Any]
 
 
@@ -41,7 +40,7 @@ class SectionShape:
     ratio: Array
     shear_modulus: Array | float
 
-    def of_rows(self, rows: NDArray[np.intp]) -> SectionShape:
+    def of_rows(self, rows: Indices) -> SectionShape:
         """The shape of some rows, or of rows that repeat, of arrays (lanes, rows, sections)."""
         parts = {
             name: value if np.ndim(value) < 2 or value.shape[-2] == 1 else value[..., rows, :]
@@ -132,7 +131,7 @@ class ElasticEffect(Effect):
     adds: ClassVar[bool] = False
     largest: ClassVar[Mapping[str, float]] = {}
 
-    def allows(self, shape: SectionShape) -> NDArray[np.bool_] | bool:
+    def allows(self, shape: SectionShape) -> Flags | bool:
         """Whether the parameters make sense for sections of this shape, beyond their bounds."""
         return True
 
@@ -205,7 +204,7 @@ class Pulse:
     duration and p_in of this pulse.
     """
 
-    inflating: NDArray[np.bool_]
+    inflating: Flags
     duration: Array
     p_in: Array
     p_out: Array

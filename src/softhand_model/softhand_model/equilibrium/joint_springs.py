@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.hand.joint_stiffness import rubber_stress
 from softhand_model.numerics.rotations import (
@@ -22,8 +22,6 @@ from softhand_model.numerics.rotations import (
     turned,
 )
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Factor = Callable[[Array, Array, Indices], Array]
 """Factor (n,) [-] on the stiffness in bending, given actual and free bend (n,) [rad] and which
 points they belong to.

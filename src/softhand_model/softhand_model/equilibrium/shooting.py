@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.joint_springs import JointSprings
 from softhand_model.numerics.rotations import (
@@ -24,8 +24,6 @@ from softhand_model.numerics.rotations import (
     turned,
     turned_back,
 )
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -143,9 +141,6 @@ def _about_y(turn: Array, sine: Array, cosine: Array) -> Array:
     result[:, 2] = sine * x + cosine * z
     return result
 
-
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantilever
 STRONG_FORCE = 40.0  # [B/L**2] at which the clamp has yielded by YIELD

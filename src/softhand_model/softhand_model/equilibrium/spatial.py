@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.shooting import (
     Front,
@@ -28,9 +28,6 @@ from softhand_model.numerics.rotations import product, rotation_vectors, transpo
 
 __all__ = ["BaseLoad", "HeldChain", "Hold"]
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 AMBIGUOUS = 0.6  # [rad]: a turn less far than this is not taken to go the other way round
 AT_ONCE = 4000  # points, so that memory stays bounded
@@ -66,10 +63,7 @@ class BaseLoad:
     def take(self, chosen: Indices) -> BaseLoad:
         """The loads of some of the points."""
         return BaseLoad(
-            self.wrench[:, chosen],
-            self.settled[chosen],
-            self.beyond[:, chosen],
-            self.chord[chosen],
+            self.wrench[:, chosen], self.settled[chosen], self.beyond[:, chosen], self.chord[chosen]
         )
 
     def put(self, chosen: Indices, loads: BaseLoad) -> None:

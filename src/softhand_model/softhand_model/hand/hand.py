@@ -13,9 +13,9 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softhand_model import yaml_document as plausible
+from softhand_model.arrays import Array
 from softhand_model.hand.actuator import Actuator, actuator_names, load_actuator, own_actuators
 from softhand_model.hand.palm_sheet import PalmSheet
 from softhand_model.numerics.rotations import from_rpy, rotate
@@ -27,8 +27,6 @@ from softhand_model.yaml_document import (
     read_document,
     shipped_names,
 )
-
-Array = NDArray[np.float64]
 
 FORMAT = "softhand-hand/1"
 WRIST = "wrist"
@@ -245,11 +243,7 @@ def _mass(node: Node, chains: dict[str, ChainDescription]) -> float:
 
 
 def _chain(
-    name: str,
-    node: Node,
-    channels: tuple[str, ...],
-    parents: list[str],
-    types: dict[str, Actuator],
+    name: str, node: Node, channels: tuple[str, ...], parents: list[str], types: dict[str, Actuator]
 ) -> ChainDescription:
     fields = node.fields(["actuators", "mount"], ["strut", "turn", "pitch", "web"])
     actuators, fed_by = {}, {}

@@ -45,12 +45,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array
 from softhand_model.hand.actuator import Actuator
 from softhand_model.yaml_document import Node
-
-Array = NDArray[np.float64]
 
 
 def lateral_second_moment(
@@ -96,11 +95,7 @@ def wall_area(height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: A
 
 
 def lateral_stiffness(
-    height: ArrayLike,
-    width: ArrayLike,
-    wall: ArrayLike,
-    side_wall: ArrayLike,
-    modulus: ArrayLike,
+    height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike, modulus: ArrayLike
 ) -> Array:
     """Stiffness modulus*I [N m2] in lateral bending; modulus [Pa] of the walls along the actuator,
     2*G by the rule 3.25.

@@ -10,9 +10,9 @@ curvature kappa [1/m] of the passive layer, and the stretch lambda = 1 + kappa*h
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from softhand_model.arrays import Array
 
 NEWTON_STEPS = 60  # the slowest start (load near 1) needs 8; the rest is a guard
 PRINTED_SLOPE_RATIO = 4.0  # a of eq. 5.5

@@ -12,10 +12,10 @@ from __future__ import annotations
 from math import factorial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from softhand_model.arrays import Array
 
 
 def from_rpy(rpy: ArrayLike) -> Array:
@@ -181,11 +181,7 @@ def _quadratic(vector: Array, square: Array, first: Array, second: Array) -> Arr
 def rotation_vectors(matrix: Array) -> Array:
     """Rotation vectors (3, n) [rad] of rotations (3, 3, n), below half a turn."""
     sine = 0.5 * np.stack(
-        [
-            matrix[2, 1] - matrix[1, 2],
-            matrix[0, 2] - matrix[2, 0],
-            matrix[1, 0] - matrix[0, 1],
-        ]
+        [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]
     )
     length = np.sqrt(np.sum(sine * sine, axis=0))
     cosine = 0.5 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2] - 1.0)

@@ -6,12 +6,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Spools
 from softhand_model.gas import CRITICAL_RATIO, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from softhand_model.numerics.compiled import compiled
 
-Floats = NDArray[np.float64]
 IN, OUT = 0, 1  # rows of the arrays over flow paths
 ROOT = 1 / HEAT_CAPACITY_RATIO
 EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
@@ -26,9 +25,9 @@ class Paths(NamedTuple):
     (n,) [kg/(s Pa2)].
     """
 
-    choke: Floats
-    choke_and_valve: Floats
-    line: Floats
+    choke: Array
+    choke_and_valve: Array
+    line: Array
 
 
 class Contents(NamedTuple):
@@ -39,24 +38,24 @@ class Contents(NamedTuple):
     actuators, by whichever path [kg], and `net_flow` (n,) along the lines into them [kg/s].
     """
 
-    air: Floats
-    dead: Floats
-    inflow: Floats
-    outflow: Floats
-    received: Floats
-    net_flow: Floats
+    air: Array
+    dead: Array
+    inflow: Array
+    outflow: Array
+    received: Array
+    net_flow: Array
 
 
 @compiled
 def move_air(
     dt: float,
-    state: NDArray[np.int8],
+    state: Spools,
     outer: tuple[float, float],
-    capacity: Floats,
+    capacity: Array,
     dead_capacity: float,
     paths: Any,
     contents: Any,
-    at_box: Floats,
+    at_box: Array,
 ) -> float:
     """Let air flow for `dt` [s] with the spools held; changes `contents` and `at_box` in place.
 
@@ -136,21 +135,21 @@ class ChannelHeat:
 
     def __init__(self, channels: int, wall: float, time_constant: float) -> None:
         self._wall, self._time_constant = wall, time_constant
-        self.temperature: Floats = np.full(channels, wall)
-        self.heat: Floats = np.zeros(channels)
+        self.temperature: Array = np.full(channels, wall)
+        self.heat: Array = np.zeros(channels)
 
-    def compress(self, ratio: Floats) -> None:
+    def compress(self, ratio: Array) -> None:
         """Change the volumes by `ratio` (n,) = new/old without heat: `T V**(kappa - 1)` stays."""
         self.temperature = self.temperature * ratio ** (1 - HEAT_CAPACITY_RATIO)
 
-    def exchange(self, dt: float, air: Floats) -> None:
+    def exchange(self, dt: float, air: Array) -> None:
         """Let the walls take heat from the `air` (n,) [kg] for `dt` [s]."""
         excess = self.temperature - self._wall
         change = excess * -np.expm1(-dt / self._time_constant)
         self.temperature = self.temperature - change
         self.heat += HEAT_CAPACITY * air * change
 
-    def mix(self, air: Floats, received: Floats, net: Floats) -> None:
+    def mix(self, air: Array, received: Array, net: Array) -> None:
         """Let air in, then out.
 
         Args:

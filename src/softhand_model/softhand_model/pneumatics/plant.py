@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array, Spools
 from softhand_model.effects.stages import FlowEffect
 from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
 from softhand_model.pneumatics.air_flow import ChannelHeat, Contents, Paths, move_air
@@ -17,7 +18,6 @@ from softhand_model.pneumatics.sensors import build_sensors
 from softhand_model.pneumatics.supply import AirSupply
 from softhand_model.pneumatics.valves import Valves, checked_valves
 
-Floats = NDArray[np.float64]
 SLOTS = 8  # channels of one Pneumaticbox
 LONGEST_SUBSTEP = 1e-3  # [s]
 SHORTEST_SUBSTEP = 1e-6  # to which the moments are kept when spools move [s]
@@ -121,9 +121,9 @@ class PneumaticPlant:
             if gas.thermal_time_constant
             else None
         )
-        self._leaked: Floats = np.zeros(n)
-        self._relieved: Floats = np.zeros(n)
-        self._at_box: Floats = np.empty(n + 1)
+        self._leaked: Array = np.zeros(n)
+        self._relieved: Array = np.zeros(n)
+        self._at_box: Array = np.empty(n + 1)
         self._contents = Contents(
             *(np.zeros((2, n) if f == "dead" else n) for f in Contents._fields)
         )
@@ -134,7 +134,7 @@ class PneumaticPlant:
         """Turn the regulator of the supply to a gauge `pressure` [Pa]."""
         self._supply.set(pressure)
 
-    def rest_mass(self, volumes: ArrayLike) -> Floats:
+    def rest_mass(self, volumes: ArrayLike) -> Array:
         """Air behind the valves at ambient pressure: the zero of the box's air mass.
 
         Args:
@@ -157,44 +157,44 @@ class PneumaticPlant:
         self._contents.dead[:] = pressure * self._dead_capacity
 
     @property
-    def mass(self) -> Floats:
+    def mass(self) -> Array:
         """Air behind the valves per channel, dead volumes included (n,) [kg]."""
         return np.asarray(self._contents.air + self._contents.dead.sum(axis=0))
 
     @property
-    def inflow(self) -> Floats:
+    def inflow(self) -> Array:
         """Air that has come from the supply since the start (n,) [kg]."""
         return self._contents.inflow.copy()
 
     @property
-    def outflow(self) -> Floats:
+    def outflow(self) -> Array:
         """Air that has left through the outlets since the start (n,) [kg]."""
         return self._contents.outflow.copy()
 
     @property
-    def leaked(self) -> Floats:
+    def leaked(self) -> Array:
         """Air lost through leaks and burst tubes since the start (n,) [kg]."""
         return self._leaked.copy()
 
     @property
-    def relieved(self) -> Floats:
+    def relieved(self) -> Array:
         """Air that relief valves have let off since the start (n,) [kg]."""
         return self._relieved.copy()
 
     @property
-    def pressures(self) -> Floats:
+    def pressures(self) -> Array:
         """Absolute pressure in the actuators (n,) [Pa]."""
         return np.asarray(self._contents.air / self._capacity)
 
     @property
-    def temperatures(self) -> Floats:
+    def temperatures(self) -> Array:
         """Temperature of the air in the actuators (n,) [K]."""
         if self._heat is None:
             return np.full(len(self.channels), self.parameters.temperature)
         return self._heat.temperature.copy()
 
     @property
-    def wall_heat(self) -> Floats:
+    def wall_heat(self) -> Array:
         """Heat that the walls of the actuators have taken since the start (n,) [J]."""
         return np.zeros(len(self.channels)) if self._heat is None else self._heat.heat.copy()
 
@@ -209,22 +209,22 @@ class PneumaticPlant:
         return self._supply.tank_pressure
 
     @property
-    def valve_states(self) -> NDArray[np.int8]:
+    def valve_states(self) -> Spools:
         """Where the spools are: +1 inflating, -1 deflating, 0 closed (n,)."""
         return self.faults.spools(self._valves.state).copy()
 
     @property
-    def _capacity(self) -> Floats:
+    def _capacity(self) -> Array:
         # mass per pressure in the actuators (n,) [kg/Pa]
         if self._heat is None:
             return np.asarray(self._volumes / self._gas)
         return np.asarray(self._volumes / (GAS_CONSTANT * self._heat.temperature))
 
-    def read(self) -> Floats:
+    def read(self) -> Array:
         """Read the sensors: absolute pressures of the channels, then the supply (n + 1,) [Pa]."""
         return self.faults.readings(self._sensors.read(self._noise))
 
-    def step(self, dt: float, valves: ArrayLike, volumes: ArrayLike) -> Floats:
+    def step(self, dt: float, valves: ArrayLike, volumes: ArrayLike) -> Array:
         """Advance by `dt`, in substeps of 1 ms or less that end when a spool moves.
 
         Args:
@@ -249,7 +249,7 @@ class PneumaticPlant:
             self._substep(dt / count, target - left * change)
         return self.pressures
 
-    def _checked_volumes(self, volumes: ArrayLike) -> Floats:
+    def _checked_volumes(self, volumes: ArrayLike) -> Array:
         given = np.asarray(volumes, dtype=float)
         if given.shape != (len(self.channels),):
             raise ValueError(f"volumes must have shape ({len(self.channels)},), got {given.shape}")
@@ -257,7 +257,7 @@ class PneumaticPlant:
             raise ValueError(f"volumes must be above 0 m3, got {given.tolist()}")
         return given
 
-    def _substep(self, dt: float, volumes: Floats) -> None:
+    def _substep(self, dt: float, volumes: Array) -> None:
         while True:
             self._valves.advance(self.time + SHORTEST_SUBSTEP)
             part = self._valves.next_change - self.time
@@ -267,7 +267,7 @@ class PneumaticPlant:
             dt -= part
         self._move(dt, volumes)
 
-    def _move(self, dt: float, volumes: Floats) -> None:
+    def _move(self, dt: float, volumes: Array) -> None:
         # spools held
         if self._heat is not None:
             self._heat.compress(volumes / self._volumes)
@@ -287,7 +287,7 @@ class PneumaticPlant:
             self._heat.exchange(dt, self._contents.air)
         self.time += dt
 
-    def _flow(self, dt: float, capacity: Floats) -> float:
+    def _flow(self, dt: float, capacity: Array) -> float:
         contents = self._contents
         held = self._heat is None and self._pulses is None
         before = contents if held else Contents(*(array.copy() for array in contents))
@@ -311,7 +311,7 @@ class PneumaticPlant:
             self._heat.mix(before.air, contents.received, contents.air - before.air)
         return taken
 
-    def _let_escape(self, dt: float, capacity: Floats) -> None:
+    def _let_escape(self, dt: float, capacity: Array) -> None:
         air, before = self._contents.air, self._contents.air.copy()
         if self._escapes.relieves:
             relieved = self._escapes.relieved(dt, air / capacity, capacity)

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Spools
 from softhand_model.effects.pipeline import in_order, moved_mass
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import psi
 from softhand_model.pneumatics.air_flow import Contents
-
-Floats = NDArray[np.float64]
-Spools = NDArray[np.int8]
 
 
 class PulseEffects:
@@ -37,14 +34,14 @@ class PulseEffects:
         self._ambient = ambient_abs
         self._spools: Spools = np.zeros(channels, dtype=np.int8)
         # rows: duration, p_in, p_out, friction_integral, injector_integral, mass by the valve alone
-        self._columns: Floats = np.zeros((6, channels))
-        self._added: Floats = np.zeros(channels)  # to the channel, in the pulse so far [kg]
+        self._columns: Array = np.zeros((6, channels))
+        self._added: Array = np.zeros(channels)  # to the channel, in the pulse so far [kg]
 
     def reset(self) -> None:
         """Close all valves."""
         self._spools[:], self._columns[:], self._added[:] = 0, 0.0, 0.0
 
-    def leaked(self, dt: float, spools: Spools, pressure_abs: Floats, capacity: Floats) -> Floats:
+    def leaked(self, dt: float, spools: Spools, pressure_abs: Array, capacity: Array) -> Array:
         """Air (n,) [kg] that channels with closed valves lose in `dt` [s], at most down to the
         pressure of the surroundings.
 
@@ -68,7 +65,7 @@ class PulseEffects:
         supply_abs: float,
         before: Contents,
         contents: Contents,
-        capacity: Floats,
+        capacity: Array,
     ) -> float:
         """Add to what the valves have moved in `dt` [s] what the effects make of it.
 
@@ -110,7 +107,7 @@ class PulseEffects:
         contents.outflow[spools < 0] -= added[spools < 0]
         return float(added[inflating].sum())
 
-    def _begin(self, spools: Spools, p_in: Floats, p_out: Floats) -> None:
+    def _begin(self, spools: Spools, p_in: Array, p_out: Array) -> None:
         """Note the pressures of pulses that begin now."""
         new = spools != self._spools
         if new.any():
@@ -120,7 +117,7 @@ class PulseEffects:
             self._added[new] = 0.0
             self._spools = spools.copy()
 
-    def _predicted_excess(self) -> Floats:
+    def _predicted_excess(self) -> Array:
         """Air (n,) [kg] that open channels have to have beyond what their valves have moved."""
         is_open = self._spools != 0
         inflating = self._spools[None, is_open] > 0
@@ -135,11 +132,11 @@ class PulseEffects:
         excess[is_open] = np.where(inflating, 1.0, -1.0)[0] * (mass - columns[5])[0]
         return excess
 
-    def save(self) -> tuple[Spools, Floats, Floats]:
+    def save(self) -> tuple[Spools, Array, Array]:
         """Return a copy of the changing state."""
         return self._spools.copy(), self._columns.copy(), self._added.copy()
 
-    def restore(self, saved: tuple[Spools, Floats, Floats]) -> None:
+    def restore(self, saved: tuple[Spools, Array, Array]) -> None:
         """Go back to what `save` returned."""
         spools, columns, added = saved
         self._spools, self._columns, self._added = spools.copy(), columns.copy(), added.copy()
