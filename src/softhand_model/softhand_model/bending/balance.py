@@ -1,12 +1,8 @@
-"""Balance of elastic side and load in bent sections, and free bending under effects.
+"""Balance of elastic side and load in bent sections under effects, step by step.
 
-The elastic side grows with the stretch, so there is one root; effects give no derivative, so slopes
-are secants. Arrays are (lanes, rows, sections) as in `effects.stages`.
-
-Parameters under which the rubber would give way: the elastic side must grow with the stretch.
-
-Free bending of sections under effects, step by step: what the simulator's segments and the lab's
-specimens have in common.
+What the simulator's segments and the lab's specimens have in common. The elastic side has to grow
+with the stretch (`grows`), so there is one root; effects give no derivative, so slopes are secants.
+Arrays are (lanes, rows, sections) as in `effects.stages`.
 """
 
 from __future__ import annotations

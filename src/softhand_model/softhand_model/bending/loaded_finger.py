@@ -3,14 +3,14 @@
 A finger hangs from its base, or stands on it, in the vertical plane in which it bends. With the
 angle theta(x) against the vertical, theta' = kappa, and a weight w per length [N/m], the part
 beyond x pulls at x with the moment M, M' = -w*(L - x)*sin(theta), M(L) = 0: positive, so that it
-straightens, when the finger hangs. Arrays are (lanes, rows, sections) as in `effects.stages`, with
-the Gauss points along a finger as sections.
+straightens, when the finger hangs.
 
-A finger whose tip is held against a gauge: straight at rest, and its tip may not deflect.
-
+A blocked tip is held against a gauge: the finger is straight at rest, and its tip may not deflect.
 The gauge pushes with F, so each section carries M = F*(L - x), and F follows from the deflection of
-the tip, int(kappa*(L - x)) dx = F/stiffness of the gauge (0 for a rigid one). Arrays are (lanes,
-rows, sections) as in `effects.stages`, with the Gauss points along a finger as sections.
+the tip, int(kappa*(L - x)) dx = F/stiffness of the gauge (0 for a rigid one).
+
+Arrays are (lanes, rows, sections) as in `effects.stages`, with the Gauss points along a finger as
+sections.
 """
 
 from __future__ import annotations

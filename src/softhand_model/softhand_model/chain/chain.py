@@ -2,8 +2,6 @@
 
 A simulation keeps a diagonal stiffness K; where effects make it C*K with a matrix C (3, 3) a joint,
 a rest from which K pulls with C*K*e is put in place of the one from which the joint is e away.
-
-The simulated chain: spring joints whose rest orientation follows the pressure (5.1.3).
 """
 
 from __future__ import annotations

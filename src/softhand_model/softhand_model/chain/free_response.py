@@ -1,8 +1,5 @@
-"""Free bending of an actuator's segments over pressure: tabulated for the base model, by stages
-under effects.
-
-Free bending of one actuator's segments under a model's effects, stage by stage; the base model
-needs none of it.
+"""Free bending of an actuator's segments over pressure: tabulated for the base model,
+stage by stage under effects.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ The arcs have radii r_i < r_o and rigid common cross sections on a line of radiu
 Per arc angle phi the line bends by b and twists by t. The fibre of an arc runs r_j an angle and
 tilts by +-(gap/2)*t/r_j against the line, so the arc bends by b + s_j*t', s_j = +-(gap/2)/r_j,
 and both arcs twist by t. With free bends b_j = kappa_j*r_j, stiffness k_j = B_j/r_j in bending and
-c_j in twist (equal to k_j as long as nothing else is known, see `spring_model`), the rest shape
+c_j in twist (equal to k_j as long as nothing else is known, see `joint_stiffness`), the rest shape
 minimises
 
     integral of sum_j k_j*(b + s_j*t' - b_j)**2 + (c_i + c_o)*t**2,    t = 0 at the base.
@@ -16,8 +16,6 @@ mu = sqrt((k_i + k_o)*(c_i + c_o)/(k_i*k_o))/S. No difference, no twist: by the 
 that is kappa ~ 1/r at equal pressure, the rule by which the palm's walls were chosen
 (d_o/d_i = r_o/r_i). The thesis says no more than that a pressure difference twists the palm; the
 model is ours.
-
-From the free angles of an actuator's segments to the joints of its chain.
 """
 
 from __future__ import annotations

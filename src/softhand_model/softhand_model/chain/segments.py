@@ -27,7 +27,7 @@ class SegmentChain:
         middle of an arc's segment; identity for straight actuators
     stiffness (n, 3) [N m/rad]: about x, y, z of the link frame
     stretching (n,) [1/rad]: of the top by the joint's bend, 0 where the spring in bending is linear
-        (`spring_model`)
+        (`joint_stiffness.SpringModel`)
     body_size (n, 3), body_center (n, 3) [m]: box of height, width and length in the link frame
     mass (n,) [kg]; tip_offset (3,) [m]: tip in the last link's frame
 
@@ -112,7 +112,7 @@ def _straight(
 
 def _webbed(description: ChainDescription, edge: float, stiffness: Array) -> Array:
     """Stiffness (n, 3) with that of the neighbours about x and z where mesh joins the chain to them
-    (see `hands.Web`); `edge` [m] is the length of a segment.
+    (see `hand.Web`); `edge` [m] is the length of a segment.
     """
     if description.web is not None:
         joined = (np.arange(len(stiffness)) + 0.5) * edge < description.web.length

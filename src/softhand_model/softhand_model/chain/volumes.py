@@ -1,7 +1,5 @@
-"""Volumes of a hand's channels: in free posture over pressure, and as chambers of the pretended
-bench.
-
-What the channels of the pretended bench fill: bottles, or actuators that bend and are pushed.
+"""Volumes of a hand's channels: in free posture over pressure, and as what the channels of the
+pretended bench fill: bottles, or actuators that bend and are pushed.
 """
 
 from __future__ import annotations

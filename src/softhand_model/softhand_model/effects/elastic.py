@@ -1,11 +1,4 @@
-"""Elastic effects without memory: factors on the neo-Hookean stress.
-
-Rubber that stiffens with its strain.
-
-Rubber whose energy depends on the second invariant too.
-
-Walls that are too thick to count as a membrane.
-"""
+"""Elastic effects without memory: factors on the neo-Hookean stress."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""Elastic effects with memory: softening, relaxation and hysteresis of the rubber.
-
-Rubber that resists more when it is strained fast, and creeps afterwards.
-
-Rubber and mesh that rub against themselves.
-"""
+"""Elastic effects with memory: softening, relaxation and hysteresis of the rubber."""
 
 from __future__ import annotations
 

@@ -1,19 +1,4 @@
-"""Flow effects: the air mass that a valve pulse moves.
-
-Viscous friction along the flow path.
-
-Air that valve and dead volume move at each switching, whatever the duration.
-
-A mass that every pulse moves alike.
-
-Valves that let air through for a shorter time than they are commanded to.
-
-A leak of the channel.
-
-A supply that gives way to the flow that is taken from it.
-
-Air that has not come back to room temperature when its pressure is read.
-"""
+"""Flow effects: the air mass that a valve pulse moves (eq. 4.1 and what it leaves out)."""
 
 from __future__ import annotations
 

@@ -1,11 +1,4 @@
-"""Input effects: what pressure acts in the chamber.
-
-A pressure sensor whose scale is wrong.
-
-Air that takes its time from the sensor to the chamber.
-
-Pressure that does nothing until it has filled what gives way first.
-"""
+"""Input effects: what pressure acts in the chamber."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""Load effects: what changes the load or the modulus.
-
-A chamber that first grows round before it bends the finger.
-
-The weight of the actuator.
-"""
+"""Load effects: what changes the load or the modulus."""
 
 from __future__ import annotations
 
@@ -97,7 +92,7 @@ class Gravity(LoadEffect):
     """The actuator's own weight, mass_scale times its mass.
 
     The simulator lets the physics engine pull at the segments; free bending takes the moment of
-    what lies beyond x in the deformed shape, positive when it straightens (`hanging.Weight`).
+    what lies beyond x in the deformed shape, positive when it straightens (`loaded_finger.Weight`).
     """
 
     name = "gravity"

@@ -1,11 +1,4 @@
-"""Output effects: what the sensor shows.
-
-A force gauge whose zero is off.
-
-An angle sensor that follows late.
-
-A generic term for what no known effect explains. It is not physics.
-"""
+"""Output effects, what the sensor shows; and a generic term for what no effect explains."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""One base class per stage: the method by which its effects act, and the order in which the stages
-run.
+"""One base class per stage of the model: the methods by which its effects act.
 
 Pressures are gauge. Every argument is a number or an array that broadcasts to (lanes, rows,
 sections): lanes are trial values of the parameters, rows are runs, samples or segments, sections
@@ -8,8 +7,6 @@ dictionary of the effect's own, empty at the start and after a reset, one for ea
 method may be called several times within a time step, so it changes memory in `remember` alone
 (the methods of stages that are called once say so). dt [s] is a number or (rows, 1), and 0 at a
 run's first sample.
-
-Exact steps of first-order lags, for inputs that change in a straight line over the step.
 """
 
 from __future__ import annotations

@@ -1,15 +1,4 @@
-"""Structure effects: walls, joint stiffness, and what the tip touches.
-
-The approximation of the thesis, with its own numbers, in place of the exact curvature.
-
-A passive layer that hangs loose while the finger is pushed straight.
-
-A finger that twists when it is bent sideways.
-
-A force gauge that yields.
-
-A fingertip that sticks to its gauge.
-"""
+"""Structure effects: walls, joint stiffness, and what the tip touches."""
 
 from __future__ import annotations
 

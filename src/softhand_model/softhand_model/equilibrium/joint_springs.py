@@ -38,7 +38,7 @@ class JointSprings:
 
     stiffness, rest (joints, n) [N m/rad], [rad]; sideways (joints, 2) [-]: stiffness about x and z
     over that in bending, 1 if absent; stretching (joints,) [1/rad]: of rubber in bending
-    (`spring_model`), 0 for linear springs; coupling (n,) [-]: off-diagonal of bending about x
+    (`joint_stiffness`), 0 for linear springs; coupling (n,) [-]: off-diagonal of bending about x
     and twist about z over the stiffness; factor: on the stiffness about y; points (n,): what the
     factor is told of the points.
     The energy of a joint is that of its rotation vector against the rest, e*K*e/2 where the springs

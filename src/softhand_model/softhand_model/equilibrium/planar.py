@@ -80,7 +80,7 @@ def linear_springs(stiffness: ArrayLike, rest: ArrayLike) -> Springs:
 
 def rubber_springs(stiffness: ArrayLike, rest: ArrayLike, stretching: ArrayLike) -> Springs:
     """Springs of eq. 3.24 with the stiffness (n,) [N m/rad] of the rule, rest angles (n,) [rad] and
-    the stretching (n,) [1/rad] of `spring_model.SpringModel`.
+    the stretching (n,) [1/rad] of `joint_stiffness.SpringModel`.
 
     The pressure's moment grows with the load: that of the rubber at rest, times the share.
     """

@@ -1,7 +1,4 @@
-"""Shooting solver: the base wrench for a prescribed tip pose.
-
-Search for the wrench at a chain's base with which its tip is where it is held.
-"""
+"""Shooting solver: base wrench for a prescribed tip pose."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ class BaseLoad:
 
 
 class HeldChain:
-    """A straight chain as the simulator has it, held at both ends (`tip_search.TipClamp`).
+    """A straight chain as the simulator has it, held at both ends (`shooting.TipClamp`).
 
     Raises ValueError for a chain that is not straight at rest.
     """

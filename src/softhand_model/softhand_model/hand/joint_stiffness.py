@@ -13,7 +13,7 @@ that is free to shrink: no wall, unless the thread is slack where pressure does 
 
 Lateral bending (about the height): B = modulus*I, I the second moment of the walls about the plane
 in their middle. Modulus 2*G is that of the rule 3.25, 4*G that of a straight actuator by 3.24; what
-the springs take is said in `spring_model`. Bent, the walls' tangent falls: a P10's base from 4*G*I
+the springs take is said in `SpringModel`. Bent, the walls' tangent falls: a P10's base from 4*G*I
 to 2.6*G*I at 90 deg (top at lambda = 1.35) and to 2*G*I where the top is at 1.76, later than 1.316
 because side walls are stretched less. Up to there 2*G*I is what the rubber alone has at least, not
 beyond. The passive layer counts for nothing: a mesh bears no compression.
@@ -36,8 +36,6 @@ turns about the middle of the passive layer keeps its area, so it does no work; 
 adds h*z**3*p/24, the tension of the rubber at most half of J. Thread: a single helix couples twist
 to pressure and to lateral bending (`bend_twist_coupling`), thread wound both ways stiffens against
 twist.
-
-Which springs the joints of a simulated chain have: those of the thesis, or better ones.
 """
 
 from __future__ import annotations

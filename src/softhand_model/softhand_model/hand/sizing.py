@@ -3,9 +3,7 @@
 The rules of thumb (3.6.1) are solved together with the side walls, so that `actuation_ratio` and
 `Actuator.stiffness` give back what was wanted. The free section is square. Along the actuator the
 stiffness falls in a straight line, as the cube of a circumference that tapers with the root 3;
-height and width taper as those of P10 (7.3).
-
-An actuator as YAML: a hand of a single finger that brings it along, for `load_hand`.
+height and width taper as those of P10 (7.3). `finger_text` writes it as a hand of a single finger.
 """
 
 from __future__ import annotations

@@ -1,10 +1,7 @@
-"""Vectors and rotations, single and at many points at once; quaternions are (x, y, z, w).
+"""Vectors and rotations, single ones and at many points at once.
 
-Vectors and rotations at many points at once, component first: vectors (3, n), matrices (3, 3,
-n).
-
-Fields of k vectors at a point are (3, k, n). The points lie last, so that each operation runs along
-contiguous memory.
+Quaternions are (x, y, z, w). At many points vectors are (3, n), k vectors a point (3, k, n) and
+matrices (3, 3, n): the points lie last, so that each operation runs along contiguous memory.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Leaks, relief valves and faults of the bench, to be set at any time.
-
-Faults of the bench, to be set at any time: what a safe driver has to survive.
-"""
+"""Leaks, relief valves, and faults of the bench that a safe driver has to survive."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Slow 5/3 valves, and outlets that open when the driver falls silent (section 4.3).
-
-The plant's own safety rule: outlets open when the driver falls silent.
-"""
+"""Slow 5/3 valves (section 4.3), and outlets that open when the driver falls silent."""
 
 from typing import Any
 
