@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 NAME_RULE = "a name of letters, digits, _ and -"
+ALIKE = 0.8  # of difflib: `protcol` is one slip from `protocol`
 
 
 class DocumentError(ValueError):
@@ -94,10 +95,9 @@ class Node:
     def within(self, bounds: Bounds) -> float:
         """A number within bounds, which the error names with their unit.
 
-        >>> Node("a.yaml", "wall", 3).within(Bounds(0.0, 1.0, "m"))
+        >>> Node("a", "wall", 3).within(Bounds(0, 1, "m"))
         Traceback (most recent call last):
-        softhand_model.yaml_document.DocumentError: a.yaml: wall: expected a number from 0 to 1 m,
-        got 3
+        softhand_model.yaml_document.DocumentError: a: wall: expected a number from 0 to 1 m, got 3
         """
         try:
             return self.number(bounds.low, bounds.high)
@@ -234,9 +234,6 @@ def _range(low: float, high: float, above: float) -> str:
     parts += [f"at least {low:g}"] if math.isfinite(low) else []
     parts += [f"at most {high:g}"] if math.isfinite(high) else []
     return " " + " and ".join(parts) if parts else ""
-
-
-ALIKE = 0.8  # of difflib: `protcol` is one slip from `protocol`
 
 
 def named_entries(node: Node) -> dict[str, Node]:

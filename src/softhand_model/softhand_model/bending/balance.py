@@ -32,6 +32,8 @@ SETTLED = 3e-8  # last step of the stretch: the error after it is of the order o
 SECANTS = 12
 HALVES = 24
 BALANCED = 1e-6  # of the load: what more is left over than this is no balance
+HIGHEST_STRETCH = 4.0  # up to which the elastic side has to grow
+STEPS = 60
 
 
 @dataclass(frozen=True)
@@ -120,10 +122,6 @@ def _bracketed(elastic: Elastic, load: Array) -> Balanced:
     found = iterate(elastic, correction, first_slope(elastic, 0.5 * (low + high)))
     excess = np.abs(elastic(found.stretch) - load)
     return replace(found, settled=bool(np.all(excess <= BALANCED * (1.0 + np.abs(load)))))
-
-
-HIGHEST_STRETCH = 4.0  # up to which the elastic side has to grow
-STEPS = 60
 
 
 def grows(effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear") -> Flags:

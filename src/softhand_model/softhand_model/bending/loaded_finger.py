@@ -32,10 +32,9 @@ from softhand_model.bending.balance import (
 )
 from softhand_model.effects.stages import SectionShape
 
-SETTLED = (
-    1e-9  # last step of the stretch: with a matrix that stays it is not much larger than the error
-)
+SETTLED = 1e-9  # last step of the stretch: with a matrix that stays about as large as the error
 REFRESHED = 7  # steps of an iteration after which the matrix of its steps is made anew
+LEAST_START = 0.7  # stretch, where the search begins at the least
 
 
 def running_integral(edges: Array, points: int) -> Array:
@@ -96,11 +95,7 @@ class WeightSolver:
         beyond = weight.weights[0][:, None, :] - weight.running
         self._lever = beyond * weight.reach[0][:, None, :]
         self._turn = weight.running / np.broadcast_to(shape.height, weight.reach.shape)[0][:, None]
-        self._scale = (
-            weight.per_length
-            * shape.ratio
-            / (2.0 * shape.shear_modulus * shape.height * shape.wall * shape.width)
-        )
+        self._scale = weight.per_length * shape.ratio / _stiffness(shape)
         self._alike = alike
         self._inverse: Array | None = None
 
@@ -133,13 +128,17 @@ class WeightSolver:
         return inverse if alike == 1 else inverse[..., np.arange(angle.shape[-2]) // alike, :, :]
 
 
+def _stiffness(shape: SectionShape) -> Array:
+    """2*G*h*d*z [N m], over which a moment times the ratio counts in the balance."""
+    return 2.0 * shape.shear_modulus * shape.height * shape.wall * shape.width
+
+
 def _same_in_lanes(matrices: Array, vectors: Array) -> Array:
     """Products of a matrix (rows, n, n) a row with the vectors (lanes, rows, n) of all lanes."""
     product = np.matmul(vectors.swapaxes(0, 1), matrices.swapaxes(1, 2))
     return np.ascontiguousarray(product.swapaxes(0, 1))
 
 
-LEAST_START = 0.7  # stretch, where the search begins at the least
 StiffnessFactor = Callable[[Array, Array], Array | float]
 """Factor [-] on the stiffness at an actual and a free curvature [1/m]."""
 
@@ -190,11 +189,7 @@ class BlockedSolver:
         self, blocked: Blocked, shape: SectionShape, factor: StiffnessFactor | None = None
     ) -> None:
         self._blocked, self._height, self._factor = blocked, shape.height, factor
-        self._moment = (  # m of a unit force
-            shape.ratio
-            * blocked.reach
-            / (2.0 * shape.shear_modulus * shape.height * shape.wall * shape.width)
-        )
+        self._moment = shape.ratio * blocked.reach / _stiffness(shape)  # m of a unit force
         self._deflection = blocked.weights * blocked.reach / shape.height  # per stretch
         self._free: Balanced | None = None
         self.force = np.zeros(1)

@@ -15,12 +15,10 @@ from scipy.spatial.transform import Rotation
 from softhand_model.arrays import Array
 from softhand_model.chain.free_response import RestTable, SegmentResponse, bends
 from softhand_model.chain.joint_map import spread_angles, volume_gains
-from softhand_model.chain.segments import SegmentChain, cut_chain
+from softhand_model.chain.segments import BEND, LATERAL, TWIST, cut_chain
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.model_file import Model
-
-LATERAL, BEND, TWIST = range(3)  # axes x, y, z of a joint
 
 
 def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Array:
@@ -43,9 +41,6 @@ def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Ar
     pull[:, LATERAL] += coupling[:, 0] * away[:, TWIST]
     pull[:, TWIST] += coupling[:, 1] * away[:, LATERAL]
     return np.asarray((turned * Rotation.from_rotvec(pull).inv()).as_rotvec(), float)
-
-
-__all__ = ["ChainModel", "SegmentChain", "discretise"]
 
 
 def discretise(description: ChainDescription, segments: int, model: Model) -> ChainModel:

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand_model.arrays import Array
-from softhand_model.chain.segments import SegmentChain
+from softhand_model.chain.segments import BEND, SegmentChain
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
@@ -93,9 +93,6 @@ def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:
     signs = np.array([-1.0, 1.0])[:, None, None]
     own = arcs.weights[:, None, None] * np.eye(segments)
     return own + signs * bend, signs * twist
-
-
-BEND = 1  # index of the bending axis (y)
 
 
 def spread_angles(

@@ -13,6 +13,8 @@ from softhand_model.hand.hand import ChainDescription, Strut
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.numerics.rotations import about_x
 
+LATERAL, BEND, TWIST = range(3)  # axes x, y, z of a joint
+
 
 @dataclass(frozen=True)
 class SegmentChain:
@@ -44,6 +46,11 @@ class SegmentChain:
     body_center: Array
     mass: Array
     tip_offset: Array
+
+    def require_straight(self) -> None:
+        """Raise ValueError for a chain that is not straight at rest."""
+        if np.any(self.offset[:, :2]) or np.any(self.rest[:, :3]) or np.any(self.tip_offset[:2]):
+            raise ValueError("chain: expected one that is straight at rest, got an arc")
 
 
 def cut_chain(

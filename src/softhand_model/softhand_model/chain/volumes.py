@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 
 from softhand_model.arrays import Array
 from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.chain.free_response import HIGHEST_OVER_LIMIT, hermite
+from softhand_model.chain.segments import BEND
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
 SEGMENTS = 5  # an actuator, as the simulator has by default
 INTERVALS = 128
-HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the weakest actuator's pressure limit
-BEND = 1  # index of the bending axis (y)
 
 
 class FreeVolumes:
@@ -47,7 +47,7 @@ class FreeVolumes:
         value, slope = np.zeros((2, INTERVALS + 1, n, n))  # pressure, source, volume of
         for chain in hand.chains:
             _add_chain(hand, discretise(chain, segments, Model()), pressures, value, slope)
-        self._cubic = _hermite(value, slope * self._step[:, None])
+        self._cubic = hermite(value, slope * self._step[:, None])
         self._source = np.arange(n)
 
     def volumes(self, gauge: ArrayLike) -> Array:
@@ -97,17 +97,6 @@ def _bends(chain: ChainModel, actuator: int, pressures: Array) -> tuple[Array, A
     value = [table.value(pressure)[BEND::3] for pressure in pressures]
     slope = [table.slope(pressure)[BEND::3] for pressure in pressures]
     return np.array(value), np.array(slope)
-
-
-def _hermite(value: Array, slope: Array) -> Array:
-    """Coefficients (k, source, 4, volume of) of the powers of t on intervals of unit length."""
-    rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
-    inside = np.stack(
-        [value[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=2
-    )
-    zero = np.zeros_like(value[-1])
-    end = np.stack([value[-1], slope[-1], zero, zero], axis=1)
-    return np.concatenate([inside, end[None]])
 
 
 class Chambers(Protocol):

@@ -12,6 +12,8 @@ from softhand_model.effects.effect import BENDING, RUBBER, Parameter
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain
 
 ALMOST = 0.99  # of jm, from where the factor goes on in a straight line and so stays finite
+STRETCH_SCALE = 0.25  # over which the excess fades
+LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
 
 
 class GentStiffening(ElasticEffect):
@@ -105,10 +107,6 @@ class MooneyRivlin(ElasticEffect):
             return stress
         ratio = self.values["c01_ratio"]
         return stress * ((1.0 + ratio / strain.stretch) / (1.0 + ratio))
-
-
-STRETCH_SCALE = 0.25  # over which the excess fades
-LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
 
 
 class ThickWall(ElasticEffect):

@@ -12,6 +12,7 @@ from softhand_model.effects.effect import BENDING, NO_PRESSURE, RUBBER, Paramete
 from softhand_model.effects.stages import LoadEffect, SectionShape
 
 REFERENCE = 293.15  # [K] at which specimens' moduli are given
+STANDARD_GRAVITY = 9.80665  # [m/s2]
 
 
 class TemperatureModulus(LoadEffect):
@@ -83,9 +84,6 @@ class SectionRounding(LoadEffect):
         """Load [-] that bends at a chamber pressure [Pa]."""
         gone = np.exp(-np.maximum(pressure, 0.0) / self.values["pressure_scale"])
         return load * (1.0 - self.values["gain"] * gone)
-
-
-STANDARD_GRAVITY = 9.80665  # [m/s2]
 
 
 class Gravity(LoadEffect):

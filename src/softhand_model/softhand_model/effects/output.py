@@ -19,6 +19,10 @@ from softhand_model.effects.stages import (
     lagged,
 )
 
+KNOTS = (1.0, 1.05, 1.12, 1.22, 1.36, 1.55, 2.0, 3.0)  # stretches
+GROWING = 0.9  # of the fall at which the elastic side would no longer grow
+HIGHEST = 1.5  # of the logarithm of the factor between two knots
+
 
 class AngleOffset(OutputEffect):
     """The tip's angle reads too much or too little everywhere: y_read = y + offset."""
@@ -99,11 +103,6 @@ class AngleSensorLag(OutputEffect):
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
         """Reading [rad]."""
         return lagged(value, memory, dt, self.values["time_constant"])
-
-
-KNOTS = (1.0, 1.05, 1.12, 1.22, 1.36, 1.55, 2.0, 3.0)  # stretches
-GROWING = 0.9  # of the fall at which the elastic side would no longer grow
-HIGHEST = 1.5  # of the logarithm of the factor between two knots
 
 
 def _steepest_fall(low: float, high: float) -> float:

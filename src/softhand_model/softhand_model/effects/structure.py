@@ -12,6 +12,8 @@ from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
 from softhand_model.effects.stages import Memory, SectionShape, Strain, StructureEffect
 from softhand_model.hand import section
 
+UNCHANGED = 1e-7  # of the force: less is rounding, not motion
+
 
 class SideWallIntegral(StructureEffect):
     """The side walls' share without the approximation of 3.34: p*h/(2*G*d) = q + term.
@@ -180,9 +182,6 @@ class GaugeCompliance(StructureEffect):
     def tip_compliance(self) -> Array | float:
         """What the tip yields under its force [m/N]."""
         return 1.0 / self.values["stiffness"]
-
-
-UNCHANGED = 1e-7  # of the force: less is rounding, not motion
 
 
 class TipFriction(StructureEffect):

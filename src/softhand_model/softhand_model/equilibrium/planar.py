@@ -66,8 +66,7 @@ def planar_finger(chain: SegmentChain) -> PlanarFinger:
 
     Raises ValueError for a chain that leaves the plane.
     """
-    if np.any(chain.offset[:, :2]) or np.any(chain.rest[:, :3]) or np.any(chain.tip_offset[:2]):
-        raise ValueError("chain: expected one that is straight at rest, got an arc")
+    chain.require_straight()
     center = chain.body_center[:, [0, 2]]
     return PlanarFinger(chain.offset[:, 2], float(chain.tip_offset[2]), chain.mass, center)
 

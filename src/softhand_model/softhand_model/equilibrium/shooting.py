@@ -22,6 +22,21 @@ from softhand_model.numerics.rotations import (
     turned_back,
 )
 
+CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantilever
+STRONG_FORCE = 40.0  # [B/L**2] at which the clamp has yielded by YIELD
+YIELD = 0.01  # [lengths of the chain], with the cube of the force
+LARGEST_FORCE = 60.0  # [B/L**2]: more comes from equilibria that tear the tip out of its clamp
+TOLERANCE = 1e-11  # of the tip's pose, in lengths of the chain and radians
+REACHED = 1e-9  # the same of a pose where rounding stops the iteration
+STEPS = 80
+LARGEST_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
+SHORTEST_SHARE = 1e-3  # of a Newton step
+LEAST_MENDED = 0.1  # share of its length that a chord keeps along the last step
+ROUNDING = 1e-15  # of the tip's pose
+CHORDS = 8  # steps with a slope from elsewhere before it is given up
+CHORD_PROGRESS = 0.3  # by which each must bring the tip nearer
+SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
+
 
 @dataclass(frozen=True)
 class Links:
@@ -36,8 +51,7 @@ class Links:
 
 def straight_links(chain: SegmentChain) -> Links:
     """The links of a chain; raises ValueError for one that is not straight at rest."""
-    if np.any(chain.offset[:, :2]) or np.any(chain.rest[:, :3]) or np.any(chain.tip_offset[:2]):
-        raise ValueError("chain: expected one that is straight at rest, got an arc")
+    chain.require_straight()
     along = np.append(chain.offset[:, 2], chain.tip_offset[2])
     return Links(along, chain.mass, chain.body_center)
 
@@ -137,23 +151,6 @@ def _about_y(turn: Array, sine: Array, cosine: Array) -> Array:
     result[:, 1] = turn[:, 1]
     result[:, 2] = sine * x + cosine * z
     return result
-
-
-CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantilever
-STRONG_FORCE = 40.0  # [B/L**2] at which the clamp has yielded by YIELD
-YIELD = 0.01  # [lengths of the chain], with the cube of the force
-LARGEST_FORCE = 60.0  # [B/L**2]: more comes from equilibria that tear the tip out of its clamp
-
-TOLERANCE = 1e-11  # of the tip's pose, in lengths of the chain and radians
-REACHED = 1e-9  # the same of a pose where rounding stops the iteration
-STEPS = 80
-LARGEST_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
-SHORTEST_SHARE = 1e-3  # of a Newton step
-LEAST_MENDED = 0.1  # share of its length that a chord keeps along the last step
-ROUNDING = 1e-15  # of the tip's pose
-CHORDS = 8  # steps with a slope from elsewhere before it is given up
-CHORD_PROGRESS = 0.3  # by which each must bring the tip nearer
-SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,12 @@ from numpy.typing import ArrayLike
 
 from softhand_model.arrays import Array
 from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.section import arrays
 from softhand_model.yaml_document import Node
+
+RULE, CURVATURE = "rule", "curvature"
+SECTION = "section"
+LEAST_STRETCH = 0.7  # below, rubber goes on in a straight line: what buckles there is left out
 
 
 def lateral_second_moment(
@@ -58,7 +63,7 @@ def lateral_second_moment(
     >>> round(float(lateral_second_moment(0.02, 0.02, 0.002, 0.002)) * 1e9, 3)
     7.189
     """
-    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     inner = np.maximum(height - wall, 0.0)
     off_middle = (width - side_wall) / 2.0
     of_sides = 2.0 * inner * side_wall * (side_wall**2 / 12.0 + off_middle**2)
@@ -74,7 +79,7 @@ def torsion_constant(
     >>> round(float(torsion_constant(0.02, 0.02, 0.002, 0.002)) * 1e9, 2)
     12.64
     """
-    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     up, across = np.maximum(height - wall / 2.0, 0.0), width - side_wall
     # 4*A**2/(2*across/wall + 2*up/side_wall), written so that no side wall gives 0
     return np.asarray(
@@ -88,7 +93,7 @@ def wall_area(height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: A
     >>> round(float(wall_area(0.009, 0.009, 0.003, 0.003)) * 1e6, 6)
     63.0
     """
-    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     return np.asarray(wall * width + 2.0 * np.maximum(height - wall, 0.0) * side_wall)
 
 
@@ -117,15 +122,6 @@ def twist_stiffness(
     0.847
     """
     return np.asarray(shear_modulus, float) * torsion_constant(height, width, wall, side_wall)
-
-
-def _arrays(*sizes: ArrayLike) -> list[Array]:
-    return [np.asarray(size, float) for size in sizes]
-
-
-RULE, CURVATURE = "rule", "curvature"
-SECTION = "section"
-LEAST_STRETCH = 0.7  # below, rubber goes on in a straight line: what buckles there is left out
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,8 @@ UNITS = {  # of what an actuator should do; of all else [m]
     "tip_stiffness": "N m2",
     "max_stretch": "",
 }
+PLATE = {"size": [0.030, 0.030, 0.010], "position": [-0.010, 0.0, -0.005]}  # [m]
+STAND_MASS = 0.020  # [kg]
 
 
 class WishError(ValueError):
@@ -295,10 +297,6 @@ def _broken_rules(wish: Wish, base: Section) -> tuple[BrokenRule, ...]:
         design.check_rubber(wish.rubber),
     )
     return tuple(check for check in checks if check is not None)
-
-
-PLATE = {"size": [0.030, 0.030, 0.010], "position": [-0.010, 0.0, -0.005]}  # [m]
-STAND_MASS = 0.020  # [kg]
 
 
 def actuator_entry(actuator: Actuator) -> dict[str, Any]:

@@ -19,15 +19,16 @@ HEAT_CAPACITY = GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1)  # of air at constant v
 
 
 class Paths(NamedTuple):
-    """What resists the air on the inlet and outlet path of `n` channels.
+    """The inlet and outlet paths of `n` channels.
 
     Conductances of the chokes and of chokes with open valves (2, n) [kg/(s Pa)], of the lines
-    (n,) [kg/(s Pa2)].
+    (n,) [kg/(s Pa2)], and the capacity of one dead volume [kg/Pa].
     """
 
     choke: Array
     choke_and_valve: Array
     line: Array
+    dead_capacity: float
 
 
 class Contents(NamedTuple):
@@ -47,12 +48,23 @@ class Contents(NamedTuple):
 
 
 @compiled
+def series_flow(high: float, low: float, orifice: float, line: float) -> float:
+    """`softhand_model.gas.series_flow` between two absolute pressures [Pa], in compiled code."""
+    ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
+    root = ratio**ROOT
+    psi = math.sqrt(EXPONENT * root * (root - ratio))
+    by_orifice = orifice * high * psi
+    by_line = line * (high * high - low * low)
+    total = by_orifice + math.sqrt(by_orifice * by_orifice + 4.0 * by_line * by_line)
+    return 2.0 * by_orifice * by_line / max(total, TINY)
+
+
+@compiled
 def move_air(
     dt: float,
     state: Spools,
     outer: tuple[float, float],
     capacity: Array,
-    dead_capacity: float,
     paths: Any,
     contents: Any,
     at_box: Array,
@@ -60,15 +72,14 @@ def move_air(
     """Let air flow for `dt` [s] with the spools held; changes `contents` and `at_box` in place.
 
     The dead volume of an open path takes the outer pressure at once. Through each choke flows
-    `softhand_model.gas.series_flow`, at most what evens out the two sides, or the step would
-    overshoot the equilibrium.
+    `series_flow`, at most what evens out the two sides, or the step would overshoot the
+    equilibrium.
 
     Args:
         dt: step [s].
         state: spools (n,): +1 inflating, -1 deflating, 0 closed.
         outer: absolute pressure of supply and surroundings [Pa].
         capacity: of the actuators (n,) [kg/Pa].
-        dead_capacity: of one dead volume [kg/Pa].
         paths: the fields of `Paths`.
         contents: the fields of `Contents`.
         at_box: its first n entries become the absolute pressures [Pa] at the box's end of the
@@ -77,7 +88,7 @@ def move_air(
     Returns:
         Mass that has left the supply [kg].
     """
-    choke, choke_and_valve, line = paths
+    choke, choke_and_valve, line, dead_capacity = paths
     air, dead, inflow, outflow, received, net_flow = contents
     taken = 0.0
     for i in range(len(state)):
@@ -91,14 +102,8 @@ def move_air(
                 dead[path, i] += through
             inner = dead[path, i] / dead_capacity
             high, low = max(inner, pressure), min(inner, pressure)
-            ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
-            root = ratio**ROOT
-            psi = math.sqrt(EXPONENT * root * (root - ratio))
             orifice = choke_and_valve[path, i] if opened else choke[path, i]
-            by_orifice = orifice * high * psi
-            by_line = line[i] * (high * high - low * low)
-            total = by_orifice + math.sqrt(by_orifice * by_orifice + 4.0 * by_line * by_line)
-            flow = 2.0 * by_orifice * by_line / max(total, TINY)
+            flow = series_flow(high, low, orifice, line[i])
             both = capacity[i] * dead_capacity / (capacity[i] + dead_capacity)
             most = (high - low) * (capacity[i] if opened else both)
             moved = math.copysign(min(flow * dt, most), inner - pressure)

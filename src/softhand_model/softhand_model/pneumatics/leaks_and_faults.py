@@ -14,6 +14,9 @@ from softhand_model.arrays import Array, Spools
 from softhand_model.gas import orifice_conductance, psi
 from softhand_model.pneumatics.parameters import Pneumatics
 
+BURST_DIAMETER = 1e-3  # [m]
+BLEED_DIAMETER = 1e-3  # of the hole through which a lost supply's reservoir empties [m]
+
 
 class Escapes:
     """Leaks, holes and relief valves between the actuators and the surroundings.
@@ -93,10 +96,6 @@ def _checked_pressures(pressures: ArrayLike, channels: int) -> Array:
     if not (given > 0).all():
         raise ValueError(f"relief_pressures must be above 0 Pa, got {given.tolist()}")
     return given
-
-
-BURST_DIAMETER = 1e-3  # [m]
-BLEED_DIAMETER = 1e-3  # of the hole through which a lost supply's reservoir empties [m]
 
 
 class Faults:

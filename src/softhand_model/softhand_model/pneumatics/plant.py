@@ -92,8 +92,8 @@ class PneumaticPlant:
         valve = orifice_conductance(np.pi / 4 * p.valve.diameter**2, p.temperature)
         length = tolerances.uniform(*p.line.length, SLOTS)[:n]
         line = line_conductance(p.line.diameter, length, p.temperature)
-        self._paths = Paths(choke, 1 / np.sqrt(choke**-2 + valve**-2), line)
-        self._dead_capacity = p.choke.dead_volume / self._gas  # [kg/Pa]
+        dead_capacity = p.choke.dead_volume / self._gas
+        self._paths = Paths(choke, 1 / np.sqrt(choke**-2 + valve**-2), line, dead_capacity)
         leak = tolerances.uniform(*p.leak.conductance, SLOTS)[:n]
         self._escapes = Escapes(p, leak, relief_pressures)
         self._supply = AirSupply(p)
@@ -143,7 +143,7 @@ class PneumaticPlant:
         Returns:
             Mass (n,), dead volumes included [kg].
         """
-        capacity = np.asarray(volumes, dtype=float) / self._gas + 2 * self._dead_capacity
+        capacity = np.asarray(volumes, dtype=float) / self._gas + 2 * self._paths.dead_capacity
         return np.asarray(self.parameters.ambient_pressure * capacity)
 
     def fill(self, mass: ArrayLike) -> None:
@@ -151,10 +151,10 @@ class PneumaticPlant:
         if self._heat is not None:
             self._heat.temperature[:] = self.parameters.temperature
         pressure = np.asarray(mass, dtype=float) / (
-            self._volumes / self._gas + 2 * self._dead_capacity
+            self._volumes / self._gas + 2 * self._paths.dead_capacity
         )
         self._contents.air[:] = pressure * self._volumes / self._gas
-        self._contents.dead[:] = pressure * self._dead_capacity
+        self._contents.dead[:] = pressure * self._paths.dead_capacity
 
     @property
     def mass(self) -> Array:
@@ -288,16 +288,15 @@ class PneumaticPlant:
         self.time += dt
 
     def _flow(self, dt: float, capacity: Array) -> float:
-        contents = self._contents
-        held = self._heat is None and self._pulses is None
-        before = contents if held else Contents(*(array.copy() for array in contents))
+        contents, before = self._contents, self._contents
+        if self._heat is not None or self._pulses is not None:
+            before = self._copied_contents()
         spools = self.faults.spools(self._valves.state)
         taken = move_air(
             dt,
             spools,
             (self._supply.pressure, self.parameters.ambient_pressure),
             capacity,
-            self._dead_capacity,
             tuple(self._paths),  # numba takes plain tuples faster than named ones
             tuple(contents),
             # the sensors sit in the box: while air flows they see the drop along the tube too
@@ -310,6 +309,9 @@ class PneumaticPlant:
         if self._heat is not None:
             self._heat.mix(before.air, contents.received, contents.air - before.air)
         return taken
+
+    def _copied_contents(self) -> Contents:
+        return Contents(*(array.copy() for array in self._contents))
 
     def _let_escape(self, dt: float, capacity: Array) -> None:
         air, before = self._contents.air, self._contents.air.copy()
@@ -339,7 +341,7 @@ class PneumaticPlant:
             "faults": self.faults.save(),
             "pulses": None if self._pulses is None else self._pulses.save(),
             "volumes": self._volumes.copy(),
-            "contents": Contents(*(array.copy() for array in self._contents)),
+            "contents": self._copied_contents(),
             "valves": self._valves.save(),
             "sensors": self._sensors.filtered.copy(),
             "noise": self._noise.bit_generator.state,

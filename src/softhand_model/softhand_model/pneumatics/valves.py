@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 from softhand_model.arrays import Array, Spools
 from softhand_model.pneumatics.parameters import Range, Valve
 
+SILENCE_LIMIT = 0.25  # of the plant's own time [s]
+
 
 class Valves:
     """Spools of all channels. States and commands: +1 inflate, -1 deflate, 0 closed.
@@ -96,9 +98,6 @@ class Valves:
         self._opens = saved["opens"].copy()
         self._closes = saved["closes"].copy()
         self._plan()
-
-
-SILENCE_LIMIT = 0.25  # of the plant's own time [s]
 
 
 class CommandWatch:
