@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -11,6 +12,19 @@ from softhand_model.arrays import Array
 from softhand_model.effects.effect import Parameter
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import AMBIENT_PRESSURE
+
+Described = tuple[str, tuple[float, float]]
+"""Description and usual range of a parameter."""
+
+
+def _each_way(
+    name: str, either: Parameter, inflate: Described, deflate: Described
+) -> tuple[Parameter, Parameter]:
+    """A parameter for each direction of a pulse: unit, bounds and what else is alike, from one."""
+    return (
+        replace(either, name=f"{name}_inflate", description=inflate[0], typical=inflate[1]),
+        replace(either, name=f"{name}_deflate", description=deflate[0], typical=deflate[1]),
+    )
 
 
 class InjectorFlow(FlowEffect):
@@ -22,26 +36,11 @@ class InjectorFlow(FlowEffect):
     """
 
     name = "injector_flow"
-    experiments = frozenset({"valve_pulse"})
-    parameters = (
-        Parameter(
-            "c2_inflate",
-            "kg/(s Pa)",
-            1e-12,
-            1e-7,
-            "conductance of the inlet's choke",
-            (8e-11, 2.5e-10),
-            logarithmic=True,
-        ),
-        Parameter(
-            "c2_deflate",
-            "kg/(s Pa)",
-            1e-12,
-            1e-7,
-            "conductance of the outlet's choke",
-            (5e-10, 2e-9),
-            logarithmic=True,
-        ),
+    parameters = _each_way(
+        "c2",
+        Parameter("", "kg/(s Pa)", 1e-12, 1e-7, logarithmic=True),
+        inflate=("conductance of the inlet's choke", (8e-11, 2.5e-10)),
+        deflate=("conductance of the outlet's choke", (5e-10, 2e-9)),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "calibration": "collinear with the naive term, which it replaces, while the flow is choked",
@@ -64,26 +63,11 @@ class LineFriction(FlowEffect):
     """
 
     name = "line_friction"
-    experiments = frozenset({"valve_pulse"})
-    parameters = (
-        Parameter(
-            "c1_inflate",
-            "kg/(s Pa)",
-            -1e-8,
-            1e-8,
-            "conductance of the line to the channel",
-            (1e-12, 5e-11),
-            neutral=0.0,
-        ),
-        Parameter(
-            "c1_deflate",
-            "kg/(s Pa)",
-            -1e-8,
-            1e-8,
-            "conductance of the line from the channel",
-            (1e-11, 5e-10),
-            neutral=0.0,
-        ),
+    parameters = _each_way(
+        "c1",
+        Parameter("", "kg/(s Pa)", -1e-8, 1e-8, neutral=0.0),
+        inflate=("conductance of the line to the channel", (1e-12, 5e-11)),
+        deflate=("conductance of the line from the channel", (1e-11, 5e-10)),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "injector_flow": "both fall as the pressures even out",
@@ -104,25 +88,12 @@ class SwitchingVolume(FlowEffect):
     """
 
     name = "switching_volume"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
-        Parameter(
-            "c3_inflate",
-            "kg/Pa",
-            -1e-9,
-            1e-9,
-            "inlet's dead volume, filled from the supply",
-            (1e-12, 1e-11),
-            neutral=0.0,
-        ),
-        Parameter(
-            "c3_deflate",
-            "kg/Pa",
-            -1e-9,
-            1e-9,
-            "outlet's dead volume, filled from the channel",
-            (1e-12, 1e-11),
-            neutral=0.0,
+        *_each_way(
+            "c3",
+            Parameter("", "kg/Pa", -1e-9, 1e-9, neutral=0.0),
+            inflate=("inlet's dead volume, filled from the supply", (1e-12, 1e-11)),
+            deflate=("outlet's dead volume, filled from the channel", (1e-12, 1e-11)),
         ),
         Parameter(
             "c4_inflate",
@@ -151,26 +122,11 @@ class PulseBias(FlowEffect):
     """
 
     name = "pulse_bias"
-    experiments = frozenset({"valve_pulse"})
-    parameters = (
-        Parameter(
-            "c0_inflate",
-            "kg",
-            -1e-4,
-            1e-4,
-            "mass added to every inflating pulse",
-            (1e-7, 2e-6),
-            neutral=0.0,
-        ),
-        Parameter(
-            "c0_deflate",
-            "kg",
-            -1e-4,
-            1e-4,
-            "mass added to every deflating pulse",
-            (1e-7, 2e-6),
-            neutral=0.0,
-        ),
+    parameters = _each_way(
+        "c0",
+        Parameter("", "kg", -1e-4, 1e-4, neutral=0.0),
+        inflate=("mass added to every inflating pulse", (1e-7, 2e-6)),
+        deflate=("mass added to every deflating pulse", (1e-7, 2e-6)),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "switching_volume": "alike while p_in varies little",
@@ -191,7 +147,6 @@ class ValveDelay(FlowEffect):
     """
 
     name = "valve_delay"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
         Parameter(
             "delay",
@@ -224,7 +179,6 @@ class Leakage(FlowEffect):
     """
 
     name = "leakage"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
         Parameter(
             "conductance",
@@ -258,7 +212,6 @@ class SupplyDroop(FlowEffect):
     """
 
     name = "supply_droop"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
         Parameter(
             "resistance",
@@ -289,7 +242,6 @@ class PolytropicGas(FlowEffect):
     """
 
     name = "polytropic_gas"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
         Parameter("exponent", "", 1.0, 1.4, "of the change of state", (1.02, 1.35), neutral=1.0),
     )

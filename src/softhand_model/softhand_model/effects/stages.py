@@ -236,6 +236,7 @@ class FlowEffect(Effect):
     """
 
     stage: ClassVar[str] = "flow"
+    experiments: ClassVar[frozenset[str]] = frozenset({"valve_pulse"})
     replaces_naive: ClassVar[bool] = False
 
     def of(self, parameter: str) -> Array:
