@@ -94,7 +94,8 @@ class WeightSolver:
     def __init__(self, weight: Weight, shape: SectionShape, alike: int) -> None:
         beyond = weight.weights[0][:, None, :] - weight.running
         self._lever = beyond * weight.reach[0][:, None, :]
-        self._turn = weight.running / np.broadcast_to(shape.height, weight.reach.shape)[0][:, None]
+        height = np.broadcast_to(shape.height, weight.reach.shape)[0][:, None]
+        self._to_angle = weight.running / height
         self._scale = weight.per_length * shape.ratio / _stiffness(shape)
         self._alike = alike
         self._inverse: Array | None = None
@@ -105,7 +106,7 @@ class WeightSolver:
 
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
             nonlocal steps
-            angle = _same_in_lanes(self._turn, stretch - 1.0)
+            angle = _same_in_lanes(self._to_angle, stretch - 1.0)
             moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
             if self._inverse is None:
                 self._inverse = self._inverted(angle, slope, self._alike)
@@ -121,7 +122,7 @@ class WeightSolver:
     def _inverted(self, angle: Array, slope: Array, alike: int = 1) -> Array:
         """Inverse (lanes, rows, sections, sections) of the slope of elastic side and moment."""
         some = np.arange(0, angle.shape[-2], alike)
-        bent = (self._lever[some] * np.cos(angle[..., some, None, :])) @ self._turn[some]
+        bent = (self._lever[some] * np.cos(angle[..., some, None, :])) @ self._to_angle[some]
         matrix = self._scale[..., some, :, None] * bent
         matrix += slope[..., some, :, None] * np.eye(matrix.shape[-1])
         inverse = np.linalg.inv(matrix)

@@ -38,20 +38,20 @@ GAUSS_POINTS = 6
 class ParallelArcs:
     """Inner and outer arc: radii (2,) [m], weights (2,) [-] of their bends, arc angle [rad].
 
-    turn is +1 when the arcs turn towards the chain's +y, -1 towards -y; decay is mu.
+    side is +1 when the arcs curve towards the chain's +y, -1 towards -y; decay is mu.
     """
 
     radii: Array
     weights: Array
     angle: float
-    turn: int
+    side: int
     decay: float
 
     @property
     def tilt(self) -> Array:
         """Bend s_i, s_o (2,) [-] of the two fibres where the twist rate grows by 1 an angle."""
         gap = self.radii[1] - self.radii[0]
-        return self.turn * np.array([-0.5, 0.5]) * gap / self.radii
+        return self.side * np.array([-0.5, 0.5]) * gap / self.radii
 
     def twist_rate(self, at: Array, start: Array, stop: Array) -> Array:
         """Twist rate t [-] at arc angles `at` [rad] for b_o - b_i = 1 from `start` to `stop`."""
@@ -66,7 +66,7 @@ class ParallelArcs:
 
 
 def parallel_arcs(
-    inner: Actuator, outer: Actuator, turn: int, springs: SpringModel = THESIS
+    inner: Actuator, outer: Actuator, side: int, springs: SpringModel = THESIS
 ) -> ParallelArcs:
     """The pair of two arcs of uniform section."""
     radii = np.array([inner.arc_radius or 0.0, outer.arc_radius or 0.0])
@@ -74,7 +74,7 @@ def parallel_arcs(
     _, bending, twist = (whole / radii[:, None]).T
     span = (radii[1] - radii[0]) / 2.0 * np.sum(1.0 / radii)
     decay = np.sqrt(bending.sum() * twist.sum() / bending.prod()) / span
-    return ParallelArcs(radii, bending / bending.sum(), inner.arc_angle or 0.0, turn, float(decay))
+    return ParallelArcs(radii, bending / bending.sum(), inner.arc_angle or 0.0, side, float(decay))
 
 
 def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:

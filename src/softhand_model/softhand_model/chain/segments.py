@@ -132,12 +132,12 @@ def _arc(
 ) -> SegmentChain:
     """One arc, or two as a chain along their middle; a link points along the chord ahead.
 
-    Springs act about the axes of the link, half a segment's turn off those of the section.
+    Springs act about the axes of the link, half a segment's angle off those of the section.
     """
     angle, radius = arc_angle(parts) / segments, mean_radius(parts)
-    turn = description.turn
+    side = description.turn
     chord, half_chord = 2.0 * radius * np.sin(angle / 2.0), 2.0 * radius * np.sin(angle / 4.0)
-    towards = np.array([0.0, turn * np.sin(angle / 4.0), np.cos(angle / 4.0)])
+    towards = np.array([0.0, side * np.sin(angle / 4.0), np.cos(angle / 4.0)])
     offset = np.tile([0.0, 0.0, chord], (segments, 1))
     offset[0] = half_chord * towards
     stiffness, stretching = _springs(description, segments, springs)
@@ -148,8 +148,8 @@ def _arc(
     return SegmentChain(
         _names(description, segments),
         offset,
-        np.tile(about_x(-turn * angle), (segments, 1)),
-        np.tile(about_x(turn * angle / 2.0), (segments, 1)),
+        np.tile(about_x(-side * angle), (segments, 1)),
+        np.tile(about_x(side * angle / 2.0), (segments, 1)),
         stiffness,
         stretching,
         np.stack([height, width, length], axis=1),
