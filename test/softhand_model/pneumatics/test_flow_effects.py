@@ -220,15 +220,24 @@ def test_effects_take_no_channel_above_the_supply_or_below_ambient_pressure():
     assert (plant.pressures >= AMBIENT_PRESSURE - 1.0).all()
 
 
-def test_an_effect_that_gives_no_finite_mass_is_named():
-    class Broken(FlowEffect):
-        name = "broken"
+class NoMass(FlowEffect):
+    name = "broken"
 
-        def act_on_mass(self, mass, pulse):
-            return mass * np.nan
+    def act_on_mass(self, mass, pulse):
+        return mass * np.nan
 
-    plant = PneumaticPlant("ab", FINGER, effects=[Broken()])
-    with pytest.raises(ValueError, match="flow effects broken: expected a finite mass"):
+
+class NoLeak(FlowEffect):
+    name = "broken"
+
+    def leak(self, pressure_abs):
+        return pressure_abs * np.nan
+
+
+@pytest.mark.parametrize(("kind", "what"), [(NoMass, "mass"), (NoLeak, "leak")])
+def test_an_effect_that_gives_no_finite_numbers_is_named(kind, what):
+    plant = PneumaticPlant("ab", FINGER, effects=[kind()])
+    with pytest.raises(ValueError, match=f"flow effects broken: expected a finite {what}"):
         plant.step(0.1, [1, 0], FINGER)
 
 

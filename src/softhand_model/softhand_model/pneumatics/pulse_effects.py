@@ -54,6 +54,7 @@ class PulseEffects:
         flow = np.zeros(len(spools))
         for effect in self.effects:
             flow = flow + np.reshape(effect.leak(pressure_abs), -1)
+        self._check(flow, "leak")
         excess = (pressure_abs - self._ambient) * capacity
         lost = np.clip(flow * dt, np.minimum(excess, 0.0), np.maximum(excess, 0.0))
         return np.where(spools == 0, lost, 0.0)
@@ -87,13 +88,11 @@ class PulseEffects:
         pressure = before.air / capacity
         p_in = np.where(inflating, supply_abs, pressure)
         p_out = np.where(inflating, pressure, self._ambient)
-        own = np.where(
-            inflating, contents.inflow - before.inflow, contents.outflow - before.outflow
-        )
+        inflow, outflow = contents.inflow - before.inflow, contents.outflow - before.outflow
         self._begin(spools, p_in, p_out)
-        rates = dt * np.array([np.ones_like(p_in), p_in - p_out, p_in * psi(p_out / p_in)])
-        self._columns[[0, 3, 4]] += rates
-        self._columns[5] += own
+        flows = np.array([np.ones_like(p_in), p_in - p_out, p_in * psi(p_out / p_in)])
+        self._columns[[0, 3, 4]] += dt * flows
+        self._columns[5] += np.where(inflating, inflow, outflow)
         wanted = self._predicted_excess() - self._added
         air = contents.air
         low = np.minimum(air, self._ambient * capacity)
@@ -126,11 +125,17 @@ class PulseEffects:
             return excess
         columns = self._columns[:, None, is_open]
         mass = moved_mass(Pulse(inflating, *columns), self.effects)
-        if np.shape(mass) != np.shape(inflating) or not np.isfinite(mass).all():
-            names = ", ".join(effect.name for effect in self.effects)
-            raise ValueError(f"flow effects {names}: expected a finite mass a pulse, got {mass}")
+        self._check(mass, "mass")
         excess[is_open] = np.where(inflating, 1.0, -1.0)[0] * (mass - columns[5])[0]
         return excess
+
+    def _check(self, values: Array, what: str) -> None:
+        """Refuse what an effect of a user's own may give."""
+        if not np.isfinite(values).all():
+            names = ", ".join(effect.name for effect in self.effects)
+            raise ValueError(
+                f"flow effects {names}: expected a finite {what} for each channel, got {values}"
+            )
 
     def save(self) -> tuple[Spools, Array, Array]:
         """Return a copy of the changing state."""
