@@ -109,9 +109,7 @@ class ChainModel:
         return rotation.reshape(self._shape)
 
     def rest_gain(self, pressures: Sequence[float] | Array) -> Array:
-        """Derivative (actuators, n) [rad/Pa] of the base model's rest rotation about y at pressures
-        (actuators,) [Pa].
-        """
+        """Derivative (actuators, n) [rad/Pa] of `rest_rotation` about y at pressures [Pa]."""
         pairs = zip(self._tables, pressures, strict=True)
         return np.array([table.slope(pressure)[BEND::3] for table, pressure in pairs])
 

@@ -150,9 +150,7 @@ class SegmentResponse:
 
 
 def bends(model: Model) -> bool:
-    """Whether any effect of the model changes how chains bend; weight, gauges and sensors do
-    not.
-    """
+    """Whether any effect of the model bends chains; weight, gauges and sensors do not."""
     return any(_acts(effect) for effect in model.effects)
 
 

@@ -82,9 +82,7 @@ def _springs(
 
 
 def _about_middle(weight: Array, place: Array) -> Array:
-    """Second moment (n,) of weights (m, n) at places (m, 1) [m] about their middle, 0 without
-    weight.
-    """
+    """Second moment (n,) of weights (m, n) at places (m, 1) [m] about their middle; 0 for none."""
     total = weight.sum(axis=0)
     middle = np.sum(weight * place, axis=0) / np.where(total > 0.0, total, 1.0)
     return np.asarray(np.sum(weight * (place - middle) ** 2, axis=0))

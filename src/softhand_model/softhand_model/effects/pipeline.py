@@ -64,9 +64,7 @@ class StagedEffects:
         self.memory: dict[str, Memory] = {effect.name: {} for effect in self.all}
 
     def chamber_pressure(self, read: Array, dt: Array | float) -> Array:
-        """Pressure [Pa] in the chamber, given the one that is read [Pa]; advances memory by dt
-        [s].
-        """
+        """Pressure [Pa] in the chamber, given its reading [Pa]; advances memory by dt [s]."""
         for effect in self.input:
             read = effect.chamber_pressure(read, self.memory[effect.name], dt)
         return read
@@ -142,9 +140,7 @@ class StagedEffects:
         return force
 
     def reading(self, quantity: str, value: Array, dt: Array | float) -> Array:
-        """What the sensor of a measured column shows of its true value; advances memory by dt
-        [s].
-        """
+        """Reading of a measured column, given its true value; advances memory by dt [s]."""
         for effect in self.output:
             if effect.quantity == quantity:
                 value = effect.reading(value, self.memory[effect.name], dt)

@@ -94,9 +94,7 @@ class InputEffect(Effect):
     stage: ClassVar[str] = "input"
 
     def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
-        """Pressure [Pa] in the chamber, given the one that is read [Pa]; called once a step, may
-        change memory.
-        """
+        """Pressure [Pa] in the chamber, given its reading [Pa]; once a step, may change memory."""
         return pressure
 
 
@@ -110,9 +108,7 @@ class LoadEffect(Effect):
         return load
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus over its nominal value at a temperature [K]; it divides the load and
-        stiffens the joints.
-        """
+        """Shear modulus at a temperature [K] over the nominal one: less load, stiffer joints."""
         return 1.0
 
 
@@ -135,17 +131,13 @@ class ElasticEffect(Effect):
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Elastic side [-] of the balance with this effect, given that without it, at a strain;
-        changes no memory.
-        """
+        """Elastic side [-] with this effect, given that without it; changes no memory."""
         return stress
 
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Take over the solved strain of a step, with the stress that came before this effect in
-        it.
-        """
+        """Take over the solved strain of a step, and the stress before this effect."""
 
 
 class StructureEffect(Effect):
@@ -159,9 +151,7 @@ class StructureEffect(Effect):
         return stress
 
     def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Free curvature [1/m] at the sections, given that of the balance, at a chamber pressure
-        [Pa].
-        """
+        """Free curvature [1/m] at a chamber pressure [Pa], given that of the balance."""
         return curvature
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array:
@@ -221,9 +211,7 @@ class Pulse:
         )
 
     def fed_at(self, p_in: Array) -> Pulse:
-        """The pulse with another p_in [Pa]; the integrals are as measured, the naive term
-        follows.
-        """
+        """The pulse with another p_in [Pa]: the naive term follows, measured integrals stay."""
         return replace(self, p_in=p_in, naive=self.naive * (p_in / self.p_in))
 
 

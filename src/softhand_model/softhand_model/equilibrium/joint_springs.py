@@ -159,9 +159,7 @@ class JointSprings:
         return np.array([[lateral], [1.0], [twist]])
 
     def _rubber(self, joint: int, bend: Array) -> tuple[Array, Array | float]:
-        """Moment over stiffness (n,) [rad] of a joint bent (n,) [rad] from its rest, and its
-        derivative [-].
-        """
+        """Moment over stiffness (n,) [rad] at a bend (n,) [rad] from rest, and its slope [-]."""
         gain = 0.0 if self.stretching is None else float(self.stretching[joint])
         if gain == 0.0:
             return bend, 1.0

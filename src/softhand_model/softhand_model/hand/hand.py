@@ -125,9 +125,7 @@ class ChainDescription:
 
 @dataclass(frozen=True)
 class Plate:
-    """The rigid wrist plate: a box of size (3,) [m] centred at position (3,) [m] in the wrist
-    frame.
-    """
+    """The rigid wrist plate: a box of size (3,) [m] around position (3,) [m] in the wrist frame."""
 
     size: tuple[float, ...]
     position: tuple[float, ...]
@@ -171,9 +169,7 @@ class HandDescription:
         )
 
     def rest_volumes(self) -> Array:
-        """Air volume (channels,) [m3] of every channel's chambers and tubes with all actuators
-        straight.
-        """
+        """Air volume (channels,) [m3] of chambers and tubes with all actuators straight."""
         volumes = np.zeros(len(self.channels))
         for chain in self.chains:
             for name, actuator in chain.actuators.items():

@@ -152,9 +152,7 @@ def free_curvature_printed(
 
 
 def rule_actuation_ratio(wall: ArrayLike, shear_modulus: ArrayLike) -> Array:
-    """Actuation ratio dkappa/dp = 1/(8*G*d) [1/(m Pa)] of the design rule, independent of h and z
-    (eq. 3.32).
-    """
+    """Actuation ratio dkappa/dp = 1/(8*G*d) [1/(m Pa)] of the design rule (eq. 3.32)."""
     return 1.0 / (8.0 * np.asarray(shear_modulus, float) * np.asarray(wall, float))
 
 
@@ -223,9 +221,7 @@ def rule_stiffness(edge: ArrayLike, wall: ArrayLike, shear_modulus: ArrayLike) -
 
 
 def stiffness_from_actuation(edge: ArrayLike, actuation_ratio: ArrayLike) -> Array:
-    """Stiffness B = edge**3/(4*dkappa/dp) [N m2] that goes with an actuation ratio [1/(m Pa)] (eq.
-    3.33).
-    """
+    """Stiffness B = edge**3/(4*dkappa/dp) [N m2] at an actuation ratio [1/(m Pa)] (eq. 3.33)."""
     return np.asarray(edge, float) ** 3 / (4.0 * np.asarray(actuation_ratio, float))
 
 
@@ -311,8 +307,6 @@ def curvature_from_chamber_area(
     wall: ArrayLike,
     side_wall: ArrayLike = 0.0,
 ) -> Array:
-    """Curvature [1/m] of a section whose air volume per length is `area` [m2] (eq. 3.17 solved for
-    kappa).
-    """
+    """Curvature [1/m] at an air volume per length of `area` [m2] (eq. 3.17 solved for kappa)."""
     change = np.asarray(area, float) - chamber_area(0.0, height, width, wall, side_wall)
     return 2.0 * change / (np.asarray(width, float) * np.asarray(height, float) ** 2)
