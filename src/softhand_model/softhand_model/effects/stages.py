@@ -108,7 +108,7 @@ class LoadEffect(Effect):
         return load
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus at a temperature [K] over the nominal one: less load, stiffer joints."""
+        """Shear modulus at a temperature [K] over the nominal one, by which loads are divided."""
         return 1.0
 
 
