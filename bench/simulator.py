@@ -20,7 +20,7 @@ from grasp_strategies.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.simulation import Simulation, SimulationConfig
-from softhand_model.pneumatics.compiled_plant import PLANT
+from softhand_model.pneumatics.plant import PneumaticPlant
 
 STEPS = (0.001, 0.002, 0.005, 0.01)
 SEGMENTS = (5, 15)
@@ -74,7 +74,7 @@ def grasp(segments: int, step: float) -> Timed:
 
 def plant_step(channels: int, steps: int = 5000) -> float:
     """Wall time [us] of one plant step of 1 ms with all valves open."""
-    plant = PLANT([str(k) for k in range(channels)], np.full(channels, 30e-6))
+    plant = PneumaticPlant([str(k) for k in range(channels)], np.full(channels, 30e-6))
     valves, volumes = np.ones(channels, int), np.full(channels, 30e-6)
     start = time.perf_counter()
     for _ in range(steps):

@@ -10,14 +10,22 @@ from softhand_model.effects import STAGES, Effect, effect_classes
 PAGE = Path(__file__).parents[1] / "docs" / "reference" / "effects.md"
 HEAD = """# Effects: what acts beyond the base model
 
-One class each, a file for each family under `src/softhand_model/softhand_model/effects`; simulator, live
-monitor and lab run the same code. A model file names those that take part ([change the hand or the
-object](../use/hands-and-objects.md)). This page is made from the classes by `make docs`.
+One class each, in one file a family, under `src/softhand_model/softhand_model/effects`; simulator,
+live monitor and lab run the same code. A model file names those that take part ([change the hand or
+the object](../use/hands-and-objects.md)). This page is made from the classes by `make docs`.
+
+Effects of the stage `flow` act on pulses of valves: in the lab, and in the simulator, whose plant
+follows each pulse from the opening of the valve to its closing. There the mass that the plant's own
+valve moves stands in place of the naive term `c*p_in*duration`; what the effects make of the pulse
+beyond that flows as well, as long as it takes no channel above the supply or below the
+surroundings. The monitor starts from the measured pressure, which comes after the valves. Where
+air masses are imposed and no valve moves, as in trials in process, a model with flow effects is
+refused.
 
 ## An effect of your own
 
-One small Python file: [`own_effect.py`](../../examples/own_effect.py) is a whole one, with tests. It
-holds a class that derives from the class of its stage (`softhand_model.effects`) and has
+One small Python file: [`own_effect.py`](../../examples/own_effect.py) is a whole one, with tests.
+It holds a class that derives from the class of its stage (`softhand_model.effects`) and has
 
 * `name`, and `experiments`: those in which it can be seen, of `free_bending`, `blocked_tip`,
   `uniaxial`, `valve_pulse`, `base_torque`;
@@ -66,8 +74,13 @@ METHODS = {
         "what the sensor of a measured column, `quantity`, shows",
     ),
     "flow": (
-        ("FlowEffect", "act_on_mass(mass, pulse)", "act_on_pulse(pulse, mass)"),
-        "the mass that a valve pulse moves",
+        (
+            "FlowEffect",
+            "act_on_mass(mass, pulse)",
+            "act_on_pulse(pulse, mass)",
+            "leak(pressure_abs)",
+        ),
+        "the mass that a valve pulse moves; in the simulator what leaks between pulses",
     ),
 }
 

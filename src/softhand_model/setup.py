@@ -19,7 +19,7 @@ setup(
         (f"share/{PACKAGE}/config", glob("config/*.yaml")),
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
-    install_requires=["setuptools", "numpy", "scipy", "PyYAML"],
-    extras_require={"test": ["pytest"], "speed": ["numba"]},
+    install_requires=["setuptools", "numpy", "scipy", "numba", "PyYAML"],
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
 )

@@ -8,7 +8,7 @@ from pneumaticbox_driver.calibration.calibration import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT
 from softhand_model.pneumatics import CommandWatch, load_pneumatics
-from softhand_model.pneumatics.compiled_plant import PLANT
+from softhand_model.pneumatics.plant import PneumaticPlant
 
 GAS = GAS_CONSTANT * 293.15  # [J/kg]
 DEAD = 2 * load_pneumatics().choke.dead_volume
@@ -50,7 +50,7 @@ class BottleRig:
         self.names = tuple("abcdefgh"[:channels])
         self.volume, self.compliance = volume, compliance
         volumes = np.full(channels, volume)
-        self.plant = PLANT(self.names, volumes, seed=seed)
+        self.plant = PneumaticPlant(self.names, volumes, seed=seed)
         self.rest = self.plant.rest_mass(volumes)
         self.watch = CommandWatch(channels)
         self.box = PneumaticBox(

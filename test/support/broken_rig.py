@@ -10,7 +10,7 @@ from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.calibration.calibration import load_calibration
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.pneumatics import load_pneumatics
-from softhand_model.pneumatics.compiled_plant import PLANT
+from softhand_model.pneumatics.plant import PneumaticPlant
 
 
 class BrokenRig(BottleRig):
@@ -32,7 +32,7 @@ class BrokenRig(BottleRig):
         limits = self.box.guard.limits
         relief = parameters.relief.pressures(limits)
         seed = options.get("seed", 1)
-        self.plant = PLANT(self.names, volumes, parameters, seed, relief)
+        self.plant = PneumaticPlant(self.names, volumes, parameters, seed, relief)
         if supply is not None:
             self.plant.set_supply(supply)
         self.peak = self.gauge

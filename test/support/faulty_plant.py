@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from softhand_model.pneumatics import CommandWatch, load_pneumatics
-from softhand_model.pneumatics.compiled_plant import PLANT
+from softhand_model.pneumatics.plant import PneumaticPlant
 
 FAULTS = ("stick_valve", "burst", "stick_sensor", "lose_sensor", "lose_supply", "clear")
 
@@ -24,7 +24,7 @@ class FaultyPlant:
         self.channels, self.volumes = tuple(channels), np.asarray(volumes, dtype=float)
         self.ambient = parameters.ambient_pressure
         opens = parameters.relief.pressures(limits) if relief else None
-        self.plant = PLANT(self.channels, self.volumes, parameters, seed, opens)
+        self.plant = PneumaticPlant(self.channels, self.volumes, parameters, seed, opens)
         self.rest = self.plant.rest_mass(self.volumes)
         self.watch = CommandWatch(len(self.channels))
         self.clock_ahead = 0.0  # of the stamps [s]

@@ -165,7 +165,7 @@ def pushed(chain: SegmentChain, rest: Array, direction: Array, distance: float) 
     if np.abs(off(found)).max() > 1e-8:
         raise RuntimeError(f"no force moves the tip by {distance} m along {direction}")
     reached = tip(FORCE * found[0], MOMENT * found[1:])
-    return Pose(reached.place[:, 0], Rotation.from_matrix(reached.turn[:, :, 0]))
+    return Pose(reached.place[:, 0], Rotation.from_matrix(reached.orientation[:, :, 0]))
 
 
 def actuator() -> Actuator:

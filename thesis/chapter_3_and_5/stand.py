@@ -58,7 +58,8 @@ class FingerStand:
 
     with_sensor: the base stands on a stiff wrist that tells its load, see `base_torque`.
     collision: shapes of the links. Boxes end where the chain does, so that the contact is at its
-    tip; the simulator's own pieces are rounded there. springs: of the joints, see `spring_model`.
+    tip; the simulator's own pieces are rounded there. springs: of the joints
+    (`joint_stiffness`).
     """
 
     def __init__(

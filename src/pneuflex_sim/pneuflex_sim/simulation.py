@@ -29,7 +29,7 @@ from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import Model, load_model
-from softhand_model.pneumatics.compiled_plant import PLANT
+from softhand_model.pneumatics.plant import PneumaticPlant
 
 Array = NDArray[np.float64]
 
@@ -123,7 +123,10 @@ class Simulation:
         self.tip_sensors = TipSensors(model)
         self.air = AirCoupling(layout)
         self.stops = JointStops(layout)
-        self.plant = PLANT(self.channels, self.air.rest_volumes, seed=config.seed)
+        self._flow_effects = model.stage("flow")
+        self.plant = PneumaticPlant(
+            self.channels, self.air.rest_volumes, seed=config.seed, effects=self._flow_effects
+        )
         self.ambient = self.plant.parameters.ambient_pressure
         material = self.object.material if self.object else None
         self._fixed_names = build_scene(self.scene, self.friction, material, client)
@@ -209,8 +212,15 @@ class Simulation:
 
     def set_air_masses(self, masses: Array) -> None:
         """Impose the channels' air masses [kg above rest] instead of the plant's; raises ValueError
-        on a wrong shape.
+        on a wrong shape, and for a model with flow effects, which could not act.
         """
+        if self._flow_effects:
+            file = "model" if isinstance(self.config.model, Model) else self.config.model
+            names = ", ".join(effect.name for effect in self._flow_effects)
+            raise ValueError(
+                f"{file}: effects: {names}: act on pulses of the valves, and imposed air masses "
+                "pass none; command the valves, or leave them out"
+            )
         masses = np.asarray(masses, float)
         if masses.shape != (len(self.channels),) or not np.isfinite(masses).all():
             raise ValueError(

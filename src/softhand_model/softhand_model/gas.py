@@ -1,11 +1,13 @@
 """Air as the soft hand's working gas: enclosed mass, flow through an orifice and along a tube.
 
 Source: R. Deimel, *Soft Robotic Hands For Compliant Grasping*, section 4.4. All pressures here are
-absolute; flow is positive from `pressure_in` to `pressure_out`.
+absolute; flow is positive from `pressure_in_abs` to `pressure_out_abs`.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from softhand_model.arrays import Array
 
 GAS_CONSTANT = 287.05  # of dry air [J/(kg K)]
 ROOM_TEMPERATURE = 293.15  # the 20 degrees Celsius of the thesis [K]
@@ -17,12 +19,10 @@ CRITICAL_RATIO = (2 / (HEAT_CAPACITY_RATIO + 1)) ** (
     HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
 )  # p_out/p_in below which an orifice is choked, 1/1.894
 
-Floats = NDArray[np.float64]
-
 
 def air_mass(
     pressure_abs: ArrayLike, volume: ArrayLike, temperature: float = ROOM_TEMPERATURE
-) -> Floats:
+) -> Array:
     """Mass of the air that fills a volume: `m = p_abs V/(R_s T)` (section 4.2).
 
     Args:
@@ -42,7 +42,7 @@ def air_mass(
 
 def air_pressure(
     mass: ArrayLike, volume: ArrayLike, temperature: float = ROOM_TEMPERATURE
-) -> Floats:
+) -> Array:
     """Absolute pressure of an enclosed mass of air: `p_abs = m R_s T/V` (section 4.2).
 
     Args:
@@ -60,7 +60,7 @@ def air_pressure(
     return np.asarray(density * (GAS_CONSTANT * temperature))
 
 
-def psi(ratio: ArrayLike) -> Floats:
+def psi(ratio: ArrayLike) -> Array:
     """Flow function of an orifice (section 4.4.1).
 
     ERRATUM: the thesis prints the factor 7.0 under the root for air; `kappa/(kappa - 1) = 3.5` is
@@ -81,7 +81,7 @@ def psi(ratio: ArrayLike) -> Floats:
     return np.asarray(np.sqrt(exponent * root * (root - r)))
 
 
-def psi_approx(ratio: ArrayLike) -> Floats:
+def psi_approx(ratio: ArrayLike) -> Array:
     """Approximated flow function `sqrt(r (1 - r))`, 0.5 when choked (section 4.4.1).
 
     ERRATUM: the square root holds for `p_out/p_in > 1/1.894`; the text prints `<`.
@@ -101,7 +101,7 @@ def psi_approx(ratio: ArrayLike) -> Floats:
     return np.asarray(np.where(r > CRITICAL_RATIO, root, 0.5))
 
 
-def orifice_conductance(area: ArrayLike, temperature: float = ROOM_TEMPERATURE) -> Floats:
+def orifice_conductance(area: ArrayLike, temperature: float = ROOM_TEMPERATURE) -> Array:
     """Mass flow of an orifice per inlet pressure and Psi: `A sqrt(2/(R_s T))`.
 
     Args:
@@ -119,16 +119,16 @@ def orifice_conductance(area: ArrayLike, temperature: float = ROOM_TEMPERATURE) 
 
 
 def orifice_flow(
-    pressure_in: ArrayLike,
-    pressure_out: ArrayLike,
+    pressure_in_abs: ArrayLike,
+    pressure_out_abs: ArrayLike,
     area: ArrayLike,
     temperature: float = ROOM_TEMPERATURE,
-) -> Floats:
+) -> Array:
     """Isentropic mass flow through an orifice: `A p_in sqrt(2/(R_s T)) Psi(p_out/p_in)`.
 
     Args:
-        pressure_in: absolute pressure upstream [Pa]; no flow where it is below `pressure_out`.
-        pressure_out: absolute pressure downstream [Pa].
+        pressure_in_abs: absolute pressure upstream [Pa]; no flow where it is below the other one.
+        pressure_out_abs: absolute pressure downstream [Pa].
         area: effective area, discharge coefficient included [m2].
         temperature: of the air upstream [K].
 
@@ -138,14 +138,14 @@ def orifice_flow(
     >>> round(1e6 * float(orifice_flow(300e3, 101.3e3, 3.14159e-8)), 2)  # mg/s, choked
     22.25
     """
-    upstream = np.asarray(pressure_in, dtype=float)
-    ratio = np.asarray(pressure_out, dtype=float) / upstream
+    upstream = np.asarray(pressure_in_abs, dtype=float)
+    ratio = np.asarray(pressure_out_abs, dtype=float) / upstream
     return np.asarray(orifice_conductance(area, temperature) * upstream * psi(ratio))
 
 
 def line_conductance(
     diameter: ArrayLike, length: ArrayLike, temperature: float = ROOM_TEMPERATURE
-) -> Floats:
+) -> Array:
     """Mass flow of a tube per drop of squared pressure, laminar and isothermal.
 
     Hagen-Poiseuille with the density of an ideal gas: `pi r**4/(16 mu L R_s T)`.
@@ -165,7 +165,9 @@ def line_conductance(
     return np.asarray(np.pi * (np.asarray(diameter, dtype=float) / 2) ** 4 / resistance)
 
 
-def series_flow(pressure_in: Floats, pressure_out: Floats, orifice: Floats, line: Floats) -> Floats:
+def series_flow(
+    pressure_in_abs: Array, pressure_out_abs: Array, orifice: Array, line: Array
+) -> Array:
     """Mass flow through an orifice and a laminar line in series.
 
     Their drops of squared pressure add, not their conductances: with the flow `f_o` that the
@@ -175,8 +177,8 @@ def series_flow(pressure_in: Floats, pressure_out: Floats, orifice: Floats, line
     the exact solution (a choked orifice and a tube of like resistance).
 
     Args:
-        pressure_in: absolute pressure upstream, not below `pressure_out` [Pa].
-        pressure_out: absolute pressure downstream [Pa].
+        pressure_in_abs: absolute pressure upstream, not below `pressure_out_abs` [Pa].
+        pressure_out_abs: absolute pressure downstream [Pa].
         orifice: conductance of `orifice_conductance` [kg/(s Pa)].
         line: conductance of `line_conductance` [kg/(s Pa2)].
 
@@ -187,8 +189,8 @@ def series_flow(pressure_in: Floats, pressure_out: Floats, orifice: Floats, line
     >>> round(1e6 * float(series_flow(141.3e3, 101.3e3, orifice, line)), 1)  # mg/s
     68.0
     """
-    through_orifice = orifice * pressure_in * psi(pressure_out / pressure_in)
-    drop = pressure_in * pressure_in - pressure_out * pressure_out
+    through_orifice = orifice * pressure_in_abs * psi(pressure_out_abs / pressure_in_abs)
+    drop = pressure_in_abs * pressure_in_abs - pressure_out_abs * pressure_out_abs
     through_line = line * drop
     root = np.sqrt(through_orifice * through_orifice + 4.0 * through_line * through_line)
     # 2 f_o f_l/(f_o + sqrt(f_o**2 + 4 f_l**2)); the floor makes it 0 where there is no drop

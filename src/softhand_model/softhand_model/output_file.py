@@ -1,7 +1,4 @@
-"""Writing of results: nothing is overwritten unless it is asked for.
-
-Writing of results: nothing is overwritten unless it is asked for.
-"""
+"""Writing of results: nothing is overwritten unless it is asked for."""
 
 from __future__ import annotations
 

@@ -3,10 +3,6 @@
 import subprocess
 import sys
 
-import pytest
-
-from softhand_model.numerics.compiled import COMPILED
-
 INNER = """from softhand_model.numerics.compiled import compiled
 
 @compiled
@@ -33,7 +29,6 @@ def run(folder):
     return float(done.stdout)
 
 
-@pytest.mark.skipif(not COMPILED, reason="numba is not installed")
 def test_a_kernel_is_compiled_anew_when_one_that_it_calls_has_changed(tmp_path):
     (tmp_path / "outer.py").write_text(OUTER)
     (tmp_path / "inner.py").write_text(INNER.format("x + 1.0"))

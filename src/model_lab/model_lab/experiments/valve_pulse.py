@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.effects import Effect
-from softhand_model.effects.pipeline import in_order
+from softhand_model.effects.pipeline import in_order, moved_mass
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import psi
 
@@ -18,8 +18,6 @@ Array = NDArray[np.float64]
 
 DIRECTIONS = {"inflate": INFLATE, "deflate": DEFLATE}  # name of the calibration: column's value
 USUAL = {"inflate": 7e-11, "deflate": 6e-10}  # [kg/(s Pa)] of the chokes of section 4.3
-SECANTS = 30
-SETTLED = 1e-13  # of the largest mass
 
 
 class ValvePulse:
@@ -74,10 +72,7 @@ class ValvePulse:
         A calibration that is absent counts as 0. Effects of other stages change nothing here.
         """
         flow = [effect for effect in in_order(effects) if isinstance(effect, FlowEffect)]
-        pulse = self._naive(calibration)
-        if not any(type(effect).act_on_pulse is not FlowEffect.act_on_pulse for effect in flow):
-            return _moved(pulse, flow)
-        return _settled(pulse, flow)
+        return moved_mass(self._naive(calibration), flow)
 
     def _naive(self, calibration: Mapping[str, Array]) -> Pulse:
         """The pulses as commanded, with what the naive model says of them."""
@@ -90,40 +85,6 @@ class ValvePulse:
         conductance = np.where(inflating, inflate, deflate)
         naive = conductance * (p_in * duration)
         return Pulse(inflating, duration, p_in, p_out, friction, injector, naive)
-
-
-def _moved(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
-    mass = pulse.naive
-    for effect in effects:
-        mass = effect.act_on_mass(mass, pulse)
-    return mass
-
-
-def _settled(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
-    """Masses that agree with the pulses that they act back on, by one secant for each pulse.
-
-    The built-in effects are linear in the mass, so the first secant is exact.
-    """
-
-    def answer(mass: Array) -> Array:
-        real = pulse
-        for effect in effects:
-            real = effect.act_on_pulse(real, mass)
-        return _moved(real, effects)
-
-    mass = answer(np.zeros_like(pulse.naive))
-    excess_before, step = -mass, mass
-    for _ in range(SECANTS):
-        excess = mass - answer(mass)
-        open_yet = np.abs(excess) > SETTLED * np.max(np.abs(mass))
-        if not open_yet.any():
-            break
-        change = excess - excess_before
-        secant = open_yet & (change != 0.0)
-        slope = np.where(secant, change, 1.0) / np.where(secant, step, 1.0)
-        step = np.where(open_yet, -excess / slope, 0.0)
-        mass, excess_before = mass + step, excess
-    return mass
 
 
 def _slope(product: Array, mass: Array, otherwise: float) -> float:

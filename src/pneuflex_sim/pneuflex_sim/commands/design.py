@@ -16,6 +16,7 @@ import numpy as np
 
 from softhand_model.hand.actuator import Actuator, actuator_names, nominal_rubber
 from softhand_model.hand.design_rules import BrokenRule
+from softhand_model.hand.plausible import DENSITY, LENGTH, SECTION, SHEAR_MODULUS, WALL
 from softhand_model.hand.rubber import Rubber, load_rubbers
 from softhand_model.hand.sizing import (
     Design,
@@ -27,16 +28,7 @@ from softhand_model.hand.sizing import (
     finger_text,
 )
 from softhand_model.output_file import check_new
-from softhand_model.yaml_document import (
-    DENSITY,
-    LENGTH,
-    NAME_RULE,
-    SECTION,
-    SHEAR_MODULUS,
-    WALL,
-    Bounds,
-    is_name,
-)
+from softhand_model.yaml_document import NAME_RULE, Bounds, is_name
 
 MILLI, KILO = 1e-3, 1e3
 USUAL_RUBBER = "Dragon Skin 10"

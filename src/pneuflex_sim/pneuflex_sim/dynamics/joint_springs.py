@@ -50,7 +50,7 @@ SMALL_ANGLE = 1e-2  # [rad], below which series stand for the rotation's Jacobia
 
 @compiled
 def rubber_stress(stretch):
-    """`spring_model.rubber_stress` of one joint: elastic term and slope [-] at a stretch [-]."""
+    """`joint_stiffness.rubber_stress` of one joint: elastic term and slope [-] at a stretch [-]."""
     least = max(stretch, LEAST_STRETCH)
     inverse = 1.0 / least
     cube = inverse * inverse * inverse

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softhand_model.chain.volumes import Bottles, Chambers
-from softhand_model.pneumatics import CommandWatch, Pneumatics, load_pneumatics
+from softhand_model.pneumatics import CommandWatch, PneumaticPlant, Pneumatics, load_pneumatics
 
 Floats = NDArray[np.float64]
 RESPONSE_TIME = 0.02  # in which actuators take on the volume in balance, about a finger's [s]
@@ -43,13 +43,10 @@ class EmbeddedBench:
         seed: int = 0,
         relief_pressures: ArrayLike | None = None,
     ) -> None:
-        # imported here, for it takes numba along
-        from softhand_model.pneumatics.compiled_plant import PLANT
-
         self.chambers = volumes if hasattr(volumes, "volumes") else Bottles(volumes)
         ambient = (parameters or load_pneumatics()).ambient_pressure
         self.volumes = self.chambers.volumes(np.full(len(channels), ambient))
-        self.plant = PLANT(channels, self.volumes, parameters, seed, relief_pressures)
+        self.plant = PneumaticPlant(channels, self.volumes, parameters, seed, relief_pressures)
         self._compile()
         self._watch = CommandWatch(len(channels))
         self._rest = self.plant.rest_mass(self.volumes)

@@ -1,12 +1,8 @@
-"""Balance of elastic side and load in bent sections, and free bending under effects.
+"""Balance of elastic side and load in bent sections under effects, step by step.
 
-The elastic side grows with the stretch, so there is one root; effects give no derivative, so slopes
-are secants. Arrays are (lanes, rows, sections) as in `effects.stages`.
-
-Parameters under which the rubber would give way: the elastic side must grow with the stretch.
-
-Free bending of sections under effects, step by step: what the simulator's segments and the lab's
-specimens have in common.
+What the simulator's segments and the lab's specimens have in common. The elastic side has to grow
+with the stretch (`grows`), so there is one root; effects give no derivative, so slopes are secants.
+Arrays are (lanes, rows, sections) as in `effects.stages`.
 """
 
 from __future__ import annotations
@@ -15,14 +11,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape, Strain
 from softhand_model.hand import section
 
-Array = NDArray[np.float64]
 Elastic = Callable[[Array], Array]
 """Elastic side [-] at a stretch [-]."""
 Correction = Callable[[Array, Array, Array], Array]
@@ -37,6 +32,8 @@ SETTLED = 3e-8  # last step of the stretch: the error after it is of the order o
 SECANTS = 12
 HALVES = 24
 BALANCED = 1e-6  # of the load: what more is left over than this is no balance
+HIGHEST_STRETCH = 4.0  # up to which the elastic side has to grow
+STEPS = 60
 
 
 @dataclass(frozen=True)
@@ -127,13 +124,7 @@ def _bracketed(elastic: Elastic, load: Array) -> Balanced:
     return replace(found, settled=bool(np.all(excess <= BALANCED * (1.0 + np.abs(load)))))
 
 
-HIGHEST_STRETCH = 4.0  # up to which the elastic side has to grow
-STEPS = 60
-
-
-def grows(
-    effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear"
-) -> NDArray[np.bool_]:
+def grows(effects: Iterable[Effect], shape: SectionShape, mode: str = "pure_shear") -> Flags:
     """Whether the elastic side grows up to a stretch of 4 at all sections: (lanes,), of one lane
     for effects with single values.
 
@@ -152,7 +143,7 @@ def grows(
     return growing
 
 
-def _in_lanes(everywhere: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _in_lanes(everywhere: Flags) -> Flags:
     """Whether it holds at all rows and sections of each lane."""
     lanes = np.shape(everywhere)[0] if np.ndim(everywhere) == 3 else 1
     return np.all(np.reshape(everywhere, (lanes, -1)), axis=1)

@@ -3,14 +3,14 @@
 A finger hangs from its base, or stands on it, in the vertical plane in which it bends. With the
 angle theta(x) against the vertical, theta' = kappa, and a weight w per length [N/m], the part
 beyond x pulls at x with the moment M, M' = -w*(L - x)*sin(theta), M(L) = 0: positive, so that it
-straightens, when the finger hangs. Arrays are (lanes, rows, sections) as in `effects.stages`, with
-the Gauss points along a finger as sections.
+straightens, when the finger hangs.
 
-A finger whose tip is held against a gauge: straight at rest, and its tip may not deflect.
-
+A blocked tip is held against a gauge: the finger is straight at rest, and its tip may not deflect.
 The gauge pushes with F, so each section carries M = F*(L - x), and F follows from the deflection of
-the tip, int(kappa*(L - x)) dx = F/stiffness of the gauge (0 for a rigid one). Arrays are (lanes,
-rows, sections) as in `effects.stages`, with the Gauss points along a finger as sections.
+the tip, int(kappa*(L - x)) dx = F/stiffness of the gauge (0 for a rigid one).
+
+Arrays are (lanes, rows, sections) as in `effects.stages`, with the Gauss points along a finger as
+sections.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Indices
 from softhand_model.bending.balance import (
     Balanced,
     Elastic,
@@ -32,12 +32,9 @@ from softhand_model.bending.balance import (
 )
 from softhand_model.effects.stages import SectionShape
 
-Array = NDArray[np.float64]
-
-SETTLED = (
-    1e-9  # last step of the stretch: with a matrix that stays it is not much larger than the error
-)
+SETTLED = 1e-9  # last step of the stretch: with a matrix that stays about as large as the error
 REFRESHED = 7  # steps of an iteration after which the matrix of its steps is made anew
+LEAST_START = 0.7  # stretch, where the search begins at the least
 
 
 def running_integral(edges: Array, points: int) -> Array:
@@ -73,13 +70,10 @@ class Weight:
     weights: Array
     running: Array
 
-    def of_rows(self, rows: NDArray[np.intp]) -> Weight:
+    def of_rows(self, rows: Indices) -> Weight:
         """Some of the rows, or rows that repeat."""
         return Weight(
-            self.per_length[:, rows],
-            self.reach[:, rows],
-            self.weights[:, rows],
-            self.running[rows],
+            self.per_length[:, rows], self.reach[:, rows], self.weights[:, rows], self.running[rows]
         )
 
     def solver(self, shape: SectionShape, alike: int = 1) -> WeightSolver:
@@ -100,12 +94,9 @@ class WeightSolver:
     def __init__(self, weight: Weight, shape: SectionShape, alike: int) -> None:
         beyond = weight.weights[0][:, None, :] - weight.running
         self._lever = beyond * weight.reach[0][:, None, :]
-        self._turn = weight.running / np.broadcast_to(shape.height, weight.reach.shape)[0][:, None]
-        self._scale = (
-            weight.per_length
-            * shape.ratio
-            / (2.0 * shape.shear_modulus * shape.height * shape.wall * shape.width)
-        )
+        height = np.broadcast_to(shape.height, weight.reach.shape)[0][:, None]
+        self._to_angle = weight.running / height
+        self._scale = weight.per_length * shape.ratio / _stiffness(shape)
         self._alike = alike
         self._inverse: Array | None = None
 
@@ -115,7 +106,7 @@ class WeightSolver:
 
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
             nonlocal steps
-            angle = _same_in_lanes(self._turn, stretch - 1.0)
+            angle = _same_in_lanes(self._to_angle, stretch - 1.0)
             moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
             if self._inverse is None:
                 self._inverse = self._inverted(angle, slope, self._alike)
@@ -131,11 +122,16 @@ class WeightSolver:
     def _inverted(self, angle: Array, slope: Array, alike: int = 1) -> Array:
         """Inverse (lanes, rows, sections, sections) of the slope of elastic side and moment."""
         some = np.arange(0, angle.shape[-2], alike)
-        bent = (self._lever[some] * np.cos(angle[..., some, None, :])) @ self._turn[some]
+        bent = (self._lever[some] * np.cos(angle[..., some, None, :])) @ self._to_angle[some]
         matrix = self._scale[..., some, :, None] * bent
         matrix += slope[..., some, :, None] * np.eye(matrix.shape[-1])
         inverse = np.linalg.inv(matrix)
         return inverse if alike == 1 else inverse[..., np.arange(angle.shape[-2]) // alike, :, :]
+
+
+def _stiffness(shape: SectionShape) -> Array:
+    """2*G*h*d*z [N m], over which a moment times the ratio counts in the balance."""
+    return 2.0 * shape.shear_modulus * shape.height * shape.wall * shape.width
 
 
 def _same_in_lanes(matrices: Array, vectors: Array) -> Array:
@@ -144,7 +140,6 @@ def _same_in_lanes(matrices: Array, vectors: Array) -> Array:
     return np.ascontiguousarray(product.swapaxes(0, 1))
 
 
-LEAST_START = 0.7  # stretch, where the search begins at the least
 StiffnessFactor = Callable[[Array, Array], Array | float]
 """Factor [-] on the stiffness at an actual and a free curvature [1/m]."""
 
@@ -159,7 +154,7 @@ class Blocked:
     weights: Array
     compliance: Array | float
 
-    def of_rows(self, rows: NDArray[np.intp]) -> Blocked:
+    def of_rows(self, rows: Indices) -> Blocked:
         """Some of the rows, or rows that repeat."""
         return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
 
@@ -195,11 +190,7 @@ class BlockedSolver:
         self, blocked: Blocked, shape: SectionShape, factor: StiffnessFactor | None = None
     ) -> None:
         self._blocked, self._height, self._factor = blocked, shape.height, factor
-        self._moment = (  # m of a unit force
-            shape.ratio
-            * blocked.reach
-            / (2.0 * shape.shear_modulus * shape.height * shape.wall * shape.width)
-        )
+        self._moment = shape.ratio * blocked.reach / _stiffness(shape)  # m of a unit force
         self._deflection = blocked.weights * blocked.reach / shape.height  # per stretch
         self._free: Balanced | None = None
         self.force = np.zeros(1)

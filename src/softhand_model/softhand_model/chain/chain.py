@@ -2,8 +2,6 @@
 
 A simulation keeps a diagonal stiffness K; where effects make it C*K with a matrix C (3, 3) a joint,
 a rest from which K pulls with C*K*e is put in place of the one from which the joint is e away.
-
-The simulated chain: spring joints whose rest orientation follows the pressure (5.1.3).
 """
 
 from __future__ import annotations
@@ -12,19 +10,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from softhand_model.arrays import Array
 from softhand_model.chain.free_response import RestTable, SegmentResponse, bends
 from softhand_model.chain.joint_map import spread_angles, volume_gains
-from softhand_model.chain.segments import SegmentChain, cut_chain
+from softhand_model.chain.segments import BEND, LATERAL, TWIST, cut_chain
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
-
-LATERAL, BEND, TWIST = range(3)  # axes x, y, z of a joint
 
 
 def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Array:
@@ -47,9 +41,6 @@ def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Ar
     pull[:, LATERAL] += coupling[:, 0] * away[:, TWIST]
     pull[:, TWIST] += coupling[:, 1] * away[:, LATERAL]
     return np.asarray((turned * Rotation.from_rotvec(pull).inv()).as_rotvec(), float)
-
-
-__all__ = ["ChainModel", "SegmentChain", "discretise"]
 
 
 def discretise(description: ChainDescription, segments: int, model: Model) -> ChainModel:
@@ -118,7 +109,7 @@ class ChainModel:
         return rotation.reshape(self._shape)
 
     def rest_gain(self, pressures: Sequence[float] | Array) -> Array:
-        """Derivative (actuators, n) [rad/Pa] of the base model's rest rotation about y."""
+        """Derivative (actuators, n) [rad/Pa] of `rest_rotation` about y at pressures [Pa]."""
         pairs = zip(self._tables, pressures, strict=True)
         return np.array([table.slope(pressure)[BEND::3] for table, pressure in pairs])
 
@@ -160,10 +151,7 @@ class ChainModel:
         return moved_rest(rest, actual, factor, coupling)
 
     def free_rotation(
-        self,
-        dt: float,
-        pressures: Sequence[float] | Array,
-        temperature: float = ROOM_TEMPERATURE,
+        self, dt: float, pressures: Sequence[float] | Array, temperature: float = ROOM_TEMPERATURE
     ) -> Array:
         """Advance the effects' memory by dt [s]; rotation (n, 3) [rad] of the joints when nothing
         pulls or pushes.

@@ -1,16 +1,14 @@
-"""Free bending of an actuator's segments over pressure: tabulated for the base model, by stages
-under effects.
-
-Free bending of one actuator's segments under a model's effects, stage by stage; the base model
-needs none of it.
+"""Free bending of an actuator's segments over pressure: tabulated for the base model,
+stage by stage under effects.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array
 from softhand_model.bending.balance import SteppedBalance, free_curvature
+from softhand_model.chain.segments import BEND
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, overrides
 from softhand_model.effects.stages import (
@@ -23,10 +21,9 @@ from softhand_model.effects.stages import (
 from softhand_model.hand.actuator import Actuator
 from softhand_model.model_file import Model
 
-Array = NDArray[np.float64]
-
 INTERVALS = 1024
 HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit
+ACTING_ON_CHAINS = ("wall_stress", "act_on_curvature", "stiffness_factor", "bend_twist_coupling")
 
 
 class RestTable:
@@ -46,7 +43,7 @@ class RestTable:
         self.step = highest / INTERVALS
         pressures = np.linspace(0.0, highest, INTERVALS + 1)
         value, slope = (part @ spread.T for part in segment_angles(actuator, segments, pressures))
-        self.cubic = _hermite(value, slope * self.step)
+        self.cubic = hermite(value, slope * self.step)
 
     def __deepcopy__(self, memo: dict[int, object]) -> RestTable:
         """Itself: a table never changes, and snapshots of a simulation copy the models."""
@@ -68,16 +65,17 @@ class RestTable:
         return index, relative - index
 
 
-def _hermite(value: Array, slope: Array) -> Array:
-    """Coefficients (k, 4, m) of 1, t, t**2, t**3 on k - 1 intervals of unit length, and a straight
-    line after them.
+def hermite(value: Array, slope: Array) -> Array:
+    """Coefficients (k, ..., 4, m) of 1, t, t**2, t**3 on k - 1 intervals of unit length, and a
+    straight line after them, from values and slopes (k, ..., m) at their ends.
     """
     rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
     inside = np.stack(
-        [value[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=1
+        [value[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=-2
     )
     zero = np.zeros_like(value[-1])
-    return np.concatenate([inside, [[value[-1], slope[-1], zero, zero]]])
+    after = np.stack([value[-1], slope[-1], zero, zero], axis=-2)
+    return np.concatenate([inside, after[None]])
 
 
 def segment_angles(actuator: Actuator, segments: int, pressures: Array) -> tuple[Array, Array]:
@@ -94,15 +92,6 @@ def segment_angles(actuator: Actuator, segments: int, pressures: Array) -> tuple
         4.0 * actuator.shear_modulus * actuator.wall * (1.0 + 3.0 * stretch**-4.0)
     )
     return np.sum(weight * curvature, axis=-1), np.sum(weight * slope, axis=-1)
-
-
-BEND = 1  # index of the bending axis (y)
-ACTING_ON_CHAINS = (
-    "wall_stress",
-    "act_on_curvature",
-    "stiffness_factor",
-    "bend_twist_coupling",
-)
 
 
 class SegmentResponse:
@@ -161,9 +150,7 @@ class SegmentResponse:
 
 
 def bends(model: Model) -> bool:
-    """Whether any effect of the model changes how chains bend; weight, gauges and sensors do
-    not.
-    """
+    """Whether any effect of the model bends chains; weight, gauges and sensors do not."""
     return any(_acts(effect) for effect in model.effects)
 
 

@@ -5,7 +5,7 @@ The arcs have radii r_i < r_o and rigid common cross sections on a line of radiu
 Per arc angle phi the line bends by b and twists by t. The fibre of an arc runs r_j an angle and
 tilts by +-(gap/2)*t/r_j against the line, so the arc bends by b + s_j*t', s_j = +-(gap/2)/r_j,
 and both arcs twist by t. With free bends b_j = kappa_j*r_j, stiffness k_j = B_j/r_j in bending and
-c_j in twist (equal to k_j as long as nothing else is known, see `spring_model`), the rest shape
+c_j in twist (equal to k_j as long as nothing else is known, see `joint_stiffness`), the rest shape
 minimises
 
     integral of sum_j k_j*(b + s_j*t' - b_j)**2 + (c_i + c_o)*t**2,    t = 0 at the base.
@@ -16,8 +16,6 @@ mu = sqrt((k_i + k_o)*(c_i + c_o)/(k_i*k_o))/S. No difference, no twist: by the 
 that is kappa ~ 1/r at equal pressure, the rule by which the palm's walls were chosen
 (d_o/d_i = r_o/r_i). The thesis says no more than that a pressure difference twists the palm; the
 model is ours.
-
-From the free angles of an actuator's segments to the joints of its chain.
 """
 
 from __future__ import annotations
@@ -25,15 +23,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softhand_model.chain.segments import SegmentChain
+from softhand_model.arrays import Array
+from softhand_model.chain.segments import BEND, SegmentChain
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.numerics.rotations import rotate
-
-Array = NDArray[np.float64]
 
 GAUSS_POINTS = 6
 
@@ -42,20 +38,20 @@ GAUSS_POINTS = 6
 class ParallelArcs:
     """Inner and outer arc: radii (2,) [m], weights (2,) [-] of their bends, arc angle [rad].
 
-    turn is +1 when the arcs turn towards the chain's +y, -1 towards -y; decay is mu.
+    side is +1 when the arcs curve towards the chain's +y, -1 towards -y; decay is mu.
     """
 
     radii: Array
     weights: Array
     angle: float
-    turn: int
+    side: int
     decay: float
 
     @property
     def tilt(self) -> Array:
         """Bend s_i, s_o (2,) [-] of the two fibres where the twist rate grows by 1 an angle."""
         gap = self.radii[1] - self.radii[0]
-        return self.turn * np.array([-0.5, 0.5]) * gap / self.radii
+        return self.side * np.array([-0.5, 0.5]) * gap / self.radii
 
     def twist_rate(self, at: Array, start: Array, stop: Array) -> Array:
         """Twist rate t [-] at arc angles `at` [rad] for b_o - b_i = 1 from `start` to `stop`."""
@@ -70,7 +66,7 @@ class ParallelArcs:
 
 
 def parallel_arcs(
-    inner: Actuator, outer: Actuator, turn: int, springs: SpringModel = THESIS
+    inner: Actuator, outer: Actuator, side: int, springs: SpringModel = THESIS
 ) -> ParallelArcs:
     """The pair of two arcs of uniform section."""
     radii = np.array([inner.arc_radius or 0.0, outer.arc_radius or 0.0])
@@ -78,7 +74,7 @@ def parallel_arcs(
     _, bending, twist = (whole / radii[:, None]).T
     span = (radii[1] - radii[0]) / 2.0 * np.sum(1.0 / radii)
     decay = np.sqrt(bending.sum() * twist.sum() / bending.prod()) / span
-    return ParallelArcs(radii, bending / bending.sum(), inner.arc_angle or 0.0, turn, float(decay))
+    return ParallelArcs(radii, bending / bending.sum(), inner.arc_angle or 0.0, side, float(decay))
 
 
 def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:
@@ -99,14 +95,8 @@ def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:
     return own + signs * bend, signs * twist
 
 
-BEND = 1  # index of the bending axis (y)
-
-
 def spread_angles(
-    description: ChainDescription,
-    chain: SegmentChain,
-    segments: int,
-    springs: SpringModel = THESIS,
+    description: ChainDescription, chain: SegmentChain, segments: int, springs: SpringModel = THESIS
 ) -> list[Array]:
     """Matrix (3*n, segments) of each actuator, from segment angles to joint rotation vectors."""
     parts = list(description.actuators.values())

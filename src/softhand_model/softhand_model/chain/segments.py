@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription, Strut
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.numerics.rotations import about_x
 
-Array = NDArray[np.float64]
+LATERAL, BEND, TWIST = range(3)  # axes x, y, z of a joint
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class SegmentChain:
         middle of an arc's segment; identity for straight actuators
     stiffness (n, 3) [N m/rad]: about x, y, z of the link frame
     stretching (n,) [1/rad]: of the top by the joint's bend, 0 where the spring in bending is linear
-        (`spring_model`)
+        (`joint_stiffness.SpringModel`)
     body_size (n, 3), body_center (n, 3) [m]: box of height, width and length in the link frame
     mass (n,) [kg]; tip_offset (3,) [m]: tip in the last link's frame
 
@@ -46,6 +46,11 @@ class SegmentChain:
     body_center: Array
     mass: Array
     tip_offset: Array
+
+    def require_straight(self) -> None:
+        """Raise ValueError for a chain that is not straight at rest."""
+        if np.any(self.offset[:, :2]) or np.any(self.rest[:, :3]) or np.any(self.tip_offset[:2]):
+            raise ValueError("chain: expected one that is straight at rest, got an arc")
 
 
 def cut_chain(
@@ -77,9 +82,7 @@ def _springs(
 
 
 def _about_middle(weight: Array, place: Array) -> Array:
-    """Second moment (n,) of weights (m, n) at places (m, 1) [m] about their middle, 0 without
-    weight.
-    """
+    """Second moment (n,) of weights (m, n) at places (m, 1) [m] about their middle; 0 for none."""
     total = weight.sum(axis=0)
     middle = np.sum(weight * place, axis=0) / np.where(total > 0.0, total, 1.0)
     return np.asarray(np.sum(weight * (place - middle) ** 2, axis=0))
@@ -114,7 +117,7 @@ def _straight(
 
 def _webbed(description: ChainDescription, edge: float, stiffness: Array) -> Array:
     """Stiffness (n, 3) with that of the neighbours about x and z where mesh joins the chain to them
-    (see `hands.Web`); `edge` [m] is the length of a segment.
+    (see `hand.Web`); `edge` [m] is the length of a segment.
     """
     if description.web is not None:
         joined = (np.arange(len(stiffness)) + 0.5) * edge < description.web.length
@@ -127,12 +130,12 @@ def _arc(
 ) -> SegmentChain:
     """One arc, or two as a chain along their middle; a link points along the chord ahead.
 
-    Springs act about the axes of the link, half a segment's turn off those of the section.
+    Springs act about the axes of the link, half a segment's angle off those of the section.
     """
     angle, radius = arc_angle(parts) / segments, mean_radius(parts)
-    turn = description.turn
+    side = description.turn
     chord, half_chord = 2.0 * radius * np.sin(angle / 2.0), 2.0 * radius * np.sin(angle / 4.0)
-    towards = np.array([0.0, turn * np.sin(angle / 4.0), np.cos(angle / 4.0)])
+    towards = np.array([0.0, side * np.sin(angle / 4.0), np.cos(angle / 4.0)])
     offset = np.tile([0.0, 0.0, chord], (segments, 1))
     offset[0] = half_chord * towards
     stiffness, stretching = _springs(description, segments, springs)
@@ -143,8 +146,8 @@ def _arc(
     return SegmentChain(
         _names(description, segments),
         offset,
-        np.tile(about_x(-turn * angle), (segments, 1)),
-        np.tile(about_x(turn * angle / 2.0), (segments, 1)),
+        np.tile(about_x(-side * angle), (segments, 1)),
+        np.tile(about_x(side * angle / 2.0), (segments, 1)),
         stiffness,
         stretching,
         np.stack([height, width, length], axis=1),

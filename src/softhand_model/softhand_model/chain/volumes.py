@@ -1,7 +1,5 @@
-"""Volumes of a hand's channels: in free posture over pressure, and as chambers of the pretended
-bench.
-
-What the channels of the pretended bench fill: bottles, or actuators that bend and are pushed.
+"""Volumes of a hand's channels: in free posture over pressure, and as what the channels of the
+pretended bench fill: bottles, or actuators that bend and are pushed.
 """
 
 from __future__ import annotations
@@ -9,19 +7,18 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array
 from softhand_model.chain.chain import ChainModel, discretise
+from softhand_model.chain.free_response import HIGHEST_OVER_LIMIT, hermite
+from softhand_model.chain.segments import BEND
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
 
-Array = NDArray[np.float64]
-
 SEGMENTS = 5  # an actuator, as the simulator has by default
 INTERVALS = 128
-HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the weakest actuator's pressure limit
-BEND = 1  # index of the bending axis (y)
 
 
 class FreeVolumes:
@@ -50,7 +47,7 @@ class FreeVolumes:
         value, slope = np.zeros((2, INTERVALS + 1, n, n))  # pressure, source, volume of
         for chain in hand.chains:
             _add_chain(hand, discretise(chain, segments, Model()), pressures, value, slope)
-        self._cubic = _hermite(value, slope * self._step[:, None])
+        self._cubic = hermite(value, slope * self._step[:, None])
         self._source = np.arange(n)
 
     def volumes(self, gauge: ArrayLike) -> Array:
@@ -102,24 +99,10 @@ def _bends(chain: ChainModel, actuator: int, pressures: Array) -> tuple[Array, A
     return np.array(value), np.array(slope)
 
 
-def _hermite(value: Array, slope: Array) -> Array:
-    """Coefficients (k, source, 4, volume of) of the powers of t on intervals of unit length."""
-    rise, first, last = np.diff(value, axis=0), slope[:-1], slope[1:]
-    inside = np.stack(
-        [value[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=2
-    )
-    zero = np.zeros_like(value[-1])
-    end = np.stack([value[-1], slope[-1], zero, zero], axis=1)
-    return np.concatenate([inside, end[None]])
-
-
-Floats = NDArray[np.float64]
-
-
 class Chambers(Protocol):
     """Volumes on the channels, tubes included."""
 
-    def volumes(self, pressures_abs: Floats) -> Floats:
+    def volumes(self, pressures_abs: Array) -> Array:
         """Volumes (n,) [m3] in balance with absolute pressures (n,) [Pa]."""
 
 
@@ -133,8 +116,8 @@ class Bottles:
     def __init__(self, volumes: ArrayLike) -> None:
         self._volumes = np.array(volumes, dtype=float)
 
-    def volumes(self, pressures_abs: Floats) -> Floats:
-        """Volumes (n,) [m3], whatever the pressures."""
+    def volumes(self, pressures_abs: Array) -> Array:
+        """Volumes (n,) [m3], whatever the absolute pressures (n,) [Pa]."""
         return self._volumes
 
 
@@ -163,7 +146,7 @@ class FreeActuators:
     def __init__(self, hand: HandDescription, ambient: float = AMBIENT_PRESSURE) -> None:
         self._free = FreeVolumes(hand)
         self._ambient = ambient
-        self._load: Floats = np.zeros(len(hand.channels))
+        self._load: Array = np.zeros(len(hand.channels))
 
     def set_load(self, pressures: ArrayLike) -> None:
         """Push with loads (n,) [Pa] from now on; 0 lets go.
@@ -178,6 +161,6 @@ class FreeActuators:
             raise ValueError(f"pressures must be finite and at least 0 Pa, got {given.tolist()}")
         self._load = given
 
-    def volumes(self, pressures_abs: Floats) -> Floats:
+    def volumes(self, pressures_abs: Array) -> Array:
         """Volumes (n,) [m3] in balance with absolute pressures (n,) [Pa] and the load."""
         return self._free.volumes(pressures_abs - self._ambient - self._load)

@@ -29,7 +29,8 @@ STAGE_CLASSES: tuple[type[Effect], ...] = (
     OutputEffect,
     FlowEffect,
 )
-NOT_ENOUGH = ("allows", "remember", "of", "by_direction")  # what alone changes no prediction
+# what alone changes no prediction
+NOT_ENOUGH = ("allows", "remember", "of", "by_direction", "leak")
 
 
 @lru_cache(maxsize=1)

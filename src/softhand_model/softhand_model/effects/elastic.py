@@ -1,11 +1,4 @@
-"""Elastic effects without memory: factors on the neo-Hookean stress.
-
-Rubber that stiffens with its strain.
-
-Rubber whose energy depends on the second invariant too.
-
-Walls that are too thick to count as a membrane.
-"""
+"""Elastic effects without memory: factors on the neo-Hookean stress."""
 
 from __future__ import annotations
 
@@ -13,12 +6,14 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags
 from softhand_model.effects.effect import BENDING, RUBBER, Parameter
-from softhand_model.effects.stages import Array, ElasticEffect, Memory, SectionShape, Strain
+from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain
 
 ALMOST = 0.99  # of jm, from where the factor goes on in a straight line and so stays finite
+STRETCH_SCALE = 0.25  # over which the excess fades
+LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
 
 
 class GentStiffening(ElasticEffect):
@@ -37,12 +32,12 @@ class GentStiffening(ElasticEffect):
             0.5,
             1000.0,
             "invariant J1 at which the rubber locks",
-            typical=(2.0, 60.0),
+            (2.0, 60.0),
             logarithmic=True,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "yeoh_stiffening": "the same to first order, c2 = 1/(2*jm): only large strain tells",
+        "yeoh_stiffening": "the same to first order, c2 = 1/(2*jm): only large strain tells"
     }
 
     def stress(
@@ -69,12 +64,12 @@ class YeohStiffening(ElasticEffect):
             1e-5,
             5.0,
             "second coefficient of the energy over the first",
-            typical=(0.005, 0.2),
+            (0.005, 0.2),
             logarithmic=True,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "gent_stiffening": "the same to first order, jm = 1/(2*c2): only large strain tells",
+        "gent_stiffening": "the same to first order, jm = 1/(2*c2): only large strain tells"
     }
 
     def stress(
@@ -95,21 +90,13 @@ class MooneyRivlin(ElasticEffect):
     experiments = frozenset({"uniaxial"})
     bases = frozenset({"pneuflex"})
     parameters = (
-        Parameter(
-            "c01_ratio",
-            "",
-            1e-4,
-            50.0,
-            "C01 over C10",
-            typical=(0.05, 3.0),
-            logarithmic=True,
-        ),
+        Parameter("c01_ratio", "", 1e-4, 50.0, "C01 over C10", (0.05, 3.0), logarithmic=True),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
         sorted(BENDING), "changes nothing in bending, where J1 = J2"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "modulus_scale": "at large stretch it acts as a lower modulus",
+        "modulus_scale": "at large stretch it acts as a lower modulus"
     }
 
     def stress(
@@ -120,10 +107,6 @@ class MooneyRivlin(ElasticEffect):
             return stress
         ratio = self.values["c01_ratio"]
         return stress * ((1.0 + ratio / strain.stretch) / (1.0 + ratio))
-
-
-STRETCH_SCALE = 0.25  # over which the excess fades
-LARGEST_EXCESS = 3.0  # gain*(2d/h)**2, from where the elastic side would fall
 
 
 class ThickWall(ElasticEffect):
@@ -143,13 +126,11 @@ class ThickWall(ElasticEffect):
             0.0,
             300.0,
             "excess of the stiffness at no strain and d = h/2",
-            typical=(0.3, 8.0),
+            (0.3, 8.0),
             neutral=0.0,
         ),
     )
-    unseen_in: ClassVar[Mapping[str, str]] = {
-        "uniaxial": "a strip in tension has no wall to bend",
-    }
+    unseen_in: ClassVar[Mapping[str, str]] = {"uniaxial": "a strip in tension has no wall to bend"}
     confounded_with: ClassVar[Mapping[str, str]] = {
         "section_rounding": "alike on one wall thickness: specimens of several tell them apart",
         "actuation_nonlinearity": "alike on one wall thickness",
@@ -161,7 +142,7 @@ class ThickWall(ElasticEffect):
         """Stress [-] times the factor."""
         return stress * (1.0 + self._excess(shape) * np.exp((1.0 - strain.stretch) / STRETCH_SCALE))
 
-    def allows(self, shape: SectionShape) -> NDArray[np.bool_] | bool:
+    def allows(self, shape: SectionShape) -> Flags | bool:
         """Whether the excess is within its limit."""
         return self._excess(shape) <= LARGEST_EXCESS
 

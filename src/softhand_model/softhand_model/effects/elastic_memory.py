@@ -1,9 +1,4 @@
-"""Elastic effects with memory: softening, relaxation and hysteresis of the rubber.
-
-Rubber that resists more when it is strained fast, and creeps afterwards.
-
-Rubber and mesh that rub against themselves.
-"""
+"""Elastic effects with memory: softening, relaxation and hysteresis of the rubber."""
 
 from __future__ import annotations
 
@@ -12,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import RUBBER, Parameter
-from softhand_model.effects.stages import Array, ElasticEffect, Memory, SectionShape, Strain, decay
+from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain, decay
 
 
 class MullinsSoftening(ElasticEffect):
@@ -33,7 +29,7 @@ class MullinsSoftening(ElasticEffect):
             0.0,
             0.95,
             "share of the stress that is lost far below the largest stretch",
-            typical=(0.05, 0.5),
+            (0.05, 0.5),
             neutral=0.0,
         ),
         Parameter(
@@ -42,12 +38,12 @@ class MullinsSoftening(ElasticEffect):
             0.005,
             10.0,
             "distance from the largest stretch over which it is lost",
-            typical=(0.05, 1.0),
+            (0.05, 1.0),
             logarithmic=True,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "hysteresis": "both part loading from unloading: small loops after large ones tell",
+        "hysteresis": "both part loading from unloading: small loops after large ones tell"
     }
     has_memory = True
     largest: ClassVar[Mapping[str, float]] = {"largest_stretch": 1.0}
@@ -85,7 +81,7 @@ class Viscoelasticity(ElasticEffect):
             0.0,
             5.0,
             "modulus of the part that relaxes, over the relaxed one",
-            typical=(0.03, 0.6),
+            (0.03, 0.6),
             neutral=0.0,
         ),
         Parameter(
@@ -94,7 +90,7 @@ class Viscoelasticity(ElasticEffect):
             1e-3,
             1e4,
             "time in which that part relaxes",
-            typical=(0.1, 60.0),
+            (0.1, 60.0),
             logarithmic=True,
         ),
     )
@@ -142,7 +138,7 @@ class Hysteresis(ElasticEffect):
             0.0,
             3.0,
             "half the height of the loop in units of the load s",
-            typical=(0.02, 0.4),
+            (0.02, 0.4),
             neutral=0.0,
         ),
         Parameter(
@@ -151,7 +147,7 @@ class Hysteresis(ElasticEffect):
             1e-3,
             5.0,
             "stretch over which the friction turns",
-            typical=(0.01, 0.3),
+            (0.01, 0.3),
             logarithmic=True,
         ),
     )

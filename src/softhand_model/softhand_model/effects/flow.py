@@ -1,30 +1,30 @@
-"""Flow effects: the air mass that a valve pulse moves.
-
-Viscous friction along the flow path.
-
-Air that valve and dead volume move at each switching, whatever the duration.
-
-A mass that every pulse moves alike.
-
-Valves that let air through for a shorter time than they are commanded to.
-
-A leak of the channel.
-
-A supply that gives way to the flow that is taken from it.
-
-Air that has not come back to room temperature when its pressure is read.
-"""
+"""Flow effects: the air mass that a valve pulse moves (eq. 4.1 and what it leaves out)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import Parameter
-from softhand_model.effects.stages import Array, FlowEffect, Pulse
+from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import AMBIENT_PRESSURE
+
+Described = tuple[str, tuple[float, float]]
+"""Description and usual range of a parameter."""
+
+
+def _each_way(
+    name: str, either: Parameter, inflate: Described, deflate: Described
+) -> tuple[Parameter, Parameter]:
+    """A parameter for each direction of a pulse: unit, bounds and what else is alike, from one."""
+    return (
+        replace(either, name=f"{name}_inflate", description=inflate[0], typical=inflate[1]),
+        replace(either, name=f"{name}_deflate", description=deflate[0], typical=deflate[1]),
+    )
 
 
 class InjectorFlow(FlowEffect):
@@ -36,26 +36,11 @@ class InjectorFlow(FlowEffect):
     """
 
     name = "injector_flow"
-    experiments = frozenset({"valve_pulse"})
-    parameters = (
-        Parameter(
-            "c2_inflate",
-            "kg/(s Pa)",
-            1e-12,
-            1e-7,
-            "conductance of the inlet's choke",
-            typical=(8e-11, 2.5e-10),
-            logarithmic=True,
-        ),
-        Parameter(
-            "c2_deflate",
-            "kg/(s Pa)",
-            1e-12,
-            1e-7,
-            "conductance of the outlet's choke",
-            typical=(5e-10, 2e-9),
-            logarithmic=True,
-        ),
+    parameters = _each_way(
+        "c2",
+        Parameter("", "kg/(s Pa)", 1e-12, 1e-7, logarithmic=True),
+        inflate=("conductance of the inlet's choke", (8e-11, 2.5e-10)),
+        deflate=("conductance of the outlet's choke", (5e-10, 2e-9)),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "calibration": "collinear with the naive term, which it replaces, while the flow is choked",
@@ -78,26 +63,11 @@ class LineFriction(FlowEffect):
     """
 
     name = "line_friction"
-    experiments = frozenset({"valve_pulse"})
-    parameters = (
-        Parameter(
-            "c1_inflate",
-            "kg/(s Pa)",
-            -1e-8,
-            1e-8,
-            "conductance of the line to the channel",
-            typical=(1e-12, 5e-11),
-            neutral=0.0,
-        ),
-        Parameter(
-            "c1_deflate",
-            "kg/(s Pa)",
-            -1e-8,
-            1e-8,
-            "conductance of the line from the channel",
-            typical=(1e-11, 5e-10),
-            neutral=0.0,
-        ),
+    parameters = _each_way(
+        "c1",
+        Parameter("", "kg/(s Pa)", -1e-8, 1e-8, neutral=0.0),
+        inflate=("conductance of the line to the channel", (1e-12, 5e-11)),
+        deflate=("conductance of the line from the channel", (1e-11, 5e-10)),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "injector_flow": "both fall as the pressures even out",
@@ -118,25 +88,12 @@ class SwitchingVolume(FlowEffect):
     """
 
     name = "switching_volume"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
-        Parameter(
-            "c3_inflate",
-            "kg/Pa",
-            -1e-9,
-            1e-9,
-            "inlet's dead volume, filled from the supply",
-            typical=(1e-12, 1e-11),
-            neutral=0.0,
-        ),
-        Parameter(
-            "c3_deflate",
-            "kg/Pa",
-            -1e-9,
-            1e-9,
-            "outlet's dead volume, filled from the channel",
-            typical=(1e-12, 1e-11),
-            neutral=0.0,
+        *_each_way(
+            "c3",
+            Parameter("", "kg/Pa", -1e-9, 1e-9, neutral=0.0),
+            inflate=("inlet's dead volume, filled from the supply", (1e-12, 1e-11)),
+            deflate=("outlet's dead volume, filled from the channel", (1e-12, 1e-11)),
         ),
         Parameter(
             "c4_inflate",
@@ -144,7 +101,7 @@ class SwitchingVolume(FlowEffect):
             -1e-9,
             1e-9,
             "what the channel's pressure holds back",
-            typical=(-1e-11, -1e-12),
+            (-1e-11, -1e-12),
             neutral=0.0,
         ),
     )
@@ -165,26 +122,11 @@ class PulseBias(FlowEffect):
     """
 
     name = "pulse_bias"
-    experiments = frozenset({"valve_pulse"})
-    parameters = (
-        Parameter(
-            "c0_inflate",
-            "kg",
-            -1e-4,
-            1e-4,
-            "mass added to every inflating pulse",
-            typical=(1e-7, 2e-6),
-            neutral=0.0,
-        ),
-        Parameter(
-            "c0_deflate",
-            "kg",
-            -1e-4,
-            1e-4,
-            "mass added to every deflating pulse",
-            typical=(1e-7, 2e-6),
-            neutral=0.0,
-        ),
+    parameters = _each_way(
+        "c0",
+        Parameter("", "kg", -1e-4, 1e-4, neutral=0.0),
+        inflate=("mass added to every inflating pulse", (1e-7, 2e-6)),
+        deflate=("mass added to every deflating pulse", (1e-7, 2e-6)),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "switching_volume": "alike while p_in varies little",
@@ -205,7 +147,6 @@ class ValveDelay(FlowEffect):
     """
 
     name = "valve_delay"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
         Parameter(
             "delay",
@@ -213,7 +154,7 @@ class ValveDelay(FlowEffect):
             -0.05,
             0.2,
             "time by which the open valve falls short of its command",
-            typical=(0.002, 0.04),
+            (0.002, 0.04),
             neutral=0.0,
         ),
     )
@@ -234,11 +175,10 @@ class Leakage(FlowEffect):
     *duration.
 
     p_channel is p_out inflating and p_in deflating, at switch-on; conductance in [kg/(s Pa)], that
-    of a laminar gap; p_ambient is 101.3 kPa.
+    of a laminar gap; p_ambient is 101.3 kPa. The simulator's channels leak between pulses, too.
     """
 
     name = "leakage"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
         Parameter(
             "conductance",
@@ -246,18 +186,22 @@ class Leakage(FlowEffect):
             0.0,
             1e-8,
             "mass flow of the leak per gauge pressure",
-            typical=(1e-12, 5e-11),
+            (1e-12, 5e-11),
             neutral=0.0,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "line_friction": "inflating, c1*(p_in - p_out) and a leak both fall linearly with p_out",
+        "line_friction": "inflating, c1*(p_in - p_out) and a leak both fall linearly with p_out"
     }
 
     def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
         """Mass [kg] less what leaks."""
         channel = np.where(pulse.inflating, pulse.p_out, pulse.p_in)
-        return mass - self.of("conductance") * (channel - AMBIENT_PRESSURE) * pulse.duration
+        return mass - self.leak(channel) * pulse.duration
+
+    def leak(self, pressure_abs: Array) -> Array:
+        """Air [kg/s] that leaks at an absolute pressure [Pa] of the channel."""
+        return self.of("conductance") * (pressure_abs - AMBIENT_PRESSURE)
 
 
 class SupplyDroop(FlowEffect):
@@ -268,7 +212,6 @@ class SupplyDroop(FlowEffect):
     """
 
     name = "supply_droop"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
         Parameter(
             "resistance",
@@ -276,13 +219,13 @@ class SupplyDroop(FlowEffect):
             0.0,
             1e11,
             "loss of supply pressure per mass flow",
-            typical=(1e8, 1e10),
+            (1e8, 1e10),
             neutral=0.0,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "calibration": "with the naive term c*p_in*duration alone a factor 1/(1 + resistance*c) "
-        "on c while inflating; it shows beside switching_volume only",
+        "on c while inflating; it shows beside switching_volume only"
     }
 
     def act_on_pulse(self, pulse: Pulse, mass: Array) -> Pulse:
@@ -299,13 +242,12 @@ class PolytropicGas(FlowEffect):
     """
 
     name = "polytropic_gas"
-    experiments = frozenset({"valve_pulse"})
     parameters = (
         Parameter("exponent", "", 1.0, 1.4, "of the change of state", (1.02, 1.35), neutral=1.0),
     )
     unseen_in: ClassVar[Mapping[str, str]] = {
         "valve_pulse": "a mere factor on the mass, which the calibration of both directions takes "
-        "up",
+        "up"
     }
     confounded_with: ClassVar[Mapping[str, str]] = {"calibration": "a factor on both directions"}
     rank = 1

@@ -1,11 +1,4 @@
-"""Input effects: what pressure acts in the chamber.
-
-A pressure sensor whose scale is wrong.
-
-Air that takes its time from the sensor to the chamber.
-
-Pressure that does nothing until it has filled what gives way first.
-"""
+"""Input effects: what pressure acts in the chamber."""
 
 from __future__ import annotations
 
@@ -14,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
-from softhand_model.effects.stages import Array, InputEffect, Memory, lagged
+from softhand_model.effects.stages import InputEffect, Memory, lagged
 
 
 class PressureOffset(InputEffect):
@@ -27,15 +21,7 @@ class PressureOffset(InputEffect):
     name = "pressure_offset"
     experiments = BENDING
     parameters = (
-        Parameter(
-            "offset",
-            "Pa",
-            -50e3,
-            50e3,
-            "reading at no pressure",
-            typical=(-4e3, 4e3),
-            neutral=0.0,
-        ),
+        Parameter("offset", "Pa", -50e3, 50e3, "reading at no pressure", (-4e3, 4e3), neutral=0.0),
     )
     unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
     confounded_with: ClassVar[Mapping[str, str]] = {
@@ -60,7 +46,7 @@ class PressureGain(InputEffect):
     name = "pressure_gain"
     experiments = BENDING
     parameters = (
-        Parameter("gain", "", 0.2, 5.0, "reading over pressure", typical=(0.7, 1.4), neutral=1.0),
+        Parameter("gain", "", 0.2, 5.0, "reading over pressure", (0.7, 1.4), neutral=1.0),
     )
     unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
     confounded_with: ClassVar[Mapping[str, str]] = {
@@ -91,7 +77,7 @@ class TubeLag(InputEffect):
             1e-4,
             100.0,
             "time in which the chamber follows",
-            typical=(0.02, 1.0),
+            (0.02, 1.0),
             logarithmic=True,
         ),
     )
@@ -121,7 +107,7 @@ class DeadZone(InputEffect):
             0.0,
             100e3,
             "pressure from which the actuator moves",
-            typical=(500.0, 10e3),
+            (500.0, 10e3),
             neutral=0.0,
         ),
     )

@@ -1,9 +1,4 @@
-"""Load effects: what changes the load or the modulus.
-
-A chamber that first grows round before it bends the finger.
-
-The weight of the actuator.
-"""
+"""Load effects: what changes the load or the modulus."""
 
 from __future__ import annotations
 
@@ -12,10 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, RUBBER, Parameter
-from softhand_model.effects.stages import Array, LoadEffect, SectionShape
+from softhand_model.effects.stages import LoadEffect, SectionShape
 
 REFERENCE = 293.15  # [K] at which specimens' moduli are given
+STANDARD_GRAVITY = 9.80665  # [m/s2]
 
 
 class TemperatureModulus(LoadEffect):
@@ -33,12 +30,12 @@ class TemperatureModulus(LoadEffect):
             -0.045,
             0.045,
             "relative change of the modulus per kelvin",
-            typical=(-0.01, 0.01),
+            (-0.01, 0.01),
             neutral=0.0,
         ),
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "modulus_scale": "one with it unless runs differ in temperature",
+        "modulus_scale": "one with it unless runs differ in temperature"
     }
 
     def modulus_factor(self, temperature: Array) -> Array | float:
@@ -63,7 +60,7 @@ class SectionRounding(LoadEffect):
             0.0,
             0.99,
             "share of the load that is lost at no pressure",
-            typical=(0.05, 0.6),
+            (0.05, 0.6),
             neutral=0.0,
         ),
         Parameter(
@@ -72,7 +69,7 @@ class SectionRounding(LoadEffect):
             100.0,
             1e6,
             "pressure over which the section becomes round",
-            typical=(3e3, 40e3),
+            (3e3, 40e3),
             logarithmic=True,
         ),
     )
@@ -84,19 +81,16 @@ class SectionRounding(LoadEffect):
     }
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-] that bends."""
+        """Load [-] that bends at a chamber pressure [Pa]."""
         gone = np.exp(-np.maximum(pressure, 0.0) / self.values["pressure_scale"])
         return load * (1.0 - self.values["gain"] * gone)
-
-
-STANDARD_GRAVITY = 9.80665  # [m/s2]
 
 
 class Gravity(LoadEffect):
     """The actuator's own weight, mass_scale times its mass.
 
     The simulator lets the physics engine pull at the segments; free bending takes the moment of
-    what lies beyond x in the deformed shape, positive when it straightens (`hanging.Weight`).
+    what lies beyond x in the deformed shape, positive when it straightens (`loaded_finger.Weight`).
     """
 
     name = "gravity"
@@ -109,7 +103,7 @@ class Gravity(LoadEffect):
             0.0,
             10.0,
             "weight over that of the specimen's nominal mass",
-            typical=(0.5, 1.5),
+            (0.5, 1.5),
             neutral=0.0,
         ),
     )

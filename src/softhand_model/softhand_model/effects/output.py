@@ -1,11 +1,4 @@
-"""Output effects: what the sensor shows.
-
-A force gauge whose zero is off.
-
-An angle sensor that follows late.
-
-A generic term for what no known effect explains. It is not physics.
-"""
+"""Output effects, what the sensor shows; and a generic term for what no effect explains."""
 
 from __future__ import annotations
 
@@ -15,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import RUBBER, Parameter
 from softhand_model.effects.stages import (
-    Array,
     ElasticEffect,
     Memory,
     OutputEffect,
@@ -25,6 +18,10 @@ from softhand_model.effects.stages import (
     Strain,
     lagged,
 )
+
+KNOTS = (1.0, 1.05, 1.12, 1.22, 1.36, 1.55, 2.0, 3.0)  # stretches
+GROWING = 0.9  # of the fall at which the elastic side would no longer grow
+HIGHEST = 1.5  # of the logarithm of the factor between two knots
 
 
 class AngleOffset(OutputEffect):
@@ -35,20 +32,14 @@ class AngleOffset(OutputEffect):
     quantity = "tip_angle"
     parameters = (
         Parameter(
-            "offset",
-            "rad",
-            -1.5,
-            1.5,
-            "reading of a straight finger",
-            typical=(-0.15, 0.15),
-            neutral=0.0,
+            "offset", "rad", -1.5, 1.5, "reading of a straight finger", (-0.15, 0.15), neutral=0.0
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("blocked_tip", "uniaxial"), "no angle is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "pressure_offset": "alike as far as the curve is straight",
+        "pressure_offset": "alike as far as the curve is straight"
     }
     rank = 1
 
@@ -64,21 +55,13 @@ class ForceOffset(OutputEffect):
     experiments = frozenset({"blocked_tip"})
     quantity = "tip_force"
     parameters = (
-        Parameter(
-            "offset",
-            "N",
-            -10.0,
-            10.0,
-            "reading without force",
-            typical=(-0.15, 0.15),
-            neutral=0.0,
-        ),
+        Parameter("offset", "N", -10.0, 10.0, "reading without force", (-0.15, 0.15), neutral=0.0),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("free_bending", "uniaxial"), "no force is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "pressure_offset": "one with it as far as the force is proportional to the pressure",
+        "pressure_offset": "one with it as far as the force is proportional to the pressure"
     }
     rank = 1
 
@@ -104,7 +87,7 @@ class AngleSensorLag(OutputEffect):
             1e-4,
             100.0,
             "time in which the reading follows",
-            typical=(0.02, 1.0),
+            (0.02, 1.0),
             logarithmic=True,
         ),
     )
@@ -120,11 +103,6 @@ class AngleSensorLag(OutputEffect):
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
         """Reading [rad]."""
         return lagged(value, memory, dt, self.values["time_constant"])
-
-
-KNOTS = (1.0, 1.05, 1.12, 1.22, 1.36, 1.55, 2.0, 3.0)  # stretches
-GROWING = 0.9  # of the fall at which the elastic side would no longer grow
-HIGHEST = 1.5  # of the logarithm of the factor between two knots
 
 
 def _steepest_fall(low: float, high: float) -> float:
@@ -148,7 +126,7 @@ def _ramp(index: int, low: float, high: float) -> Parameter:
         -round(fall, 3),
         HIGHEST,
         f"change of log(factor) from stretch {low:g} to {high:g}",
-        typical=(-0.2, 0.2),
+        (-0.2, 0.2),
         neutral=0.0,
     )
 
@@ -169,7 +147,7 @@ class Discrepancy(ElasticEffect):
     physical = False
     parameters = tuple(_ramp(i + 1, *ends) for i, ends in enumerate(pairwise(KNOTS)))
     unseen_in: ClassVar[Mapping[str, str]] = {
-        "valve_pulse": "no rubber is strained; the generic term of a pulse is pulse_bias",
+        "valve_pulse": "no rubber is strained; the generic term of a pulse is pulse_bias"
     }
 
     def stress(

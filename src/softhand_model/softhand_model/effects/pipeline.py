@@ -8,21 +8,26 @@ from typing import TypeVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import STAGES, Effect
 from softhand_model.effects.stages import (
-    Array,
     ElasticEffect,
+    FlowEffect,
     InputEffect,
     LoadEffect,
     Memory,
     OutputEffect,
+    Pulse,
     SectionShape,
     Strain,
     StructureEffect,
 )
 
 Kind = TypeVar("Kind", bound=Effect)
-Ordered = TypeVar("Ordered", Effect, type[Effect])
+Ordered = TypeVar("Ordered", bound=Effect | type[Effect])
+
+SECANTS = 30
+SETTLED = 1e-13  # of the largest mass
 
 
 def in_order(effects: Iterable[Ordered]) -> tuple[Ordered, ...]:
@@ -59,9 +64,7 @@ class StagedEffects:
         self.memory: dict[str, Memory] = {effect.name: {} for effect in self.all}
 
     def chamber_pressure(self, read: Array, dt: Array | float) -> Array:
-        """Pressure [Pa] in the chamber, given the one that is read [Pa]; advances memory by dt
-        [s].
-        """
+        """Pressure [Pa] in the chamber, given its reading [Pa]; advances memory by dt [s]."""
         for effect in self.input:
             read = effect.chamber_pressure(read, self.memory[effect.name], dt)
         return read
@@ -137,13 +140,48 @@ class StagedEffects:
         return force
 
     def reading(self, quantity: str, value: Array, dt: Array | float) -> Array:
-        """What the sensor of a measured column shows of its true value; advances memory by dt
-        [s].
-        """
+        """Reading of a measured column, given its true value; advances memory by dt [s]."""
         for effect in self.output:
             if effect.quantity == quantity:
                 value = effect.reading(value, self.memory[effect.name], dt)
         return value
+
+
+def moved_mass(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
+    """Masses (lanes or 1, pulses) [kg] that pulses move under the flow effects, given in their
+    order; they agree with the pulses that they act back on, by one secant for each pulse.
+
+    The built-in effects are linear in the mass, so the first secant is exact.
+    """
+    if not any(overrides(effect, FlowEffect, "act_on_pulse") for effect in effects):
+        return _act_on_mass(pulse, effects)
+
+    def answer(mass: Array) -> Array:
+        real = pulse
+        for effect in effects:
+            real = effect.act_on_pulse(real, mass)
+        return _act_on_mass(real, effects)
+
+    mass = answer(np.zeros_like(pulse.naive))
+    excess_before, step = -mass, mass
+    for _ in range(SECANTS):
+        excess = mass - answer(mass)
+        open_yet = np.abs(excess) > SETTLED * np.max(np.abs(mass))
+        if not open_yet.any():
+            break
+        change = excess - excess_before
+        secant = open_yet & (change != 0.0)
+        slope = np.where(secant, change, 1.0) / np.where(secant, step, 1.0)
+        step = np.where(open_yet, -excess / slope, 0.0)
+        mass, excess_before = mass + step, excess
+    return mass
+
+
+def _act_on_mass(pulse: Pulse, effects: Sequence[FlowEffect]) -> Array:
+    mass = pulse.naive
+    for effect in effects:
+        mass = effect.act_on_mass(mass, pulse)
+    return mass
 
 
 def at_modulus(shape: SectionShape, factor: Array | float) -> SectionShape:

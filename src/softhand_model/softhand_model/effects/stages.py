@@ -1,5 +1,4 @@
-"""One base class per stage: the method by which its effects act, and the order in which the stages
-run.
+"""One base class per stage of the model: the methods by which its effects act.
 
 Pressures are gauge. Every argument is a number or an array that broadcasts to (lanes, rows,
 sections): lanes are trial values of the parameters, rows are runs, samples or segments, sections
@@ -8,8 +7,6 @@ dictionary of the effect's own, empty at the start and after a reset, one for ea
 method may be called several times within a time step, so it changes memory in `remember` alone
 (the methods of stages that are called once say so). dt [s] is a number or (rows, 1), and 0 at a
 run's first sample.
-
-Exact steps of first-order lags, for inputs that change in a straight line over the step.
 """
 
 from __future__ import annotations
@@ -20,11 +17,10 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags, Indices
 from softhand_model.effects.effect import Effect
 
-Array = NDArray[np.float64]
 Memory = dict[str, Any]
 
 
@@ -41,7 +37,7 @@ class SectionShape:
     ratio: Array
     shear_modulus: Array | float
 
-    def of_rows(self, rows: NDArray[np.intp]) -> SectionShape:
+    def of_rows(self, rows: Indices) -> SectionShape:
         """The shape of some rows, or of rows that repeat, of arrays (lanes, rows, sections)."""
         parts = {
             name: value if np.ndim(value) < 2 or value.shape[-2] == 1 else value[..., rows, :]
@@ -98,9 +94,7 @@ class InputEffect(Effect):
     stage: ClassVar[str] = "input"
 
     def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
-        """Pressure [Pa] in the chamber, given the one that is read [Pa]; called once a step, may
-        change memory.
-        """
+        """Pressure [Pa] in the chamber, given its reading [Pa]; once a step, may change memory."""
         return pressure
 
 
@@ -114,9 +108,7 @@ class LoadEffect(Effect):
         return load
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus over its nominal value at a temperature [K]; it divides the load and
-        stiffens the joints.
-        """
+        """Shear modulus at a temperature [K] over the nominal one, by which loads are divided."""
         return 1.0
 
 
@@ -132,24 +124,20 @@ class ElasticEffect(Effect):
     adds: ClassVar[bool] = False
     largest: ClassVar[Mapping[str, float]] = {}
 
-    def allows(self, shape: SectionShape) -> NDArray[np.bool_] | bool:
+    def allows(self, shape: SectionShape) -> Flags | bool:
         """Whether the parameters make sense for sections of this shape, beyond their bounds."""
         return True
 
     def stress(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
-        """Elastic side [-] of the balance with this effect, given that without it, at a strain;
-        changes no memory.
-        """
+        """Elastic side [-] with this effect, given that without it; changes no memory."""
         return stress
 
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> None:
-        """Take over the solved strain of a step, with the stress that came before this effect in
-        it.
-        """
+        """Take over the solved strain of a step, and the stress before this effect."""
 
 
 class StructureEffect(Effect):
@@ -163,7 +151,7 @@ class StructureEffect(Effect):
         return stress
 
     def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Free curvature [1/m] at the sections."""
+        """Free curvature [1/m] at a chamber pressure [Pa], given that of the balance."""
         return curvature
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array:
@@ -203,7 +191,7 @@ class Pulse:
     duration and p_in of this pulse.
     """
 
-    inflating: NDArray[np.bool_]
+    inflating: Flags
     duration: Array
     p_in: Array
     p_out: Array
@@ -223,9 +211,7 @@ class Pulse:
         )
 
     def fed_at(self, p_in: Array) -> Pulse:
-        """The pulse with another p_in [Pa]; the integrals are as measured, the naive term
-        follows.
-        """
+        """The pulse with another p_in [Pa]: the naive term follows, measured integrals stay."""
         return replace(self, p_in=p_in, naive=self.naive * (p_in / self.p_in))
 
 
@@ -238,6 +224,7 @@ class FlowEffect(Effect):
     """
 
     stage: ClassVar[str] = "flow"
+    experiments: ClassVar[frozenset[str]] = frozenset({"valve_pulse"})
     replaces_naive: ClassVar[bool] = False
 
     def of(self, parameter: str) -> Array:
@@ -256,6 +243,12 @@ class FlowEffect(Effect):
     def act_on_mass(self, mass: Array, pulse: Pulse) -> Array:
         """Mass [kg] moved by the pulses, given that without this effect."""
         return mass
+
+    def leak(self, pressure_abs: Array) -> Array | float:
+        """Air [kg/s] that leaves a channel at an absolute pressure [Pa] between two pulses; in the
+        simulator alone, as the lab sees pulses only.
+        """
+        return 0.0
 
 
 def decay(dt: Array | float, time_constant: Any) -> tuple[Array, Array]:

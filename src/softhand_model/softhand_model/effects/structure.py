@@ -1,15 +1,4 @@
-"""Structure effects: walls, joint stiffness, and what the tip touches.
-
-The approximation of the thesis, with its own numbers, in place of the exact curvature.
-
-A passive layer that hangs loose while the finger is pushed straight.
-
-A finger that twists when it is bent sideways.
-
-A force gauge that yields.
-
-A fingertip that sticks to its gauge.
-"""
+"""Structure effects: walls, joint stiffness, and what the tip touches."""
 
 from __future__ import annotations
 
@@ -18,9 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from softhand_model.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
-from softhand_model.effects.stages import Array, Memory, SectionShape, Strain, StructureEffect
+from softhand_model.effects.stages import Memory, SectionShape, Strain, StructureEffect
 from softhand_model.hand import section
+
+UNCHANGED = 1e-7  # of the force: less is rounding, not motion
 
 
 class SideWallIntegral(StructureEffect):
@@ -32,9 +24,7 @@ class SideWallIntegral(StructureEffect):
 
     name = "side_wall_integral"
     experiments = BENDING
-    unseen_in: ClassVar[Mapping[str, str]] = {
-        "uniaxial": "a strip in tension has no side walls",
-    }
+    unseen_in: ClassVar[Mapping[str, str]] = {"uniaxial": "a strip in tension has no side walls"}
     confounded_with: ClassVar[Mapping[str, str]] = {
         "modulus_scale": "nearly a factor of 0.78 on it",
         "pressure_gain": "nearly a factor of 1.28 on the pressure",
@@ -67,7 +57,7 @@ class ActuationNonlinearity(StructureEffect):
             1.01,
             100.0,
             "square of the initial slope's fall: 4 for the rubber of eq. 3.21",
-            typical=(2.0, 16.0),
+            (2.0, 16.0),
             logarithmic=True,
         ),
         Parameter(
@@ -76,7 +66,7 @@ class ActuationNonlinearity(StructureEffect):
             100.0,
             1e7,
             "pressure of the transition: 0.90*8*G*d/h for the rubber of eq. 3.21",
-            typical=(1e4, 2.5e5),
+            (1e4, 2.5e5),
             logarithmic=True,
         ),
     )
@@ -90,7 +80,7 @@ class ActuationNonlinearity(StructureEffect):
     }
 
     def act_on_curvature(self, curvature: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Free curvature [1/m] by the approximation."""
+        """Free curvature [1/m] by the approximation at a chamber pressure [Pa]."""
         rule = section.rule_actuation_ratio(shape.wall, shape.shear_modulus)
         relative = rule * shape.height
         shown = section.printed_nonlinearity(
@@ -115,7 +105,7 @@ class PassiveLayerSlack(StructureEffect):
             0.02,
             1.0,
             "stiffness against straightening over that against bending further",
-            typical=(0.3, 0.95),
+            (0.3, 0.95),
             neutral=1.0,
         ),
     )
@@ -124,7 +114,7 @@ class PassiveLayerSlack(StructureEffect):
         "free_bending": "nothing straightens a finger that bends freely",
     }
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "pressure_gain": "one with it at small loads of a blocked tip",
+        "pressure_gain": "one with it at small loads of a blocked tip"
     }
 
     def stiffness_factor(self, bend: Array, rest: Array) -> Array:
@@ -150,7 +140,7 @@ class BendTwistCoupling(StructureEffect):
             -0.95,
             0.95,
             "stiffness between lateral bending and twist over that in bending",
-            typical=(0.1, 0.6),
+            (0.1, 0.6),
             neutral=0.0,
         ),
     )
@@ -177,7 +167,7 @@ class GaugeCompliance(StructureEffect):
             1.0,
             1e7,
             "force over the way by which the tip yields",
-            typical=(30.0, 3e3),
+            (30.0, 3e3),
             logarithmic=True,
         ),
     )
@@ -194,9 +184,6 @@ class GaugeCompliance(StructureEffect):
         return 1.0 / self.values["stiffness"]
 
 
-UNCHANGED = 1e-7  # of the force: less is rounding, not motion
-
-
 class TipFriction(StructureEffect):
     """The gauge sees F*(1 - coefficient*sign(dF/dt)): friction holds against what changes."""
 
@@ -209,7 +196,7 @@ class TipFriction(StructureEffect):
             0.0,
             0.9,
             "share of the force that friction takes or holds",
-            typical=(0.03, 0.5),
+            (0.03, 0.5),
             neutral=0.0,
         ),
     )
@@ -217,7 +204,7 @@ class TipFriction(StructureEffect):
         ("free_bending", "uniaxial", "base_torque"), "nothing rubs at the tip"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
-        "hysteresis": "both part loading from unloading: friction jumps when the force turns",
+        "hysteresis": "both part loading from unloading: friction jumps when the force turns"
     }
     has_memory = True
 

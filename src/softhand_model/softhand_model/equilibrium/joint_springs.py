@@ -1,4 +1,4 @@
-"""Springs in the joints of a chain: how far each turns under a moment."""
+"""Springs in the joints of a chain: how far each rotates under a moment."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.hand.joint_stiffness import rubber_stress
 from softhand_model.numerics.rotations import (
@@ -22,8 +22,6 @@ from softhand_model.numerics.rotations import (
     turned,
 )
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Factor = Callable[[Array, Array, Indices], Array]
 """Factor (n,) [-] on the stiffness in bending, given actual and free bend (n,) [rad] and which
 points they belong to.
@@ -36,11 +34,11 @@ DIFFERENCE = 1e-7  # [rad] for the slope of the factor
 
 @dataclass(frozen=True)
 class JointSprings:
-    """Joint springs at n points, linear about the rest orientation, a turn by `rest` about y.
+    """Joint springs at n points, linear about the rest orientation, a rotation by `rest` about y.
 
     stiffness, rest (joints, n) [N m/rad], [rad]; sideways (joints, 2) [-]: stiffness about x and z
     over that in bending, 1 if absent; stretching (joints,) [1/rad]: of rubber in bending
-    (`spring_model`), 0 for linear springs; coupling (n,) [-]: off-diagonal of bending about x
+    (`joint_stiffness`), 0 for linear springs; coupling (n,) [-]: off-diagonal of bending about x
     and twist about z over the stiffness; factor: on the stiffness about y; points (n,): what the
     factor is told of the points.
     The energy of a joint is that of its rotation vector against the rest, e*K*e/2 where the springs
@@ -66,12 +64,12 @@ class JointSprings:
         )
 
     @cached_property
-    def _turns(self) -> tuple[Array, Array]:
+    def _rest_sines_cosines(self) -> tuple[Array, Array]:
         return np.sin(self.rest), np.cos(self.rest)
 
-    def turn(self, joint: int) -> tuple[Array, Array]:
+    def rest_sine_cosine(self, joint: int) -> tuple[Array, Array]:
         """Sine and cosine (n,) of a joint's rest angle."""
-        sine, cosine = self._turns
+        sine, cosine = self._rest_sines_cosines
         return sine[joint], cosine[joint]
 
     def rotation(self, joint: int, moment: Array) -> Array:
@@ -142,14 +140,14 @@ class JointSprings:
         slope[[0, 1, 2], [0, 1, 2]] += stiffness * self._shares(joint)
         if self.coupling is not None:
             slope[[0, 2], [2, 0]] += self.coupling * stiffness
-        turn, tangent = self._rubber(joint, rotation[1])
+        bent, tangent = self._rubber(joint, rotation[1])
         if self.factor is not None:
             bend = rest + rotation[1]
             factor, more, less = (
                 self.factor(bend + shift, rest, self.points)
                 for shift in (0.0, DIFFERENCE, -DIFFERENCE)
             )
-            rise = turn * (more - less) / (2.0 * DIFFERENCE)
+            rise = bent * (more - less) / (2.0 * DIFFERENCE)
             slope[1, 1] += stiffness * (factor * tangent + rise - 1.0)
         else:
             slope[1, 1] += stiffness * (tangent - 1.0)
@@ -161,9 +159,7 @@ class JointSprings:
         return np.array([[lateral], [1.0], [twist]])
 
     def _rubber(self, joint: int, bend: Array) -> tuple[Array, Array | float]:
-        """Moment over stiffness (n,) [rad] of a joint bent (n,) [rad] from its rest, and its
-        derivative [-].
-        """
+        """Moment over stiffness (n,) [rad] at a bend (n,) [rad] from rest, and its slope [-]."""
         gain = 0.0 if self.stretching is None else float(self.stretching[joint])
         if gain == 0.0:
             return bend, 1.0

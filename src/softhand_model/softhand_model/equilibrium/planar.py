@@ -11,14 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.hand import section
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.joint_stiffness import rubber_stress
-
-Array = NDArray[np.float64]
 
 LOAD_STEPS = 20
 NEWTON_STEPS = 100
@@ -67,8 +66,7 @@ def planar_finger(chain: SegmentChain) -> PlanarFinger:
 
     Raises ValueError for a chain that leaves the plane.
     """
-    if np.any(chain.offset[:, :2]) or np.any(chain.rest[:, :3]) or np.any(chain.tip_offset[:2]):
-        raise ValueError("chain: expected one that is straight at rest, got an arc")
+    chain.require_straight()
     center = chain.body_center[:, [0, 2]]
     return PlanarFinger(chain.offset[:, 2], float(chain.tip_offset[2]), chain.mass, center)
 
@@ -81,7 +79,7 @@ def linear_springs(stiffness: ArrayLike, rest: ArrayLike) -> Springs:
 
 def rubber_springs(stiffness: ArrayLike, rest: ArrayLike, stretching: ArrayLike) -> Springs:
     """Springs of eq. 3.24 with the stiffness (n,) [N m/rad] of the rule, rest angles (n,) [rad] and
-    the stretching (n,) [1/rad] of `spring_model.SpringModel`.
+    the stretching (n,) [1/rad] of `joint_stiffness.SpringModel`.
 
     The pressure's moment grows with the load: that of the rubber at rest, times the share.
     """

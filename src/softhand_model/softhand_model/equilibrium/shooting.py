@@ -1,15 +1,12 @@
-"""Shooting solver: the base wrench for a prescribed tip pose.
-
-Search for the wrench at a chain's base with which its tip is where it is held.
-"""
+"""Shooting solver: base wrench for a prescribed tip pose."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.joint_springs import JointSprings
 from softhand_model.numerics.rotations import (
@@ -25,7 +22,20 @@ from softhand_model.numerics.rotations import (
     turned_back,
 )
 
-Array = NDArray[np.float64]
+CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantilever
+STRONG_FORCE = 40.0  # [B/L**2] at which the clamp has yielded by YIELD
+YIELD = 0.01  # [lengths of the chain], with the cube of the force
+LARGEST_FORCE = 60.0  # [B/L**2]: more comes from equilibria that tear the tip out of its clamp
+TOLERANCE = 1e-11  # of the tip's pose, in lengths of the chain and radians
+REACHED = 1e-9  # the same of a pose where rounding stops the iteration
+STEPS = 80
+LARGEST_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
+SHORTEST_SHARE = 1e-3  # of a Newton step
+LEAST_MENDED = 0.1  # share of its length that a chord keeps along the last step
+ROUNDING = 1e-15  # of the tip's pose
+CHORDS = 8  # steps with a slope from elsewhere before it is given up
+CHORD_PROGRESS = 0.3  # by which each must bring the tip nearer
+SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
 
 
 @dataclass(frozen=True)
@@ -41,8 +51,7 @@ class Links:
 
 def straight_links(chain: SegmentChain) -> Links:
     """The links of a chain; raises ValueError for one that is not straight at rest."""
-    if np.any(chain.offset[:, :2]) or np.any(chain.rest[:, :3]) or np.any(chain.tip_offset[:2]):
-        raise ValueError("chain: expected one that is straight at rest, got an arc")
+    chain.require_straight()
     along = np.append(chain.offset[:, 2], chain.tip_offset[2])
     return Links(along, chain.mass, chain.body_center)
 
@@ -50,14 +59,14 @@ def straight_links(chain: SegmentChain) -> Links:
 class Front:
     """What the chain has come to at one of its points.
 
-    turn (3, 3, n), place (3, n) [m]: of the frame; force [N], moment [N m] (3, n): of all that lies
-    beyond, the moment about the base's origin.
+    orientation (3, 3, n), place (3, n) [m]: of the frame; force [N], moment [N m] (3, n): of all
+    that lies beyond, the moment about the base's origin.
     """
 
     def __init__(self, wrench: Array) -> None:
         points = wrench.shape[1]
         self.force, self.moment = wrench[:3], wrench[3:]
-        self.turn, self.place = identity(points), np.zeros((3, points))
+        self.orientation, self.place = identity(points), np.zeros((3, points))
 
     def follow(self, links: Links, springs: JointSprings, gravity: Array | None) -> Front:
         """Go on to the tip, under gravity (3, n) [m/s2] or none."""
@@ -71,24 +80,24 @@ class Front:
 
     def _advance(self, length: float) -> Array:
         """Go on along the link; what has been gone (3, n) [m]."""
-        reach = length * self.turn[:, 2]
+        reach = length * self.orientation[:, 2]
         self.place = self.place + reach
         return reach
 
     def _bend(self, springs: JointSprings, joint: int) -> None:
         """Pass a joint, whose spring carries what lies beyond."""
         moment = self.moment - cross(self.place, self.force)
-        if springs.isotropic:  # it turns about the moment, in any frame
-            rotation = springs.rotation(joint, moment)
-            self.turn = _about_y(product(rotations(rotation), self.turn), *springs.turn(joint))
+        if springs.isotropic:  # it rotates about the moment, in any frame
+            bent = product(rotations(springs.rotation(joint, moment)), self.orientation)
+            self.orientation = _about_y(bent, *springs.rest_sine_cosine(joint))
             return
-        rest = _about_y(self.turn, *springs.turn(joint))
+        rest = _about_y(self.orientation, *springs.rest_sine_cosine(joint))
         rotation = springs.rotation(joint, turned_back(rest, moment))
-        self.turn = product(rest, rotations(rotation))
+        self.orientation = product(rest, rotations(rotation))
 
     def _unload(self, weight: Array, center: Array) -> Array:
         """Leave a link behind: its weight (3, n) [N] at a centre (3,) [m]; the arm (3, n) [m]."""
-        arm = turned(self.turn, center[:, None])
+        arm = turned(self.orientation, center[:, None])
         self.moment = self.moment - cross(self.place + arm, weight)
         self.force = self.force - weight
         return arm
@@ -118,11 +127,11 @@ class SlopedFront(Front):
         change = self.by_moment - cross(self.shift, self.force[:, None])
         change[:, :3] -= cross_matrix(self.place)
         change -= cross(self.spin, moment[:, None])
-        rest = _about_y(self.turn, *springs.turn(joint))
+        rest = _about_y(self.orientation, *springs.rest_sine_cosine(joint))
         local = turned_back(rest, moment)
         rotation = springs.rotation(joint, local)
         exponential, jacobian = exponentials(rotation)
-        self.turn = product(rest, exponential)
+        self.orientation = product(rest, exponential)
         inward = product(jacobian, springs.compliance(joint, rotation, local))
         outward = product(product(rest, inward), transposed(rest))
         self.spin = self.spin + turned(outward, change)
@@ -134,34 +143,14 @@ class SlopedFront(Front):
         return arm
 
 
-def _about_y(turn: Array, sine: Array, cosine: Array) -> Array:
-    """Rotations (3, 3, n) followed by a turn about their y of this sine and cosine (n,)."""
-    x, z = turn[:, 0], turn[:, 2]
-    result = np.empty_like(turn)
+def _about_y(matrix: Array, sine: Array, cosine: Array) -> Array:
+    """Rotations (3, 3, n) followed by one about their y of this sine and cosine (n,)."""
+    x, z = matrix[:, 0], matrix[:, 2]
+    result = np.empty_like(matrix)
     result[:, 0] = cosine * x - sine * z
-    result[:, 1] = turn[:, 1]
+    result[:, 1] = matrix[:, 1]
     result[:, 2] = sine * x + cosine * z
     return result
-
-
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
-
-CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantilever
-STRONG_FORCE = 40.0  # [B/L**2] at which the clamp has yielded by YIELD
-YIELD = 0.01  # [lengths of the chain], with the cube of the force
-LARGEST_FORCE = 60.0  # [B/L**2]: more comes from equilibria that tear the tip out of its clamp
-
-TOLERANCE = 1e-11  # of the tip's pose, in lengths of the chain and radians
-REACHED = 1e-9  # the same of a pose where rounding stops the iteration
-STEPS = 80
-LARGEST_STEP = 3.0  # of the wrench, in units of B/L**2 and B/L
-SHORTEST_SHARE = 1e-3  # of a Newton step
-LEAST_MENDED = 0.1  # share of its length that a chord keeps along the last step
-ROUNDING = 1e-15  # of the tip's pose
-CHORDS = 8  # steps with a slope from elsewhere before it is given up
-CHORD_PROGRESS = 0.3  # by which each must bring the tip nearer
-SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
 
 
 @dataclass(frozen=True)
@@ -230,8 +219,8 @@ class TipClamp:
 
     def _against(self, hold: Hold, front: Front, yielded: Array) -> Array:
         place = (front.place - hold.position) / self._length + yielded
-        turn = rotation_vectors(product(front.turn, transposed(hold.orientation)))
-        return np.concatenate([place, turn])
+        error = rotation_vectors(product(front.orientation, transposed(hold.orientation)))
+        return np.concatenate([place, error])
 
     def _yielded(self, force: Array, softness: float) -> Array:
         """What the clamp yields (3, n) [lengths of the chain] to a force (3, n) [N]."""

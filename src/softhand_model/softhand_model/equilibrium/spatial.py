@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array, Flags, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.shooting import (
     Front,
@@ -28,11 +28,8 @@ from softhand_model.numerics.rotations import product, rotation_vectors, transpo
 
 __all__ = ["BaseLoad", "HeldChain", "Hold"]
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
-AMBIGUOUS = 0.6  # [rad]: a turn less far than this is not taken to go the other way round
+AMBIGUOUS = 0.6  # [rad]: a rotation less far than this is not taken to go the other way round
 AT_ONCE = 4000  # points, so that memory stays bounded
 
 
@@ -66,10 +63,7 @@ class BaseLoad:
     def take(self, chosen: Indices) -> BaseLoad:
         """The loads of some of the points."""
         return BaseLoad(
-            self.wrench[:, chosen],
-            self.settled[chosen],
-            self.beyond[:, chosen],
-            self.chord[chosen],
+            self.wrench[:, chosen], self.settled[chosen], self.beyond[:, chosen], self.chord[chosen]
         )
 
     def put(self, chosen: Indices, loads: BaseLoad) -> None:
@@ -89,7 +83,7 @@ class BaseLoad:
 
 
 class HeldChain:
-    """A straight chain as the simulator has it, held at both ends (`tip_search.TipClamp`).
+    """A straight chain as the simulator has it, held at both ends (`shooting.TipClamp`).
 
     Raises ValueError for a chain that is not straight at rest.
     """
@@ -135,12 +129,12 @@ class HeldChain:
         Far from the free pose it may turn either way round: the one that brings the tip nearer.
         """
         free = self._tip(hold, np.zeros((6, hold.position.shape[1])))
-        turn = rotation_vectors(product(hold.orientation, transposed(free.turn)))
-        wrench = self._moment(hold, turn)
-        far = np.flatnonzero(np.sum(turn * turn, axis=0) > AMBIGUOUS**2)
+        rotation = rotation_vectors(product(hold.orientation, transposed(free.orientation)))
+        wrench = self._moment(hold, rotation)
+        far = np.flatnonzero(np.sum(rotation * rotation, axis=0) > AMBIGUOUS**2)
         if len(far):
-            part, angle = hold.take(far), np.sqrt(np.sum(turn[:, far] ** 2, axis=0))
-            other = self._moment(part, turn[:, far] * (1.0 - 2.0 * np.pi / angle))
+            part, angle = hold.take(far), np.sqrt(np.sum(rotation[:, far] ** 2, axis=0))
+            other = self._moment(part, rotation[:, far] * (1.0 - 2.0 * np.pi / angle))
             misses = [
                 np.sum((self._tip(part, way).place - part.position) ** 2, axis=0)
                 for way in (wrench[:, far], other)
@@ -152,10 +146,10 @@ class HeldChain:
         """The tip of the weightless chain."""
         return Front(wrench * self._clamp.unit).follow(self._clamp.links, hold.springs, None)
 
-    def _moment(self, hold: Hold, turn: Array) -> Array:
+    def _moment(self, hold: Hold, rotation: Array) -> Array:
         """Wrench (6, n) that turns the tip by a rotation vector (3, n) [rad], or less far where the
         springs are not the same about all axes.
         """
         yielding = np.sum(1.0 / hold.springs.softest, axis=0)
-        moment = turn / yielding / self._clamp.unit[3:]
+        moment = rotation / yielding / self._clamp.unit[3:]
         return np.concatenate([np.zeros_like(moment), moment])

@@ -8,14 +8,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from softhand_model import yaml_document as plausible
-from softhand_model.hand import section
+from softhand_model.arrays import Array
+from softhand_model.hand import plausible, section
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
 from softhand_model.yaml_document import Bounds, DocumentError, Node, data_file, read_document
-
-Array = NDArray[np.float64]
 
 FORMAT = "softhand-actuators/1"
 GAUSS_POINTS = 8  # on each of PANELS pieces: the tip angle of a P10 finger is exact to 1e-9

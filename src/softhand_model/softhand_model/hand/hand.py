@@ -13,9 +13,9 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softhand_model import yaml_document as plausible
+from softhand_model.arrays import Array
+from softhand_model.hand import plausible
 from softhand_model.hand.actuator import Actuator, actuator_names, load_actuator, own_actuators
 from softhand_model.hand.palm_sheet import PalmSheet
 from softhand_model.numerics.rotations import from_rpy, rotate
@@ -27,8 +27,6 @@ from softhand_model.yaml_document import (
     read_document,
     shipped_names,
 )
-
-Array = NDArray[np.float64]
 
 FORMAT = "softhand-hand/1"
 WRIST = "wrist"
@@ -127,9 +125,7 @@ class ChainDescription:
 
 @dataclass(frozen=True)
 class Plate:
-    """The rigid wrist plate: a box of size (3,) [m] centred at position (3,) [m] in the wrist
-    frame.
-    """
+    """The rigid wrist plate: a box of size (3,) [m] around position (3,) [m] in the wrist frame."""
 
     size: tuple[float, ...]
     position: tuple[float, ...]
@@ -173,9 +169,7 @@ class HandDescription:
         )
 
     def rest_volumes(self) -> Array:
-        """Air volume (channels,) [m3] of every channel's chambers and tubes with all actuators
-        straight.
-        """
+        """Air volume (channels,) [m3] of chambers and tubes with all actuators straight."""
         volumes = np.zeros(len(self.channels))
         for chain in self.chains:
             for name, actuator in chain.actuators.items():
@@ -245,11 +239,7 @@ def _mass(node: Node, chains: dict[str, ChainDescription]) -> float:
 
 
 def _chain(
-    name: str,
-    node: Node,
-    channels: tuple[str, ...],
-    parents: list[str],
-    types: dict[str, Actuator],
+    name: str, node: Node, channels: tuple[str, ...], parents: list[str], types: dict[str, Actuator]
 ) -> ChainDescription:
     fields = node.fields(["actuators", "mount"], ["strut", "turn", "pitch", "web"])
     actuators, fed_by = {}, {}

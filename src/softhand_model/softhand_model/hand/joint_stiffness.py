@@ -13,7 +13,7 @@ that is free to shrink: no wall, unless the thread is slack where pressure does 
 
 Lateral bending (about the height): B = modulus*I, I the second moment of the walls about the plane
 in their middle. Modulus 2*G is that of the rule 3.25, 4*G that of a straight actuator by 3.24; what
-the springs take is said in `spring_model`. Bent, the walls' tangent falls: a P10's base from 4*G*I
+the springs take is said in `SpringModel`. Bent, the walls' tangent falls: a P10's base from 4*G*I
 to 2.6*G*I at 90 deg (top at lambda = 1.35) and to 2*G*I where the top is at 1.76, later than 1.316
 because side walls are stretched less. Up to there 2*G*I is what the rubber alone has at least, not
 beyond. The passive layer counts for nothing: a mesh bears no compression.
@@ -36,8 +36,6 @@ turns about the middle of the passive layer keeps its area, so it does no work; 
 adds h*z**3*p/24, the tension of the rubber at most half of J. Thread: a single helix couples twist
 to pressure and to lateral bending (`bend_twist_coupling`), thread wound both ways stiffens against
 twist.
-
-Which springs the joints of a simulated chain have: those of the thesis, or better ones.
 """
 
 from __future__ import annotations
@@ -45,12 +43,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array
 from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.section import arrays
 from softhand_model.yaml_document import Node
 
-Array = NDArray[np.float64]
+RULE, CURVATURE = "rule", "curvature"
+SECTION = "section"
+LEAST_STRETCH = 0.7  # below, rubber goes on in a straight line: what buckles there is left out
 
 
 def lateral_second_moment(
@@ -61,7 +63,7 @@ def lateral_second_moment(
     >>> round(float(lateral_second_moment(0.02, 0.02, 0.002, 0.002)) * 1e9, 3)
     7.189
     """
-    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     inner = np.maximum(height - wall, 0.0)
     off_middle = (width - side_wall) / 2.0
     of_sides = 2.0 * inner * side_wall * (side_wall**2 / 12.0 + off_middle**2)
@@ -77,7 +79,7 @@ def torsion_constant(
     >>> round(float(torsion_constant(0.02, 0.02, 0.002, 0.002)) * 1e9, 2)
     12.64
     """
-    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     up, across = np.maximum(height - wall / 2.0, 0.0), width - side_wall
     # 4*A**2/(2*across/wall + 2*up/side_wall), written so that no side wall gives 0
     return np.asarray(
@@ -91,16 +93,12 @@ def wall_area(height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: A
     >>> round(float(wall_area(0.009, 0.009, 0.003, 0.003)) * 1e6, 6)
     63.0
     """
-    height, width, wall, side_wall = _arrays(height, width, wall, side_wall)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     return np.asarray(wall * width + 2.0 * np.maximum(height - wall, 0.0) * side_wall)
 
 
 def lateral_stiffness(
-    height: ArrayLike,
-    width: ArrayLike,
-    wall: ArrayLike,
-    side_wall: ArrayLike,
-    modulus: ArrayLike,
+    height: ArrayLike, width: ArrayLike, wall: ArrayLike, side_wall: ArrayLike, modulus: ArrayLike
 ) -> Array:
     """Stiffness modulus*I [N m2] in lateral bending; modulus [Pa] of the walls along the actuator,
     2*G by the rule 3.25.
@@ -124,15 +122,6 @@ def twist_stiffness(
     0.847
     """
     return np.asarray(shear_modulus, float) * torsion_constant(height, width, wall, side_wall)
-
-
-def _arrays(*sizes: ArrayLike) -> list[Array]:
-    return [np.asarray(size, float) for size in sizes]
-
-
-RULE, CURVATURE = "rule", "curvature"
-SECTION = "section"
-LEAST_STRETCH = 0.7  # below, rubber goes on in a straight line: what buckles there is left out
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,8 @@
 """Rubbers: strain measures, strain through a wall, limits of the neo-Hookean model, and which
 rubber suits.
 
-Strain through the thickness of the wall of a bent actuator (section 3.4.5).
-
-Depths and curvatures are relative to the height h: depth = d/h [-] counts from the outer face of
-the undeformed wall, bend = kappa*h [-].
+Within a wall (section 3.4.5) depths and curvatures are relative to the height h: depth = d/h [-]
+counts from the outer face of the undeformed wall, bend = kappa*h [-].
 """
 
 from __future__ import annotations
@@ -13,13 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from softhand_model import yaml_document as plausible
+from softhand_model.arrays import Array
+from softhand_model.hand import plausible
 from softhand_model.hand.section import NEWTON_STEPS
 from softhand_model.yaml_document import Node, data_file, read_document
-
-Array = NDArray[np.float64]
 
 FORMAT = "softhand-rubbers/1"
 USEFUL_STRETCH = (0.3, 0.5)  # stretch in use over the largest one (section 3.3.3)

@@ -10,13 +10,18 @@ curvature kappa [1/m] of the passive layer, and the stretch lambda = 1 + kappa*h
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from softhand_model.arrays import Array
 
 NEWTON_STEPS = 60  # the slowest start (load near 1) needs 8; the rest is a guard
 PRINTED_SLOPE_RATIO = 4.0  # a of eq. 5.5
 PRINTED_TRANSITION = 0.90  # factor of p0 in eq. 5.6
+
+
+def arrays(*values: ArrayLike) -> tuple[Array, ...]:
+    """Numbers or sequences as arrays of floats."""
+    return tuple(np.asarray(value, float) for value in values)
 
 
 def elastic_term(stretch: ArrayLike) -> Array:
@@ -43,11 +48,9 @@ def side_wall_ratio(
     >>> round(float(side_wall_ratio(0.02, 0.02, 0.002, 0.002)), 3)
     1.105
     """
-    height, wall = np.asarray(height, float), np.asarray(wall, float)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     inner = np.maximum(height - wall, 0.0)
-    return 2.0 / (
-        1.0 + inner**2 / (height * np.asarray(width, float)) * np.asarray(side_wall, float) / wall
-    )
+    return 2.0 / (1.0 + inner**2 / (height * width) * side_wall / wall)
 
 
 def bending_load(
@@ -63,13 +66,8 @@ def bending_load(
     >>> float(bending_load(67e3, 0.02, 0.002, 1.0, 67e3))
     2.5
     """
-    pressure, shear_modulus = np.asarray(pressure, float), np.asarray(shear_modulus, float)
-    return (
-        pressure
-        * np.asarray(ratio, float)
-        * np.asarray(height, float)
-        / (4.0 * shear_modulus * np.asarray(wall, float))
-    )
+    pressure, height, wall, ratio = arrays(pressure, height, wall, ratio)
+    return pressure * ratio * height / (4.0 * np.asarray(shear_modulus, float) * wall)
 
 
 def free_stretch(load: ArrayLike) -> Array:
@@ -154,9 +152,7 @@ def free_curvature_printed(
 
 
 def rule_actuation_ratio(wall: ArrayLike, shear_modulus: ArrayLike) -> Array:
-    """Actuation ratio dkappa/dp = 1/(8*G*d) [1/(m Pa)] of the design rule, independent of h and z
-    (eq. 3.32).
-    """
+    """Actuation ratio dkappa/dp = 1/(8*G*d) [1/(m Pa)] of the design rule (eq. 3.32)."""
     return 1.0 / (8.0 * np.asarray(shear_modulus, float) * np.asarray(wall, float))
 
 
@@ -179,17 +175,11 @@ def bending_moment(
     >>> round(float(bending_moment(50e3, 0.0, 0.02, 0.02, 0.002, 0.002, 67e3)), 9)
     0.2
     """
-    height, width, wall = (
-        np.asarray(height, float),
-        np.asarray(width, float),
-        np.asarray(wall, float),
-    )
-    elastic = elastic_term(1.0 + np.asarray(curvature, float) * height)
+    height, width, wall = arrays(height, width, wall)
+    pressure, curvature, modulus = arrays(pressure, curvature, shear_modulus)
+    elastic = elastic_term(1.0 + curvature * height)
     walls = 2.0 / side_wall_ratio(height, width, wall, side_wall)
-    return (
-        height**2 * width * np.asarray(pressure, float) / 2.0
-        - walls * np.asarray(shear_modulus, float) * height * wall * width * elastic
-    )
+    return height**2 * width * pressure / 2.0 - walls * modulus * height * wall * width * elastic
 
 
 def bending_stiffness(
@@ -209,21 +199,11 @@ def bending_stiffness(
     >>> round(float(bending_stiffness(0.0, 0.02, 0.02, 0.002, 0.0, 67e3) * 1e3), 3)
     4.288
     """
-    height, width, wall = (
-        np.asarray(height, float),
-        np.asarray(width, float),
-        np.asarray(wall, float),
-    )
-    stretch = 1.0 + np.asarray(curvature, float) * height
+    height, width, wall = arrays(height, width, wall)
+    curvature, modulus = arrays(curvature, shear_modulus)
+    stretch = 1.0 + curvature * height
     walls = 2.0 / side_wall_ratio(height, width, wall, side_wall)
-    return (
-        walls
-        * height**2
-        * width
-        * np.asarray(shear_modulus, float)
-        * wall
-        * (1.0 + 3.0 * stretch**-4.0)
-    )
+    return walls * height**2 * width * modulus * wall * (1.0 + 3.0 * stretch**-4.0)
 
 
 def rule_stiffness(edge: ArrayLike, wall: ArrayLike, shear_modulus: ArrayLike) -> Array:
@@ -236,18 +216,12 @@ def rule_stiffness(edge: ArrayLike, wall: ArrayLike, shear_modulus: ArrayLike) -
     >>> round(float(rule_stiffness(0.02, 0.002, 67e3) * 1e3), 3)
     2.144
     """
-    return (
-        2.0
-        * np.asarray(edge, float) ** 3
-        * np.asarray(shear_modulus, float)
-        * np.asarray(wall, float)
-    )
+    edge, wall, shear_modulus = arrays(edge, wall, shear_modulus)
+    return 2.0 * edge**3 * shear_modulus * wall
 
 
 def stiffness_from_actuation(edge: ArrayLike, actuation_ratio: ArrayLike) -> Array:
-    """Stiffness B = edge**3/(4*dkappa/dp) [N m2] that goes with an actuation ratio [1/(m Pa)] (eq.
-    3.33).
-    """
+    """Stiffness B = edge**3/(4*dkappa/dp) [N m2] at an actuation ratio [1/(m Pa)] (eq. 3.33)."""
     return np.asarray(edge, float) ** 3 / (4.0 * np.asarray(actuation_ratio, float))
 
 
@@ -272,17 +246,9 @@ def side_wall_share(
     >>> round(float(side_wall_share(1.0, 1.0, 0.1, 0.1)), 3)
     0.486
     """
-    height, wall = np.asarray(height, float), np.asarray(wall, float)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     inner = np.maximum(height - wall, 0.0) / height
-    return (
-        inner**3
-        / 3.0
-        * 2.0
-        * np.asarray(side_wall, float)
-        / wall
-        * height
-        / np.asarray(width, float)
-    )
+    return inner**3 / 3.0 * 2.0 * side_wall / wall * height / width
 
 
 def side_wall_term(
@@ -294,16 +260,11 @@ def side_wall_term(
     ERRATUM: 3.34 drops a factor y/h. With Y = h - d the integral of y*q(1 + kappa*y) dy is
     Y**2/2 + kappa*Y**3/3 - Y**2/(2*(1 + kappa*Y)**2).
     """
-    height, wall = np.asarray(height, float), np.asarray(wall, float)
+    height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     curvature, inner = np.asarray(curvature, float), np.maximum(height - wall, 0.0)
-    integral = (
-        inner**2 / 2.0
-        + curvature * inner**3 / 3.0
-        - inner**2 / (2.0 * (1.0 + curvature * inner) ** 2)
-    )
-    return (
-        2.0 * np.asarray(side_wall, float) / (height * np.asarray(width, float) * wall) * integral
-    )
+    bent = inner**2 / (2.0 * (1.0 + curvature * inner) ** 2)
+    integral = inner**2 / 2.0 + curvature * inner**3 / 3.0 - bent
+    return 2.0 * side_wall / (height * width * wall) * integral
 
 
 def small_strain_side_wall_ratio(
@@ -334,11 +295,7 @@ def chamber_area(
     >>> round(float(chamber_area(0.0, 9e-3, 9e-3, 3e-3) * 0.12 * 1e6), 2)
     6.48
     """
-    height, width, wall = (
-        np.asarray(height, float),
-        np.asarray(width, float),
-        np.asarray(wall, float),
-    )
+    height, width, wall = arrays(height, width, wall)
     rubber = width * wall + np.maximum(height - wall, 0.0) * 2.0 * np.asarray(side_wall, float)
     return width * height * (1.0 + height * np.asarray(curvature, float) / 2.0) - rubber
 
@@ -350,8 +307,6 @@ def curvature_from_chamber_area(
     wall: ArrayLike,
     side_wall: ArrayLike = 0.0,
 ) -> Array:
-    """Curvature [1/m] of a section whose air volume per length is `area` [m2] (eq. 3.17 solved for
-    kappa).
-    """
+    """Curvature [1/m] at an air volume per length of `area` [m2] (eq. 3.17 solved for kappa)."""
     change = np.asarray(area, float) - chamber_area(0.0, height, width, wall, side_wall)
     return 2.0 * change / (np.asarray(width, float) * np.asarray(height, float) ** 2)

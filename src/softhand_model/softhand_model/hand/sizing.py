@@ -3,9 +3,7 @@
 The rules of thumb (3.6.1) are solved together with the side walls, so that `actuation_ratio` and
 `Actuator.stiffness` give back what was wanted. The free section is square. Along the actuator the
 stiffness falls in a straight line, as the cube of a circumference that tapers with the root 3;
-height and width taper as those of P10 (7.3).
-
-An actuator as YAML: a hand of a single finger that brings it along, for `load_hand`.
+height and width taper as those of P10 (7.3). `finger_text` writes it as a hand of a single finger.
 """
 
 from __future__ import annotations
@@ -37,6 +35,8 @@ UNITS = {  # of what an actuator should do; of all else [m]
     "tip_stiffness": "N m2",
     "max_stretch": "",
 }
+PLATE = {"size": [0.030, 0.030, 0.010], "position": [-0.010, 0.0, -0.005]}  # [m]
+STAND_MASS = 0.020  # [kg]
 
 
 class WishError(ValueError):
@@ -297,10 +297,6 @@ def _broken_rules(wish: Wish, base: Section) -> tuple[BrokenRule, ...]:
         design.check_rubber(wish.rubber),
     )
     return tuple(check for check in checks if check is not None)
-
-
-PLATE = {"size": [0.030, 0.030, 0.010], "position": [-0.010, 0.0, -0.005]}  # [m]
-STAND_MASS = 0.020  # [kg]
 
 
 def actuator_entry(actuator: Actuator) -> dict[str, Any]:

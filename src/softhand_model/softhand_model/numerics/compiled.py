@@ -1,27 +1,22 @@
-"""numba where it is installed, plain Python where it is not (the same results, slower)."""
+"""Numerical kernels compiled by numba, and cached on disk until any of them changes."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-COMPILED = find_spec("numba") is not None
+from numba import njit
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorate a numerical kernel: compiled and cached on disk by numba, or left as it is.
+    """Decorate a numerical kernel: compiled and cached on disk by numba.
 
     What is cached counts as old when any kernel of its package has changed: by itself numba looks
     at the file of the function alone, and would go on with what it calls in other files as it was.
     """
-    if not COMPILED:
-        return function
-    from numba import njit
-
     kernel: Any = njit(cache=True, fastmath=False)(function)
     file = sys.modules[function.__module__].__file__ if function.__module__ in sys.modules else None
     if file is not None:

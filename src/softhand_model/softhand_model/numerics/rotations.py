@@ -1,10 +1,7 @@
-"""Vectors and rotations, single and at many points at once; quaternions are (x, y, z, w).
+"""Vectors and rotations, single ones and at many points at once.
 
-Vectors and rotations at many points at once, component first: vectors (3, n), matrices (3, 3,
-n).
-
-Fields of k vectors at a point are (3, k, n). The points lie last, so that each operation runs along
-contiguous memory.
+Quaternions are (x, y, z, w). At many points vectors are (3, n), k vectors a point (3, k, n) and
+matrices (3, 3, n): the points lie last, so that each operation runs along contiguous memory.
 """
 
 from __future__ import annotations
@@ -12,10 +9,10 @@ from __future__ import annotations
 from math import factorial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from softhand_model.arrays import Array
 
 
 def from_rpy(rpy: ArrayLike) -> Array:
@@ -181,11 +178,7 @@ def _quadratic(vector: Array, square: Array, first: Array, second: Array) -> Arr
 def rotation_vectors(matrix: Array) -> Array:
     """Rotation vectors (3, n) [rad] of rotations (3, 3, n), below half a turn."""
     sine = 0.5 * np.stack(
-        [
-            matrix[2, 1] - matrix[1, 2],
-            matrix[0, 2] - matrix[2, 0],
-            matrix[1, 0] - matrix[0, 1],
-        ]
+        [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]
     )
     length = np.sqrt(np.sum(sine * sine, axis=0))
     cosine = 0.5 * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2] - 1.0)

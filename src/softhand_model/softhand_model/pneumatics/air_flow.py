@@ -1,31 +1,34 @@
-"""One step of the air between valves, dead volumes and channels, and its temperature.
-
-Temperature of the air in the channels: a lumped energy balance of each.
-"""
+"""Air between valves, dead volumes and channels: one step of its flow, and its temperature."""
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from softhand_model.gas import GAS_CONSTANT, HEAT_CAPACITY_RATIO, series_flow
+from softhand_model.arrays import Array, Spools
+from softhand_model.gas import CRITICAL_RATIO, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from softhand_model.numerics.compiled import compiled
 
-Floats = NDArray[np.float64]
 IN, OUT = 0, 1  # rows of the arrays over flow paths
+ROOT = 1 / HEAT_CAPACITY_RATIO
+EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
+TINY = float(np.finfo(float).tiny)
+HEAT_CAPACITY = GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1)  # of air at constant volume [J/(kg K)]
 
 
 class Paths(NamedTuple):
-    """What resists the air on the inlet and outlet path of `n` channels.
+    """The inlet and outlet paths of `n` channels.
 
     Conductances of the chokes and of chokes with open valves (2, n) [kg/(s Pa)], of the lines
-    (n,) [kg/(s Pa2)].
+    (n,) [kg/(s Pa2)], and the capacity of one dead volume [kg/Pa].
     """
 
-    choke: Floats
-    choke_and_valve: Floats
-    line: Floats
+    choke: Array
+    choke_and_valve: Array
+    line: Array
+    dead_capacity: float
 
 
 class Contents(NamedTuple):
@@ -36,36 +39,47 @@ class Contents(NamedTuple):
     actuators, by whichever path [kg], and `net_flow` (n,) along the lines into them [kg/s].
     """
 
-    air: Floats
-    dead: Floats
-    inflow: Floats
-    outflow: Floats
-    received: Floats
-    net_flow: Floats
+    air: Array
+    dead: Array
+    inflow: Array
+    outflow: Array
+    received: Array
+    net_flow: Array
 
 
+@compiled
+def series_flow(high: float, low: float, orifice: float, line: float) -> float:
+    """`softhand_model.gas.series_flow` between two absolute pressures [Pa], in compiled code."""
+    ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
+    root = ratio**ROOT
+    psi = math.sqrt(EXPONENT * root * (root - ratio))
+    by_orifice = orifice * high * psi
+    by_line = line * (high * high - low * low)
+    total = by_orifice + math.sqrt(by_orifice * by_orifice + 4.0 * by_line * by_line)
+    return 2.0 * by_orifice * by_line / max(total, TINY)
+
+
+@compiled
 def move_air(
     dt: float,
-    state: NDArray[np.int8],
+    state: Spools,
     outer: tuple[float, float],
-    capacity: Floats,
-    dead_capacity: float,
+    capacity: Array,
     paths: Any,
     contents: Any,
-    at_box: Floats,
+    at_box: Array,
 ) -> float:
     """Let air flow for `dt` [s] with the spools held; changes `contents` and `at_box` in place.
 
     The dead volume of an open path takes the outer pressure at once. Through each choke flows
-    `softhand_model.gas.series_flow`, at most what evens out the two sides, or the step would
-    overshoot the equilibrium.
+    `series_flow`, at most what evens out the two sides, or the step would overshoot the
+    equilibrium.
 
     Args:
         dt: step [s].
         state: spools (n,): +1 inflating, -1 deflating, 0 closed.
         outer: absolute pressure of supply and surroundings [Pa].
         capacity: of the actuators (n,) [kg/Pa].
-        dead_capacity: of one dead volume [kg/Pa].
         paths: the fields of `Paths`.
         contents: the fields of `Contents`.
         at_box: its first n entries become the absolute pressures [Pa] at the box's end of the
@@ -74,32 +88,41 @@ def move_air(
     Returns:
         Mass that has left the supply [kg].
     """
-    choke, choke_and_valve, line = paths
+    choke, choke_and_valve, line, dead_capacity = paths
     air, dead, inflow, outflow, received, net_flow = contents
-    opened = np.array([state > 0, state < 0])
-    through = np.zeros(dead.shape)
-    if opened.any():
-        through = opened * (np.array(outer)[:, None] * dead_capacity - dead)
-        dead += through
-    pressure, inner = air / capacity, dead / dead_capacity
-    high, low = np.maximum(inner, pressure), np.minimum(inner, pressure)
-    flow = series_flow(high, low, np.where(opened, choke_and_valve, choke), line)
-    both = capacity * dead_capacity / (capacity + dead_capacity)
-    most = (high - low) * np.where(opened, capacity, both)
-    moved = np.copysign(np.minimum(flow * dt, most), inner - pressure)
-    dead -= np.where(opened, 0.0, moved)
-    through += np.where(opened, moved, 0.0)
-    inflow += through[IN]
-    outflow -= through[OUT]
-    net = moved[IN] + moved[OUT]
-    air += net
-    received[:] = np.maximum(moved, 0.0).sum(axis=0)
-    net_flow[:] = net / dt
-    at_box[: len(air)] = np.sqrt(np.maximum((air / capacity) ** 2 + net_flow / line, 0.0))
-    return float(through[IN].sum())
-
-
-HEAT_CAPACITY = GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1)  # of air at constant volume [J/(kg K)]
+    taken = 0.0
+    for i in range(len(state)):
+        pressure, net = air[i] / capacity[i], 0.0
+        received[i] = 0.0
+        for path in range(2):
+            opened = state[i] > 0 if path == IN else state[i] < 0
+            through = 0.0
+            if opened:
+                through = outer[path] * dead_capacity - dead[path, i]
+                dead[path, i] += through
+            inner = dead[path, i] / dead_capacity
+            high, low = max(inner, pressure), min(inner, pressure)
+            orifice = choke_and_valve[path, i] if opened else choke[path, i]
+            flow = series_flow(high, low, orifice, line[i])
+            both = capacity[i] * dead_capacity / (capacity[i] + dead_capacity)
+            most = (high - low) * (capacity[i] if opened else both)
+            moved = math.copysign(min(flow * dt, most), inner - pressure)
+            net += moved
+            received[i] += max(moved, 0.0)
+            if opened:
+                through += moved
+            else:
+                dead[path, i] -= moved
+            if path == IN:
+                inflow[i] += through
+                taken += through
+            else:
+                outflow[i] -= through
+        air[i] += net
+        net_flow[i] = net / dt
+        after = air[i] / capacity[i]
+        at_box[i] = math.sqrt(max(after * after + net_flow[i] / line[i], 0.0))
+    return taken
 
 
 class ChannelHeat:
@@ -117,21 +140,21 @@ class ChannelHeat:
 
     def __init__(self, channels: int, wall: float, time_constant: float) -> None:
         self._wall, self._time_constant = wall, time_constant
-        self.temperature: Floats = np.full(channels, wall)
-        self.heat: Floats = np.zeros(channels)
+        self.temperature: Array = np.full(channels, wall)
+        self.heat: Array = np.zeros(channels)
 
-    def compress(self, ratio: Floats) -> None:
+    def compress(self, ratio: Array) -> None:
         """Change the volumes by `ratio` (n,) = new/old without heat: `T V**(kappa - 1)` stays."""
         self.temperature = self.temperature * ratio ** (1 - HEAT_CAPACITY_RATIO)
 
-    def exchange(self, dt: float, air: Floats) -> None:
+    def exchange(self, dt: float, air: Array) -> None:
         """Let the walls take heat from the `air` (n,) [kg] for `dt` [s]."""
         excess = self.temperature - self._wall
         change = excess * -np.expm1(-dt / self._time_constant)
         self.temperature = self.temperature - change
         self.heat += HEAT_CAPACITY * air * change
 
-    def mix(self, air: Floats, received: Floats, net: Floats) -> None:
+    def mix(self, air: Array, received: Array, net: Array) -> None:
         """Let air in, then out.
 
         Args:

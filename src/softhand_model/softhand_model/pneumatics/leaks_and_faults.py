@@ -1,7 +1,4 @@
-"""Leaks, relief valves and faults of the bench, to be set at any time.
-
-Faults of the bench, to be set at any time: what a safe driver has to survive.
-"""
+"""Leaks, relief valves, and faults of the bench that a safe driver has to survive."""
 
 from __future__ import annotations
 
@@ -11,12 +8,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array, Spools
 from softhand_model.gas import orifice_conductance, psi
 from softhand_model.pneumatics.parameters import Pneumatics
 
-Floats = NDArray[np.float64]
+BURST_DIAMETER = 1e-3  # [m]
+BLEED_DIAMETER = 1e-3  # of the hole through which a lost supply's reservoir empties [m]
 
 
 class Escapes:
@@ -37,7 +36,7 @@ class Escapes:
     """
 
     def __init__(
-        self, parameters: Pneumatics, leak: Floats, relief_pressures: ArrayLike | None
+        self, parameters: Pneumatics, leak: Array, relief_pressures: ArrayLike | None
     ) -> None:
         self._ambient = parameters.ambient_pressure
         self._temperature = parameters.temperature
@@ -50,58 +49,53 @@ class Escapes:
             self._relief_rise = given * parameters.relief.accumulation
             self._relief = self._orifice(parameters.relief.diameter)
 
-    def _orifice(self, diameter: ArrayLike) -> Floats:
+    def _orifice(self, diameter: ArrayLike) -> Array:
         area = np.pi / 4 * np.asarray(diameter, dtype=float) ** 2
         return orifice_conductance(area, self._temperature)
 
-    def relieved(self, dt: float, pressure: Floats, capacity: Floats) -> Floats:
+    def relieved(self, dt: float, pressure_abs: Array, capacity: Array) -> Array:
         """Air that the relief valves let off in `dt` [s].
 
         Args:
             dt: step [s].
-            pressure: in the actuators, absolute (n,) [Pa].
+            pressure_abs: in the actuators, absolute (n,) [Pa].
             capacity: of the actuators (n,) [kg/Pa].
 
         Returns:
             Mass (n,), at most what brings the pressure down to where the valve closes [kg].
         """
-        excess = np.maximum(pressure - self._relief_opens, 0.0)
+        excess = np.maximum(pressure_abs - self._relief_opens, 0.0)
         share = np.minimum(excess / self._relief_rise, 1.0)
-        flow = share * self._relief * pressure * psi(self._ambient / pressure)
+        flow = share * self._relief * pressure_abs * psi(self._ambient / pressure_abs)
         return np.minimum(flow * dt, excess * capacity)
 
-    def leaked(self, dt: float, pressure: Floats, capacity: Floats, holes: Floats) -> Floats:
+    def leaked(self, dt: float, pressure_abs: Array, capacity: Array, holes: Array) -> Array:
         """Air that leaks and burst tubes let off in `dt` [s]; below ambient it comes in.
 
         Args:
             dt: step [s].
-            pressure: in the actuators, absolute (n,) [Pa].
+            pressure_abs: in the actuators, absolute (n,) [Pa].
             capacity: of the actuators (n,) [kg/Pa].
             holes: diameters of holes (n,), 0 for none [m].
 
         Returns:
             Mass (n,), at most what evens out the pressures [kg].
         """
-        gauge = pressure - self._ambient
-        high, low = np.maximum(pressure, self._ambient), np.minimum(pressure, self._ambient)
+        gauge = pressure_abs - self._ambient
+        high, low = np.maximum(pressure_abs, self._ambient), np.minimum(pressure_abs, self._ambient)
         flow = self._leak * np.abs(gauge)
         if holes.any():
             flow = flow + self._orifice(holes) * high * psi(low / high)
         return np.copysign(np.minimum(flow * dt, np.abs(gauge) * capacity), gauge)
 
 
-def _checked_pressures(pressures: ArrayLike, channels: int) -> Floats:
+def _checked_pressures(pressures: ArrayLike, channels: int) -> Array:
     given = np.asarray(pressures, dtype=float)
     if given.shape != (channels,):
         raise ValueError(f"relief_pressures must have shape ({channels},), got {given.shape}")
     if not (given > 0).all():
         raise ValueError(f"relief_pressures must be above 0 Pa, got {given.tolist()}")
     return given
-
-
-Spools = NDArray[np.int8]
-BURST_DIAMETER = 1e-3  # [m]
-BLEED_DIAMETER = 1e-3  # of the hole through which a lost supply's reservoir empties [m]
 
 
 class Faults:
@@ -122,14 +116,14 @@ class Faults:
 
     def reset(self) -> None:
         """Repair everything, and forget the last readings."""
-        self._last: Floats | None = None
+        self._last: Array | None = None
         self.clear()
 
     def clear(self) -> None:
         """Repair everything."""
         self._stuck: dict[int, int] = {}
         self._sensors: dict[int, float | None] = {}
-        self.holes: Floats = np.zeros(len(self._channels))  # diameters [m]
+        self.holes: Array = np.zeros(len(self._channels))  # diameters [m]
         self.burst_any = False
         self.supply_bleed = 0.0  # diameter of the reservoir's hole, 0 with a sound supply [m]
 
@@ -187,7 +181,7 @@ class Faults:
             held[channel] = state
         return held
 
-    def readings(self, fresh: Floats) -> Floats:
+    def readings(self, fresh: Array) -> Array:
         """Readings (n + 1,) [Pa] as the sensors give them, out of those of sound sensors."""
         for index, value in self._sensors.items():
             if value is None:

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array
 from softhand_model.yaml_document import Node, data_file, read_document
 
 FORMAT = "softhand-pneumatics/1"
@@ -92,7 +93,7 @@ class Relief:
     accumulation: float
     diameter: float
 
-    def pressures(self, limits: ArrayLike) -> NDArray[np.float64]:
+    def pressures(self, limits: ArrayLike) -> Array:
         """Gauge pressures (n,) [Pa] at which the valves begin to open.
 
         Args:
@@ -149,14 +150,7 @@ SECTIONS: dict[str, type] = {
     "channel_sensor": Sensor,
     "supply_sensor": Sensor,
 }
-MAY_BE_ZERO = (
-    "delay_jitter",
-    "noise",
-    "accuracy",
-    "droop",
-    "conductance",
-    "thermal_time_constant",
-)
+MAY_BE_ZERO = ("delay_jitter", "noise", "accuracy", "droop", "conductance", "thermal_time_constant")
 BOUNDS = {"bits": (1.0, 24.0), "passed": (0.0, 1.0), "margin": (1.0, math.inf)}
 
 

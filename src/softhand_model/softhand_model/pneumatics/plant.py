@@ -5,17 +5,19 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array, Spools
+from softhand_model.effects.stages import FlowEffect
 from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
 from softhand_model.pneumatics.air_flow import ChannelHeat, Contents, Paths, move_air
 from softhand_model.pneumatics.leaks_and_faults import Escapes, Faults
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
+from softhand_model.pneumatics.pulse_effects import PulseEffects
 from softhand_model.pneumatics.sensors import build_sensors
 from softhand_model.pneumatics.supply import AirSupply
 from softhand_model.pneumatics.valves import Valves, checked_valves
 
-Floats = NDArray[np.float64]
 SLOTS = 8  # channels of one Pneumaticbox
 LONGEST_SUBSTEP = 1e-3  # [s]
 SHORTEST_SUBSTEP = 1e-6  # to which the moments are kept when spools move [s]
@@ -40,6 +42,7 @@ class PneumaticPlant:
         seed: of noise and jitter. The tolerances of the box come from `parameters.box_seed`.
         relief_pressures: gauge pressures (n,) [Pa] at which a mechanical relief valve on each
             channel begins to open (see `Relief.pressures`); None without relief valves.
+        effects: flow effects of a model file, which act on each pulse of a valve.
 
     Raises:
         ValueError: too many channels; volumes or relief pressures of the wrong shape or not above
@@ -52,8 +55,6 @@ class PneumaticPlant:
     True
     """
 
-    _move_air = staticmethod(move_air)  # the one thing that the compiled plant replaces
-
     def __init__(
         self,
         channels: Sequence[str],
@@ -61,6 +62,7 @@ class PneumaticPlant:
         parameters: Pneumatics | None = None,
         seed: int = 0,
         relief_pressures: ArrayLike | None = None,
+        effects: Sequence[FlowEffect] = (),
     ) -> None:
         if not 1 <= len(channels) <= SLOTS:
             raise ValueError(f"channels must be 1 to {SLOTS} names, got {list(channels)}")
@@ -70,6 +72,11 @@ class PneumaticPlant:
         self._gas = GAS_CONSTANT * self.parameters.temperature  # [J/kg]
         self.faults = Faults(self.channels)
         self._build_box(len(self.channels), relief_pressures)
+        self._pulses = (
+            PulseEffects(effects, len(self.channels), self.parameters.ambient_pressure)
+            if effects
+            else None
+        )
         self.reset(volumes)
 
     def _build_box(self, n: int, relief_pressures: ArrayLike | None) -> None:
@@ -85,8 +92,8 @@ class PneumaticPlant:
         valve = orifice_conductance(np.pi / 4 * p.valve.diameter**2, p.temperature)
         length = tolerances.uniform(*p.line.length, SLOTS)[:n]
         line = line_conductance(p.line.diameter, length, p.temperature)
-        self._paths = Paths(choke, 1 / np.sqrt(choke**-2 + valve**-2), line)
-        self._dead_capacity = p.choke.dead_volume / self._gas  # [kg/Pa]
+        dead_capacity = p.choke.dead_volume / self._gas
+        self._paths = Paths(choke, 1 / np.sqrt(choke**-2 + valve**-2), line, dead_capacity)
         leak = tolerances.uniform(*p.leak.conductance, SLOTS)[:n]
         self._escapes = Escapes(p, leak, relief_pressures)
         self._supply = AirSupply(p)
@@ -106,15 +113,17 @@ class PneumaticPlant:
         self._sensors.reset()
         self._supply.reset()
         self.faults.reset()
+        if self._pulses is not None:
+            self._pulses.reset()
         gas = self.parameters.gas
         self._heat = (
             ChannelHeat(n, self.parameters.temperature, gas.thermal_time_constant)
             if gas.thermal_time_constant
             else None
         )
-        self._leaked: Floats = np.zeros(n)
-        self._relieved: Floats = np.zeros(n)
-        self._at_box: Floats = np.empty(n + 1)
+        self._leaked: Array = np.zeros(n)
+        self._relieved: Array = np.zeros(n)
+        self._at_box: Array = np.empty(n + 1)
         self._contents = Contents(
             *(np.zeros((2, n) if f == "dead" else n) for f in Contents._fields)
         )
@@ -125,7 +134,7 @@ class PneumaticPlant:
         """Turn the regulator of the supply to a gauge `pressure` [Pa]."""
         self._supply.set(pressure)
 
-    def rest_mass(self, volumes: ArrayLike) -> Floats:
+    def rest_mass(self, volumes: ArrayLike) -> Array:
         """Air behind the valves at ambient pressure: the zero of the box's air mass.
 
         Args:
@@ -134,7 +143,7 @@ class PneumaticPlant:
         Returns:
             Mass (n,), dead volumes included [kg].
         """
-        capacity = np.asarray(volumes, dtype=float) / self._gas + 2 * self._dead_capacity
+        capacity = np.asarray(volumes, dtype=float) / self._gas + 2 * self._paths.dead_capacity
         return np.asarray(self.parameters.ambient_pressure * capacity)
 
     def fill(self, mass: ArrayLike) -> None:
@@ -142,50 +151,50 @@ class PneumaticPlant:
         if self._heat is not None:
             self._heat.temperature[:] = self.parameters.temperature
         pressure = np.asarray(mass, dtype=float) / (
-            self._volumes / self._gas + 2 * self._dead_capacity
+            self._volumes / self._gas + 2 * self._paths.dead_capacity
         )
         self._contents.air[:] = pressure * self._volumes / self._gas
-        self._contents.dead[:] = pressure * self._dead_capacity
+        self._contents.dead[:] = pressure * self._paths.dead_capacity
 
     @property
-    def mass(self) -> Floats:
+    def mass(self) -> Array:
         """Air behind the valves per channel, dead volumes included (n,) [kg]."""
         return np.asarray(self._contents.air + self._contents.dead.sum(axis=0))
 
     @property
-    def inflow(self) -> Floats:
+    def inflow(self) -> Array:
         """Air that has come from the supply since the start (n,) [kg]."""
         return self._contents.inflow.copy()
 
     @property
-    def outflow(self) -> Floats:
+    def outflow(self) -> Array:
         """Air that has left through the outlets since the start (n,) [kg]."""
         return self._contents.outflow.copy()
 
     @property
-    def leaked(self) -> Floats:
+    def leaked(self) -> Array:
         """Air lost through leaks and burst tubes since the start (n,) [kg]."""
         return self._leaked.copy()
 
     @property
-    def relieved(self) -> Floats:
+    def relieved(self) -> Array:
         """Air that relief valves have let off since the start (n,) [kg]."""
         return self._relieved.copy()
 
     @property
-    def pressures(self) -> Floats:
+    def pressures(self) -> Array:
         """Absolute pressure in the actuators (n,) [Pa]."""
         return np.asarray(self._contents.air / self._capacity)
 
     @property
-    def temperatures(self) -> Floats:
+    def temperatures(self) -> Array:
         """Temperature of the air in the actuators (n,) [K]."""
         if self._heat is None:
             return np.full(len(self.channels), self.parameters.temperature)
         return self._heat.temperature.copy()
 
     @property
-    def wall_heat(self) -> Floats:
+    def wall_heat(self) -> Array:
         """Heat that the walls of the actuators have taken since the start (n,) [J]."""
         return np.zeros(len(self.channels)) if self._heat is None else self._heat.heat.copy()
 
@@ -200,22 +209,22 @@ class PneumaticPlant:
         return self._supply.tank_pressure
 
     @property
-    def valve_states(self) -> NDArray[np.int8]:
+    def valve_states(self) -> Spools:
         """Where the spools are: +1 inflating, -1 deflating, 0 closed (n,)."""
         return self.faults.spools(self._valves.state).copy()
 
     @property
-    def _capacity(self) -> Floats:
+    def _capacity(self) -> Array:
         # mass per pressure in the actuators (n,) [kg/Pa]
         if self._heat is None:
             return np.asarray(self._volumes / self._gas)
         return np.asarray(self._volumes / (GAS_CONSTANT * self._heat.temperature))
 
-    def read(self) -> Floats:
+    def read(self) -> Array:
         """Read the sensors: absolute pressures of the channels, then the supply (n + 1,) [Pa]."""
         return self.faults.readings(self._sensors.read(self._noise))
 
-    def step(self, dt: float, valves: ArrayLike, volumes: ArrayLike) -> Floats:
+    def step(self, dt: float, valves: ArrayLike, volumes: ArrayLike) -> Array:
         """Advance by `dt`, in substeps of 1 ms or less that end when a spool moves.
 
         Args:
@@ -240,7 +249,7 @@ class PneumaticPlant:
             self._substep(dt / count, target - left * change)
         return self.pressures
 
-    def _checked_volumes(self, volumes: ArrayLike) -> Floats:
+    def _checked_volumes(self, volumes: ArrayLike) -> Array:
         given = np.asarray(volumes, dtype=float)
         if given.shape != (len(self.channels),):
             raise ValueError(f"volumes must have shape ({len(self.channels)},), got {given.shape}")
@@ -248,7 +257,7 @@ class PneumaticPlant:
             raise ValueError(f"volumes must be above 0 m3, got {given.tolist()}")
         return given
 
-    def _substep(self, dt: float, volumes: Floats) -> None:
+    def _substep(self, dt: float, volumes: Array) -> None:
         while True:
             self._valves.advance(self.time + SHORTEST_SUBSTEP)
             part = self._valves.next_change - self.time
@@ -258,13 +267,14 @@ class PneumaticPlant:
             dt -= part
         self._move(dt, volumes)
 
-    def _move(self, dt: float, volumes: Floats) -> None:
+    def _move(self, dt: float, volumes: Array) -> None:
         # spools held
         if self._heat is not None:
             self._heat.compress(volumes / self._volumes)
         self._volumes = volumes
         capacity = self._capacity
-        if self._escapes.leaks or self._escapes.relieves or self.faults.burst_any:
+        escapes = self._escapes.leaks or self._escapes.relieves or self.faults.burst_any
+        if escapes or self._pulses is not None:
             self._let_escape(dt, capacity)
         taken = self._flow(dt, capacity)
         if self.faults.supply_bleed:
@@ -277,25 +287,33 @@ class PneumaticPlant:
             self._heat.exchange(dt, self._contents.air)
         self.time += dt
 
-    def _flow(self, dt: float, capacity: Floats) -> float:
-        air = self._contents.air
-        before = air if self._heat is None else air.copy()
-        taken = self._move_air(
+    def _flow(self, dt: float, capacity: Array) -> float:
+        contents, before = self._contents, self._contents
+        if self._heat is not None or self._pulses is not None:
+            before = self._copied_contents()
+        spools = self.faults.spools(self._valves.state)
+        taken = move_air(
             dt,
-            self.faults.spools(self._valves.state),
+            spools,
             (self._supply.pressure, self.parameters.ambient_pressure),
             capacity,
-            self._dead_capacity,
             tuple(self._paths),  # numba takes plain tuples faster than named ones
-            tuple(self._contents),
+            tuple(contents),
             # the sensors sit in the box: while air flows they see the drop along the tube too
             self._at_box,
         )
+        if self._pulses is not None:
+            taken += self._pulses.add(dt, spools, self._supply.pressure, before, contents, capacity)
+            square = (contents.air / capacity) ** 2 + contents.net_flow / self._paths.line
+            self._at_box[:-1] = np.sqrt(np.maximum(square, 0.0))
         if self._heat is not None:
-            self._heat.mix(before, self._contents.received, air - before)
+            self._heat.mix(before.air, contents.received, contents.air - before.air)
         return taken
 
-    def _let_escape(self, dt: float, capacity: Floats) -> None:
+    def _copied_contents(self) -> Contents:
+        return Contents(*(array.copy() for array in self._contents))
+
+    def _let_escape(self, dt: float, capacity: Array) -> None:
         air, before = self._contents.air, self._contents.air.copy()
         if self._escapes.relieves:
             relieved = self._escapes.relieved(dt, air / capacity, capacity)
@@ -303,6 +321,11 @@ class PneumaticPlant:
             self._relieved += relieved
         if self._escapes.leaks or self.faults.burst_any:
             leaked = self._escapes.leaked(dt, air / capacity, capacity, self.faults.holes)
+            air -= leaked
+            self._leaked += leaked
+        if self._pulses is not None:
+            spools = self.faults.spools(self._valves.state)
+            leaked = self._pulses.leaked(dt, spools, air / capacity, capacity)
             air -= leaked
             self._leaked += leaked
         if self._heat is not None:
@@ -316,8 +339,9 @@ class PneumaticPlant:
             "escaped": (self._leaked.copy(), self._relieved.copy()),
             "heat": None if self._heat is None else self._heat.save(),
             "faults": self.faults.save(),
+            "pulses": None if self._pulses is None else self._pulses.save(),
             "volumes": self._volumes.copy(),
-            "contents": Contents(*(array.copy() for array in self._contents)),
+            "contents": self._copied_contents(),
             "valves": self._valves.save(),
             "sensors": self._sensors.filtered.copy(),
             "noise": self._noise.bit_generator.state,
@@ -331,6 +355,8 @@ class PneumaticPlant:
         self.faults.restore(saved["faults"])
         if self._heat is not None:
             self._heat.restore(saved["heat"])
+        if self._pulses is not None:
+            self._pulses.restore(saved["pulses"])
         self._volumes = saved["volumes"].copy()
         self._contents = Contents(*(array.copy() for array in saved["contents"]))
         self._valves.restore(saved["valves"])

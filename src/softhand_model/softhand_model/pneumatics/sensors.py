@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from softhand_model.arrays import Array
 from softhand_model.pneumatics.parameters import Sensor
 
-Floats = NDArray[np.float64]
 OFFSET_SHARE = 0.7  # of the accuracy class; the rest is gain, so that both together keep the class
 
 
@@ -20,28 +19,28 @@ class PressureSensors:
     """
 
     ambient: float
-    gain: Floats
-    offset: Floats
-    noise: Floats
-    resolution: Floats
-    full_scale: Floats
-    time_constant: Floats
+    gain: Array
+    offset: Array
+    noise: Array
+    resolution: Array
+    full_scale: Array
+    time_constant: Array
 
     def __post_init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
         """Let the low-pass settle at ambient pressure."""
-        self.filtered: Floats = np.full(len(self.gain), self.ambient)
+        self.filtered: Array = np.full(len(self.gain), self.ambient)
         self._step, self._share = 0.0, self.filtered
 
-    def follow(self, dt: float, pressures_abs: Floats) -> None:
+    def follow(self, dt: float, pressures_abs: Array) -> None:
         """Let the low-pass follow true absolute pressures [Pa] for `dt` [s]."""
         if dt != self._step:
             self._step, self._share = dt, dt / (dt + self.time_constant)
         self.filtered += self._share * (pressures_abs - self.filtered)
 
-    def read(self, noise: np.random.Generator) -> Floats:
+    def read(self, noise: np.random.Generator) -> Array:
         """Return converted absolute pressures [Pa], ambient taken as exactly known."""
         true = self.filtered - self.ambient
         drawn = noise.standard_normal(len(true))

@@ -1,16 +1,14 @@
-"""Slow 5/3 valves, and outlets that open when the driver falls silent (section 4.3).
-
-The plant's own safety rule: outlets open when the driver falls silent.
-"""
+"""Slow 5/3 valves (section 4.3), and outlets that open when the driver falls silent."""
 
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from softhand_model.arrays import Array, Spools
 from softhand_model.pneumatics.parameters import Range, Valve
 
-Floats = NDArray[np.float64]
+SILENCE_LIMIT = 0.25  # of the plant's own time [s]
 
 
 class Valves:
@@ -40,13 +38,13 @@ class Valves:
 
     def reset(self, channels: int) -> None:
         """Close all spools, with no command under way."""
-        self.state: NDArray[np.int8] = np.zeros(channels, dtype=np.int8)
-        self._command: NDArray[np.int8] = np.zeros(channels, dtype=np.int8)
-        self._opens: Floats = np.full(channels, np.inf)
-        self._closes: Floats = np.full(channels, np.inf)
+        self.state: Spools = np.zeros(channels, dtype=np.int8)
+        self._command: Spools = np.zeros(channels, dtype=np.int8)
+        self._opens: Array = np.full(channels, np.inf)
+        self._closes: Array = np.full(channels, np.inf)
         self.next_change = np.inf  # when the next spool will move [s]
 
-    def command(self, time: float, valves: NDArray[np.int8], noise: np.random.Generator) -> None:
+    def command(self, time: float, valves: Spools, noise: np.random.Generator) -> None:
         """Switch the coils at `time` [s] to `valves` (channels,); `noise` draws the jitter."""
         if valves.tobytes() == self._command.tobytes():
             return
@@ -65,11 +63,11 @@ class Valves:
         self._command = valves.copy()
         self._plan()
 
-    def _jittered(self, delay: Floats, bounds: Range, noise: np.random.Generator) -> Floats:
+    def _jittered(self, delay: Array, bounds: Range, noise: np.random.Generator) -> Array:
         drawn = noise.normal(0.0, self._parameters.delay_jitter, delay.shape)
         return np.asarray(np.clip(delay + drawn, *bounds))
 
-    def advance(self, time: float) -> NDArray[np.int8]:
+    def advance(self, time: float) -> Spools:
         """Move the spools to where they are at `time` [s] and return their states (channels,)."""
         if time < self.next_change:
             return self.state
@@ -102,9 +100,6 @@ class Valves:
         self._plan()
 
 
-SILENCE_LIMIT = 0.25  # of the plant's own time [s]
-
-
 class CommandWatch:
     """Holds the last valve command and opens every outlet when none has come for a while.
 
@@ -133,13 +128,13 @@ class CommandWatch:
         if not silence_limit > 0:
             raise ValueError(f"silence_limit must be above 0 s, got {silence_limit}")
         self.silence_limit = silence_limit
-        self._vent: NDArray[np.int8] = np.full(channels, -1, dtype=np.int8)
+        self._vent: Spools = np.full(channels, -1, dtype=np.int8)
         self.reset(time)
 
     def reset(self, time: float) -> None:
         """Close the valves and start counting the silence at `time` [s]."""
         self._last = time
-        self._valves: NDArray[np.int8] = np.zeros_like(self._vent)
+        self._valves: Spools = np.zeros_like(self._vent)
 
     def receive(self, time: float, valves: ArrayLike) -> None:
         """Take a command at the plant's `time` [s]: +1 inflate, -1 deflate, 0 closed per channel.
@@ -154,12 +149,12 @@ class CommandWatch:
         """Tell whether the driver has been silent for longer than the limit at `time` [s]."""
         return time - self._last > self.silence_limit + 1e-9
 
-    def valves(self, time: float) -> NDArray[np.int8]:
+    def valves(self, time: float) -> Spools:
         """Valves to apply at `time` [s]: the last command, or all outlets open after silence."""
         return self._vent if self.silent(time) else self._valves
 
 
-def checked_valves(valves: ArrayLike, channels: int) -> NDArray[np.int8]:
+def checked_valves(valves: ArrayLike, channels: int) -> Spools:
     """Return valve commands (channels,) as integers in {-1, 0, 1}.
 
     Raises:
