@@ -12,7 +12,7 @@ setup:
 # a strategy of its own: STRATEGY=examples/three_finger_gripper/grasp.yaml OBJECT=ball; FRICTION=pairs.yaml
 # has pairs of materials of your own.
 demo: setup
-	@$(PYTHON_IN_VENV) -m softhand_bringup.demo $(if $(filter-out 0,$(GUI)),--gui) $(if $(SEED),--seed $(SEED)) \
+	@$(PYTHON_IN_VENV) -m softhand_bringup.ros.demo $(if $(filter-out 0,$(GUI)),--gui) $(if $(SEED),--seed $(SEED)) \
 		$(if $(STRATEGY),--strategy $(STRATEGY)) $(if $(OBJECT),--object $(OBJECT)) $(if $(HAND),--hand $(HAND)) \
 		$(if $(FRICTION),--friction $(FRICTION))
 
@@ -23,7 +23,7 @@ lab-demo: setup
 # The same over ROS: a finger whose simulator hides an effect (HIDE=gent_stiffening, HIDE=nothing ...)
 # is measured into bags, diagnosed, and watched by the monitor before and after; out/lab-story.
 lab-story: setup
-	@$(PYTHON_IN_VENV) -m softhand_bringup.lab_story $(if $(HIDE),--hide $(HIDE)) $(if $(SEED),--seed $(SEED))
+	@$(PYTHON_IN_VENV) -m softhand_bringup.ros.lab_story $(if $(HIDE),--hide $(HIDE)) $(if $(SEED),--seed $(SEED))
 
 # The thesis's experiments, results in out/thesis (ARGS="list", ARGS="run six_channels", ARGS="all --small").
 thesis: setup

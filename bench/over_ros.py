@@ -9,7 +9,7 @@ from typing import Any
 
 from bench.row import at_least, at_most
 from grasp_strategies.trials import draw_placement
-from softhand_bringup.demo.verdict import Verdict
+from softhand_bringup.grasp_verdict import Verdict
 from softhand_bringup.processes.launcher import NodeDied
 from softhand_bringup.processes.suite import SuiteOptions
 from softhand_bringup.processes.waiting import RunFailed

@@ -6,9 +6,9 @@ from setuptools import find_packages, setup
 PACKAGE = "softhand_bringup"
 # `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
 EXECUTABLES = [
-    "demo = softhand_bringup.demo.__main__:main",
+    "demo = softhand_bringup.ros.demo:main",
     "film = softhand_bringup.film.command:main",
-    "lab_story = softhand_bringup.lab_story.__main__:main",
+    "lab_story = softhand_bringup.ros.lab_story:main",
     "recorder = softhand_bringup.ros.recorder:main",
     "repair_bag = softhand_bringup.bags.repair:main",
 ]

@@ -27,7 +27,7 @@ import sys
 from pathlib import Path
 from softhand_bringup.lab_story.measuring import Measurement, Plan
 from softhand_bringup.lab_story.story import Story
-from softhand_bringup.ros.session import Session
+from softhand_bringup.ros.lab_story import Session
 
 def say(line):
     print(line, flush=True)
@@ -56,7 +56,7 @@ OWN = """
 import sys
 from pathlib import Path
 from softhand_bringup.lab_story.measuring import Measurement, Plan
-from softhand_bringup.ros.session import Session
+from softhand_bringup.ros.lab_story import Session
 
 folder, model = Path(sys.argv[1]), Path(sys.argv[2])
 plan = Plan((Measurement("stairs", (15e3, 29e3, 0.0), 0.9),), repeats=1, rest=0.6)
@@ -165,7 +165,7 @@ def test_an_effect_of_the_users_own_acts_in_simulator_and_monitor_alike(domain, 
 
 def test_ctrl_c_ends_the_story_and_its_nodes(domain, tmp_path):
     process = subprocess.Popen(
-        [sys.executable, "-m", "softhand_bringup.lab_story", "--out", str(tmp_path)],
+        [sys.executable, "-m", "softhand_bringup.ros.lab_story", "--out", str(tmp_path)],
         env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
         stdout=subprocess.PIPE,
         text=True,
@@ -183,7 +183,7 @@ def test_ctrl_c_ends_the_story_and_its_nodes(domain, tmp_path):
 def test_a_second_simulator_in_the_domain_ends_the_story_with_one_line(launcher, domain, tmp_path):
     launcher.start(suite.simulator(suite.SuiteOptions(hand="single_finger", scene="stand")))
     told = subprocess.run(
-        [sys.executable, "-m", "softhand_bringup.lab_story", "--out", str(tmp_path / "out")],
+        [sys.executable, "-m", "softhand_bringup.ros.lab_story", "--out", str(tmp_path / "out")],
         env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
         capture_output=True,
         text=True,

@@ -26,7 +26,7 @@ def demo(domain, tmp_path_factory):
     """One run of the demo: its exit code, its output and its folder."""
     out = tmp_path_factory.mktemp("demo")
     result = subprocess.run(
-        [sys.executable, "-m", "softhand_bringup.demo", "--out", str(out)],
+        [sys.executable, "-m", "softhand_bringup.ros.demo", "--out", str(out)],
         env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
         capture_output=True,
         text=True,
@@ -130,7 +130,7 @@ def test_the_pictures_are_there_and_not_blank(demo, name):
 
 def test_ctrl_c_ends_the_demo_and_its_nodes_and_closes_the_bag(domain, tmp_path):
     process = subprocess.Popen(
-        [sys.executable, "-m", "softhand_bringup.demo", "--out", str(tmp_path)],
+        [sys.executable, "-m", "softhand_bringup.ros.demo", "--out", str(tmp_path)],
         env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
         stdout=subprocess.PIPE,
         text=True,

@@ -17,7 +17,7 @@ import argcomplete
 
 COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     "grasp": {
-        "demo": ("softhand_bringup.demo.__main__", "three nodes grasp and lift an object (ROS)"),
+        "demo": ("softhand_bringup.ros.demo", "three nodes grasp and lift an object (ROS)"),
         "trials": ("grasp_strategies.trials", "grasps in process, from seeds, as JSON"),
         "film": ("softhand_bringup.film.command", "film of a trial or a bag: PNG, GIF or MP4"),
         "figures": ("softhand_bringup.figures", "the two pictures of a grasp, from its bag"),
@@ -30,7 +30,7 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     "measure": {
         "lab": ("model_lab.cli.main", "compare, diagnose, add ...; also as model-lab"),
         "lab-demo": ("model_lab.demo", "find a sealed effect, add it, open the seal"),
-        "lab-story": ("softhand_bringup.lab_story.__main__", "the same on a running hand (ROS)"),
+        "lab-story": ("softhand_bringup.ros.lab_story", "the same on a running hand (ROS)"),
     },
     "box": {
         "calibrate": (

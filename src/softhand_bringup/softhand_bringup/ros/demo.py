@@ -1,7 +1,12 @@
-"""One run of the demo over ROS: start everything, grasp, stop everything, draw."""
+"""The demo over ROS: start everything, grasp, lift and hold an object, stop everything, draw.
+
+Exit status: 0 gripped; 1 not gripped or failed; 2 nothing could be started; 130 interrupted.
+"""
 
 from __future__ import annotations
 
+import argparse
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,10 +18,14 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from softhand_bringup.demo.verdict import Verdict, verdict_from
+from grasp_strategies.strategy import load_strategy
+from grasp_strategies.trials import draw_placement
+from pneuflex_sim.scene.scenes import load_scene
+from softhand_bringup.grasp_verdict import Verdict, verdict_from
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.launcher import Launcher, wait_until
-from softhand_bringup.processes.suite import node_environment
+from softhand_bringup.processes.run_folder import Say, run_command
+from softhand_bringup.processes.suite import SuiteOptions, node_environment
 from softhand_bringup.processes.waiting import START_LIMIT, Interrupted, RunFailed
 from softhand_ros.client_link import ClientLink
 
@@ -52,7 +61,7 @@ class Demo:
         record: whether a bag is written (and pictures are drawn from it).
     """
 
-    options: suite.SuiteOptions
+    options: SuiteOptions
     folder: Path
     say: Callable[[str], None]
     stopped: Event = field(default_factory=Event)
@@ -190,3 +199,75 @@ class GraspClient(ClientLink):
     def _result_came(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self.result.update({pair.key: pair.value for pair in status.values})
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the demo; see the module for the exit status."""
+    parsed = _parse(arguments)
+    try:
+        options = _options(parsed)
+    except ValueError as error:
+        print(f"demo: {error}", flush=True)
+        return 2
+
+    def play(folder: Path, say: Say, stopped: Event) -> bool:
+        say(f"{options.hand} grasps the {options.object}, seed {options.seed}")
+        say(f"recording to {folder}/bag")
+        return _run(Demo(options, folder, say, stopped))
+
+    return run_command("demo", parsed.out, play)
+
+
+def _run(demo: Demo) -> bool:
+    verdict = demo.run()
+    demo.say("drawing the pictures")
+    try:
+        demo.draw()
+    finally:  # the verdict stands, whatever becomes of the pictures
+        demo.say(verdict.line(demo.folder))
+    return verdict.gripped
+
+
+def _options(parsed: argparse.Namespace) -> SuiteOptions:
+    offset, mass_scale = draw_placement(parsed.seed)
+    strategy = load_strategy(parsed.strategy)
+    if parsed.wall_inclination is not None:
+        load_scene(parsed.scene).inclined(parsed.wall_inclination)  # says what is wrong with it
+    return SuiteOptions(
+        hand=parsed.hand or strategy.hand,
+        strategy=parsed.strategy,
+        object=parsed.object,
+        scene=parsed.scene,
+        model=parsed.model,
+        friction=parsed.friction,
+        wall_inclination=parsed.wall_inclination,
+        object_offset=offset,
+        object_mass_scale=mass_scale,
+        seed=parsed.seed,
+        # somebody who looks wants to see it happen as on a bench; else as fast as it goes
+        real_time_factor=1.0 if parsed.gui else 0.0,
+        gui=parsed.gui,
+    )
+
+
+def _parse(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="softhand demo", description="Grasp, lift and hold an object with three ROS 2 nodes."
+    )
+    parser.add_argument("--seed", type=int, default=0, help="moves the object and changes its mass")
+    parser.add_argument("--gui", action="store_true", help="open PyBullet's window")
+    parser.add_argument("--hand", help="name, or path of a YAML file (that of the strategy)")
+    parser.add_argument(
+        "--strategy", default="surface_constrained", help="name, or path of a YAML file"
+    )
+    parser.add_argument("--object", default="cylinder")
+    parser.add_argument("--scene", default="table")
+    parser.add_argument("--model", default="", help="model file of the physics")
+    parser.add_argument("--friction", default="", help="file with pairs of materials of your own")
+    parser.add_argument("--wall-inclination", type=float, help="of the scene's wall [deg]")
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder of all runs")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

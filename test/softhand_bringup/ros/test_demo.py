@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from softhand_bringup.demo import __main__ as command
-from softhand_bringup.demo.__main__ import main
-from softhand_bringup.demo.verdict import verdict_from
+from softhand_bringup.grasp_verdict import verdict_from
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.run_folder import make_run_folder
+from softhand_bringup.ros import demo as command
+from softhand_bringup.ros.demo import main
 
 VALUES = {"outcome": "gripped", "lift_height": "0.112", "slip": "0.0004", "duration": "9.5"}
 

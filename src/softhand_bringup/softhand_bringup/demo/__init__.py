@@ -1,1 +1,0 @@
-"""The demonstration: three nodes grasp and lift an object, a fourth process records them."""
