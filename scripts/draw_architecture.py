@@ -1,8 +1,8 @@
-"""Draws the pictures of docs/understand/architecture.md: the packages, and the way of a command, of a
-measurement and of an effect, from docs/understand/ways.yaml (`make docs`).
+"""Draws the pictures of docs/understand/architecture.md (`make docs`).
 
-The rooms of the packages are the folders of src, their order is that of the layers in
-pyproject.toml; a way is a list of files, each with what it does there.
+The packages with their rooms, in the order of the layers in pyproject.toml, and the ways of a
+command, a measurement and an effect from docs/understand/ways.yaml: lists of files, each with what
+happens in it.
 """
 
 from __future__ import annotations

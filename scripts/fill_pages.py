@@ -1,4 +1,4 @@
-"""Fills pages of docs/ with what commands print: `python scripts/fill_pages.py docs/understand/riddle.md ...`.
+"""Fills pages of docs/ with what commands print: `python scripts/fill_pages.py docs/PAGE.md ...`.
 
 A page holds, on lines of their own,
 

@@ -1,4 +1,4 @@
-"""Prints the parameters of the nodes as tables for docs/reference/topics-and-services.md (`make docs`)."""
+"""Prints the nodes' parameters as tables for the page of topics and services (`make docs`)."""
 
 from __future__ import annotations
 
