@@ -22,7 +22,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.backends.loop import DeadlineLoop, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import load_calibration
+from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 
 NAMES = tuple("abcdefgh")
@@ -44,7 +44,7 @@ def eight_channels() -> tuple[PneumaticBox, EmbeddedBench]:
         PneumaticBox(settings, load_calibration(None, n)),
         EmbeddedBench(NAMES, [VOLUME] * n),
     )
-    while not box.ready:
+    while not box.zeroing.ready:
         bench.command(box.on_sample(bench.time, bench.advance(PERIOD)))
     times = np.arange(0.1, 60.0, 0.1)
     masses = 3e-5 - 2e-5 * np.cos(times[:, None] + np.arange(n))

@@ -7,7 +7,8 @@ import pytest
 from bottle_rig import BottleRig, Swelling
 
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.control.modes import AVAILABLE
+from pneumaticbox_driver.control.channels import CONTROLLERS
+from pneumaticbox_driver.modes import MODES
 
 MG = 1e-6
 FINGER = {"volume": 30e-6, "compliance": 0.8}
@@ -22,27 +23,33 @@ def filled(**options):
     return rig
 
 
+def test_every_mode_of_the_table_has_its_controller():
+    assert list(CONTROLLERS) == list(MODES)
+
+
 def test_every_switch_at_standstill_leaves_the_valves_closed_for_a_second():
     rig = filled()
-    for before, after in product(AVAILABLE, AVAILABLE):
+    for before, after in product(MODES, MODES):
         rig.box.set_modes([before] * 3)
         rig.run(0.3, 5e-3)
         rig.box.set_modes([after] * 3)
         rig.run(1.0, 5e-3)
         assert not rig.openings.any(), (before, after)
-        assert rig.box.modes == (after,) * 3
+        assert rig.box.control.modes == (after,) * 3
 
 
 def test_the_new_setpoint_of_mass_is_the_estimate_and_others_keep_theirs():
     rig = filled()
     rig.box.set_modes(["mass", "time", "mass"])
-    np.testing.assert_allclose(rig.box.setpoints.at(rig.box.time), [15 * MG, 0.0, 15 * MG])
+    np.testing.assert_allclose(rig.box.commands.setpoints.at(rig.box.time), [15 * MG, 0.0, 15 * MG])
     rig.schedule((0.0, -1.0), (0.2, 0.0), names=["b"])
     rig.run(1.0)
     rig.box.set_modes(["mass"] * 3)
     estimate = rig.box.observer.mass[1]
     assert 2 * MG < estimate < 10 * MG
-    np.testing.assert_allclose(rig.box.setpoints.at(rig.box.time), [15 * MG, estimate, 15 * MG])
+    np.testing.assert_allclose(
+        rig.box.commands.setpoints.at(rig.box.time), [15 * MG, estimate, 15 * MG]
+    )
 
 
 def test_modes_that_cannot_be_change_nothing():
@@ -50,8 +57,8 @@ def test_modes_that_cannot_be_change_nothing():
     for wrong, named in ((["mass"] * 2, "3 entries, got 2"), (["time", "mass", "x"], "got 'x'")):
         with pytest.raises(ValueError, match=named):
             rig.box.set_modes(wrong)
-    assert rig.box.modes == ("mass",) * 3
-    np.testing.assert_allclose(rig.box.setpoints.at(rig.box.time), 15 * MG)
+    assert rig.box.control.modes == ("mass",) * 3
+    np.testing.assert_allclose(rig.box.commands.setpoints.at(rig.box.time), 15 * MG)
 
 
 def test_a_vented_or_empty_channel_has_no_setpoint_after_a_switch():
@@ -59,7 +66,7 @@ def test_a_vented_or_empty_channel_has_no_setpoint_after_a_switch():
     rig.box.vent()
     rig.box.set_modes(["time"] * 3)
     rig.box.set_modes(["mass"] * 3)
-    assert np.isnan(rig.box.setpoints.at(rig.box.time)).all()
+    assert np.isnan(rig.box.commands.setpoints.at(rig.box.time)).all()
 
 
 # time-based control

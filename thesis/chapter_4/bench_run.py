@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics
@@ -124,7 +124,7 @@ class BenchRun:
         self._sum: Floats = np.zeros(n)
         self._count: Floats = np.zeros(n)
         self._pulses: NDArray[np.int_] = np.zeros(n, dtype=int)
-        while not self.box.ready:
+        while not self.box.zeroing.ready:
             self.sample()
 
     def follow(self, sine: Sine, progress: Progress, supply: Supply | None = None) -> Series:

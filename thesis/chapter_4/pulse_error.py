@@ -7,13 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.calibration.calibration import (
-    ChannelCalibration,
-    Pulse,
-    fit_channel,
-    regressors,
-)
 from pneumaticbox_driver.calibration.recording import AVERAGING
+from pneumaticbox_driver.calibration.regression import Pulse, fit_channel, regressors
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD, box_of, record

@@ -12,7 +12,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.backends.loop import DeadlineLoop, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import load_calibration
+from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 from thesis.chapter_4.bench_run import PRESSURE_LIMIT
 from thesis.chapter_4.boxes import BOTTLE, OUTLETS, PERIOD, box_of
@@ -119,7 +119,7 @@ def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
 def in_simulated_time(settings: Settings, seed: int) -> Floats:
     """Errors of the events when the samples come exactly every 2 ms [s]."""
     run = ScheduledBox(settings.channels, settings.events, seed)
-    while not run.box.ready:
+    while not run.box.zeroing.ready:
         run.sample(lambda: run.bench.time)
     run.schedule(run.box.time + LEAD)
     while not run.done:
@@ -140,7 +140,7 @@ def by_the_wall_clock(settings: Settings, seed: int) -> Floats:
 
     def step() -> None:
         run.sample(clock)
-        if run.box.ready and np.isnan(scheduled[0]):
+        if run.box.zeroing.ready and np.isnan(scheduled[0]):
             scheduled[0] = run.box.time + LEAD
             run.schedule(scheduled[0])
         if run.done:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumaticbox_driver.calibration.calibration import check_calibration
+from pneumaticbox_driver.calibration.file import check_calibration
 from thesis.chapter_4.bench_run import (
     Sine,
     drift,

@@ -4,11 +4,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Valves = NDArray[np.int8]
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
+
 RELIEF_END = 0.97  # of the limit; the outlet closes again below it
 BURST_MARGIN = 1.2  # of the limit; above it relief has failed
 SILENCE_LIMIT = 0.25  # without a sensor sample, node time [s]

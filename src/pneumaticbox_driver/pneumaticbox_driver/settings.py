@@ -4,25 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pneumaticbox_driver.modes import check_mode
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
 
 MOST_CHANNELS = 8
 VOLUME_MODELS = ("hand", "fixed")
-MODES = ("mass", "mass_flow", "pressure", "volume", "time")
-
-
-def check_mode(mode: str) -> str:
-    """Return `mode` if it is a control mode.
-
-    Raises:
-        ValueError: no such mode; the message lists what there is.
-
-    >>> check_mode("mass")
-    'mass'
-    """
-    if mode not in MODES:
-        raise ValueError(f"control_mode must be one of {list(MODES)}, got {mode!r}")
-    return mode
 
 
 @dataclass(frozen=True)
@@ -64,7 +50,9 @@ class BoxSettings:
             raise ValueError(f"channels must be letters, digits and _, got {list(self.channels)}")
         for name in ("rest_volumes", "pressure_limits"):
             _check_positive(name, getattr(self, name), n)
-        check_choice("volume_model", self.volume_model, VOLUME_MODELS)
+        if self.volume_model not in VOLUME_MODELS:
+            expected, got = list(VOLUME_MODELS), self.volume_model
+            raise ValueError(f"volume_model must be one of {expected}, got {got!r}")
         self.check_modes(self.control_modes)
         for name in ("command_timeout", "shortest_pause", "shortest_pulse", "zero_band"):
             value = getattr(self, name)
@@ -89,17 +77,6 @@ class BoxSettings:
             )
 
 
-def check_choice(name: str, value: str, choices: Sequence[str]) -> str:
-    """Return `value` if it is one of the choices of a setting, else raise ValueError.
-
-    >>> check_choice("volume_model", "fixed", ("hand", "fixed"))
-    'fixed'
-    """
-    if value not in choices:
-        raise ValueError(f"{name} must be one of {list(choices)}, got {value!r}")
-    return value
-
-
 def _check_positive(name: str, values: Sequence[float], n: int) -> None:
     if len(values) != n:
         raise ValueError(f"{name} must have {n} values, one a channel, got {len(values)}")
@@ -119,3 +96,20 @@ def per_channel(name: str, given: Sequence[str], channels: int) -> tuple[str, ..
     if len(given) not in (1, channels):
         raise ValueError(f"{name} must have 1 or {channels} entries, got {len(given)}")
     return tuple(given) * channels if len(given) == 1 else tuple(given)
+
+
+def outlet_numbers(given: Sequence[int], channels: int) -> tuple[int, ...]:
+    """Outlets of the channels, from 1; a single 0 stands for all in order.
+
+    Raises:
+        ValueError: not one a channel, or below 1.
+
+    >>> outlet_numbers([0], 3), outlet_numbers([2, 1], 2)
+    ((1, 2, 3), (2, 1))
+    """
+    if list(given) == [0]:
+        return tuple(range(1, channels + 1))
+    if len(given) != channels or min(given) < 1:
+        expected = f"{channels} numbers from 1, one a channel"
+        raise ValueError(f"outlets must be {expected}, got {list(given)}")
+    return tuple(given)

@@ -3,18 +3,16 @@
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.calibration.calibration import (
-    ChannelCalibration,
+from pneumaticbox_driver.calibration.command import BOTTLE, calibrate, main
+from pneumaticbox_driver.calibration.file import load_calibration, save_calibration
+from pneumaticbox_driver.calibration.regression import (
     Pulse,
     fit_channel,
     fit_pulses,
-    load_calibration,
     naive_mass,
     regressors,
-    save_calibration,
 )
-from pneumaticbox_driver.calibration.command import BOTTLE, calibrate, main
-from pneumaticbox_driver.observer.coefficients import PulseCoefficients
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration, PulseCoefficients
 
 KNOWN = PulseCoefficients(-2e-7, 3e-13, 1.2e-10, 2.5e-12, -1.9e-12)
 VENTING = PulseCoefficients(1e-8, 2e-11, 9.8e-10, -1.2e-11)

@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 from synthetic_pulses import design, noisy
 
-from pneumaticbox_driver.calibration.calibration import (
-    Leak,
+from pneumaticbox_driver.calibration.command import BOX, main
+from pneumaticbox_driver.calibration.file import (
     check_calibration,
-    fit_channel,
     load_box_note,
     load_calibration,
     save_calibration,
 )
-from pneumaticbox_driver.calibration.command import BOX, main
-from pneumaticbox_driver.observer.coefficients import PulseCoefficients
+from pneumaticbox_driver.calibration.regression import fit_channel
+from pneumaticbox_driver.observer.coefficients import Leak, PulseCoefficients
 
 DATE = datetime(2017, 5, 4, 12, 30, tzinfo=UTC)
 NAMES = ("a", "b")

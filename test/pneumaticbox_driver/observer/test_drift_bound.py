@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 from synthetic_pulses import KNOWN, VENTING, design, noisy
 
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration, fit_channel
-from pneumaticbox_driver.observer.coefficients import PulseCoefficients, as_matrix
+from pneumaticbox_driver.calibration.regression import fit_channel
+from pneumaticbox_driver.observer.coefficients import (
+    ChannelCalibration,
+    PulseCoefficients,
+    as_matrix,
+)
 from pneumaticbox_driver.observer.observer import MassObserver
 
 CLOSED, UP, DOWN = (np.array([v], dtype=np.int8) for v in (0, 1, -1))

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from bottle_rig import BottleRig
 
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration
-from pneumaticbox_driver.observer.coefficients import PulseCoefficients
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration, PulseCoefficients
 from pneumaticbox_driver.observer.observer import MassObserver
 from softhand_model.gas import AMBIENT_PRESSURE, psi
 

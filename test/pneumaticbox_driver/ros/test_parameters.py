@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pneumaticbox_driver.ros.parameters import PARAMETERS, box_settings, outlet_numbers, usage
+from pneumaticbox_driver.ros.parameters import PARAMETERS, box_settings, usage
+from pneumaticbox_driver.settings import outlet_numbers
 
 
 def settings(**given):

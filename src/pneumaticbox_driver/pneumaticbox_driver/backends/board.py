@@ -7,14 +7,8 @@ Opens the board that a backend stands for; its modules are loaded only when it i
 from collections.abc import Callable
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pneumaticbox_driver.ros.parameters import outlet_numbers
-from pneumaticbox_driver.settings import BoxSettings
-
-Floats = NDArray[np.float64]
-Valves = NDArray[np.int8]
+from pneumaticbox_driver.arrays import Floats, Valves
+from pneumaticbox_driver.settings import BoxSettings, outlet_numbers
 
 
 class Board(Protocol):

@@ -8,12 +8,12 @@ import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pneumaticbox_driver.arrays import Floats, Valves
 from softhand_model.chain.volumes import Bottles, Chambers
 from softhand_model.pneumatics import CommandWatch, Pneumatics, load_pneumatics
 
-Floats = NDArray[np.float64]
 RESPONSE_TIME = 0.02  # in which actuators take on the volume in balance, about a finger's [s]
 LONGEST_STEP = 5e-3  # with the volumes held on their way; far below what could make them swing [s]
 
@@ -88,7 +88,6 @@ class EmbeddedBench:
         self.plant.step(dt, self._watch.valves(self.time), self.volumes)
 
 
-Valves = NDArray[np.int8]
 TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
 LONGEST_CATCH_UP = 0.1  # that the bench catches up with when the process was held [s]
 

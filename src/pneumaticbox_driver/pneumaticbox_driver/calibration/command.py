@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration, Pulse, save_calibration
+from pneumaticbox_driver.calibration.file import save_calibration
 from pneumaticbox_driver.calibration.recording import Sample, SeeSaw, SeeSawPlan, record_pulses
+from pneumaticbox_driver.calibration.regression import Pulse
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
 
 OUTLETS = "abcdefgh"

@@ -11,15 +11,14 @@ from collections.abc import Generator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.calibration.regression import Pulse
 from pneumaticbox_driver.calibration.valve_delays import PulseTrace, valve_delays
 from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, Leak
 from pneumaticbox_driver.observer.pulses import PulseIntegrals
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE, air_mass
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,6 @@ class SeeSaw:
         return inflation, plan.shortest + drawn / self._skew / plan.speed_ratio
 
 
-Valves = NDArray[np.int8]
 SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
 AVERAGING = 0.2  # of the pressures between two pulses [s]
 CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]

@@ -1,19 +1,22 @@
-"""Linear regression of equation 4.1 over test pulses, with the uncertainty of its coefficients."""
+"""Linear regression of equation 4.1 over test pulses: coefficients with their uncertainty."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.observer.coefficients import (
     NOMINAL_DELAYS,
     TERMS,
+    ChannelCalibration,
     Delays,
+    Leak,
     PulseCoefficients,
+    as_matrix,
 )
+from softhand_model.gas import AMBIENT_PRESSURE
 
-Floats = NDArray[np.float64]
 CONDITION_LIMIT = 1e4  # of the scaled design; beyond it the coefficients are noise
 REWEIGHTINGS = 4  # the weights have settled by then
 
@@ -67,6 +70,52 @@ def regressors(pulses: Sequence[Pulse]) -> Floats:
             for pulse in pulses
         ]
     )
+
+
+def fit_channel(
+    pulses: Sequence[Pulse], leak: Leak | None = None, outlet: int = 0
+) -> ChannelCalibration:
+    """Fit both directions of a channel.
+
+    Args:
+        pulses: recorded pulses of both directions.
+        leak: of the channel; what it took during a pulse is put back into the pulse's mass.
+        outlet: of the box, counted from 1; 0 if unknown.
+
+    Raises:
+        ValueError: as `fit_pulses` does.
+    """
+    leak = Leak() if leak is None else leak
+    tight = [_without_leak(pulse, leak.conductance) for pulse in pulses]
+    up, down = (_of_direction(tight, inflating) for inflating in (True, False))
+    supplies = [p.pressure_in - AMBIENT_PRESSURE for p in pulses if p.inflating]
+    gauges = [(p.pressure_out if p.inflating else p.pressure_in) - AMBIENT_PRESSURE for p in pulses]
+    return ChannelCalibration(
+        inflate=up.coefficients,
+        deflate=down.coefficients,
+        residual_inflate=up.residual,
+        residual_deflate=down.residual,
+        points=len(pulses),
+        covariance_inflate=as_matrix(up.covariance),
+        covariance_deflate=as_matrix(down.covariance),
+        jitter_inflate=up.jitter,
+        jitter_deflate=down.jitter,
+        delays_inflate=up.delays,
+        delays_deflate=down.delays,
+        leak=leak,
+        supply_range=(float(min(supplies)), float(max(supplies))),
+        pressure_range=(float(min(gauges)), float(max(gauges))),
+        outlet=outlet,
+    )
+
+
+def _of_direction(pulses: Sequence[Pulse], inflating: bool) -> PulseFit:
+    return fit_pulses([pulse for pulse in pulses if pulse.inflating == inflating])
+
+
+def _without_leak(pulse: Pulse, conductance: float) -> Pulse:
+    lost = conductance * pulse.exposure
+    return replace(pulse, mass=pulse.mass + (lost if pulse.inflating else -lost))
 
 
 def fit_pulses(pulses: Sequence[Pulse]) -> PulseFit:

@@ -12,9 +12,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration, Leak, fit_channel
+from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.calibration.recording import (
     SETTLING,
     PulseRecorder,
@@ -26,6 +26,8 @@ from pneumaticbox_driver.calibration.recording import (
     hold,
     measure_leaks,
 )
+from pneumaticbox_driver.calibration.regression import fit_channel
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration, Leak
 from pneumaticbox_driver.safety import PressureGuard
 from softhand_model.gas import AMBIENT_PRESSURE
 
@@ -74,8 +76,6 @@ class CalibrationPlan:
         return math.ceil(self.points / (2 * self.supplies))
 
 
-Floats = NDArray[np.float64]
-Valves = NDArray[np.int8]
 NEXT = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
 VENT_WINDOW = 0.5  # over which pressures must not fall any more, outlets open [s]
 VENT_STILL = 30.0  # [Pa]

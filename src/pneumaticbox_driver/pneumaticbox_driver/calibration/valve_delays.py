@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.observer.coefficients import NOMINAL_DELAYS, VALVE_DELAY, Delays
 
-Floats = NDArray[np.float64]
 GRID = np.arange(-0.004, 0.0801, 0.001)  # times from the command [s]
 OPEN_FOR_SURE = (0.05, 0.064)  # after switch-on, opened and not closed again yet [s]
 NOT_YET_CLOSED = (0.0, 0.018)  # after switch-off [s]

@@ -4,14 +4,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.observer import MassObserver
 from pneumaticbox_driver.observer.volume_model import VolumeModel
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Valves = NDArray[np.int8]
 
 OPENING_SHARE = 0.55  # of the smallest pulse; above one half, so that a pulse lessens the error
 LEAST_ERROR = 1e-7  # a valve does not open for less [kg]

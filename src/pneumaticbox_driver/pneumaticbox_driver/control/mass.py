@@ -5,13 +5,11 @@ Control of the mass flow: the wanted flow adds up to an air mass that is followe
 
 import numpy as np
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.control.interface import (
     LEAST_ERROR,
     OPENING_SHARE,
     BoxView,
-    Flags,
-    Floats,
-    Valves,
 )
 from softhand_model.numerics.compiled import compiled
 

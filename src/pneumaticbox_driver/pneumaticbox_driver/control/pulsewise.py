@@ -14,7 +14,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pneumaticbox_driver.control.interface import BoxView, Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.control.interface import BoxView
 from pneumaticbox_driver.observer.volume_model import pressure_after
 
 SETTLING = 0.12  # from the command that closes a valve until the pressure is judged [s]

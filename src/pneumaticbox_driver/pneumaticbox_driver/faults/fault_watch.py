@@ -1,14 +1,11 @@
-"""Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures.
-
-Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures.
-"""
+"""Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.faults.pulse_effect import (
     LEAST_DROP,
     RANGE_END,
@@ -20,8 +17,6 @@ from pneumaticbox_driver.faults.pulse_effect import (
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import air_mass
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 LESSON = 100  # samples from which a sensor's noise is learnt
 # A sensor whose noise is far below its converter's step stands still in its own right. These mark
 # noise that shows wherever between two steps the pressure lies: it turns back at a fifth of the
@@ -81,7 +76,6 @@ class FrozenReading:
             self._longest[sensor] = math.log(CHANCE) / math.log1p(-share)
 
 
-Valves = NDArray[np.int8]
 PERIOD = 0.008  # between two looks at what pulses do, which takes ten times as long to show [s]
 # A channel at ambient pressure that holds so much more than at rest would have to be pulled open
 # by that share, with nothing in it that pulls.
@@ -121,12 +115,11 @@ class FaultWatch:
     that neither another volume, nor a push, nor a poor calibration can bring about.
 
     Args:
-        channels: names of the channels.
         settings: of the box.
     """
 
-    def __init__(self, channels: tuple[str, ...], settings: BoxSettings) -> None:
-        self._names = channels
+    def __init__(self, settings: BoxSettings) -> None:
+        self._names = settings.channels
         self._settings = settings
         rest = air_mass(settings.ambient, settings.rest_volumes, settings.temperature)
         self._surplus = np.maximum(SURPLUS * rest, LEAST_SURPLUS)

@@ -4,15 +4,12 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 from softhand_model.numerics.compiled import compiled
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Valves = NDArray[np.int8]
 SMOOTHING = 0.03  # low-pass of the pressures: 60 Pa of noise become 15 at 500 Hz [s]
 # By how much the walls may give way. Mass is conserved, so a pulse of mass m raises the pressure
 # by at least m R T over the volume plus p dV/dp. Half a litre is ten times what a finger's

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pneumaticbox_driver.arrays import Floats
 from softhand_model.gas import psi
 
-Floats = NDArray[np.float64]
 VALVE_DELAY = 0.03  # from the command to the flow: the middle of Table 4.1's 20 ms to 40 ms [s]
 Delays = tuple[float, float]  # of opening and closing [s]
 NOMINAL_DELAYS: Delays = (VALVE_DELAY, VALVE_DELAY)

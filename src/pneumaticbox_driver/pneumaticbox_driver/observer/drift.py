@@ -12,13 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 # of a zeroed sensor, one sigma: what is left of its offset [Pa], and its gain [of the pressure]
 OFFSET_ERROR = 15.0
 GAIN_ERROR = 0.003

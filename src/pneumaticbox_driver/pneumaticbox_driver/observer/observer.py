@@ -5,14 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.observer.drift import DriftBound
 from pneumaticbox_driver.observer.pulses import PulseIntegrals, predict_pulses, sum_terms
 from softhand_model.gas import AMBIENT_PRESSURE
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Valves = NDArray[np.int8]
 SHORTEST = 1e-3  # length of a pulse that a mean flow is taken over [s]
 
 
@@ -23,8 +21,8 @@ class MassObserver:
     what still flows during the closing delay and out of the dead volume is in its coefficients.
     So `mass` runs ahead of the true mass by what the valve's delay makes inevitable, which is
     what a controller needs to close in time. After switch-off the estimate still follows the
-    pressures until the valve has closed (`PulseIntegrals`). All arrays have the channels in
-    order (n,).
+    pressures until the valve has closed (`PulseIntegrals`). With `leak_model`, air that leaks by
+    the calibration is taken off. All arrays have the channels in order (n,).
 
     Args:
         calibrations: coefficients of the channels, one each.
@@ -35,6 +33,7 @@ class MassObserver:
         self, calibrations: Sequence[ChannelCalibration], ambient: float = AMBIENT_PRESSURE
     ) -> None:
         n = len(calibrations)
+        self.leak_model = False
         self._take(calibrations)
         self._integrals = PulseIntegrals(n, ambient)
         self._drift = DriftBound(calibrations)
@@ -61,6 +60,7 @@ class MassObserver:
         self._deflate = _columns(c.deflate.as_array() for c in calibrations)
         self._inflate_delays = _columns(c.delays_inflate for c in calibrations)
         self._deflate_delays = _columns(c.delays_deflate for c in calibrations)
+        self._leak = np.array([c.leak.conductance for c in calibrations])  # [kg/(s Pa)]
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
         """Use other coefficients from the next pulses on; the estimates stay.
@@ -100,14 +100,17 @@ class MassObserver:
             pressures: absolute channel pressures (n,) [Pa].
             supply: absolute supply pressure [Pa].
         """
-        if not self._sign.any():
-            return
-        integrals, c = self._integrals, self._coefficients
-        integrals.advance(dt, pressures, supply)
-        found = np.empty((2, len(pressures)))
-        sum_terms(c, integrals.values, integrals.rates, self._sign, self.direction, found)
-        self.moved, self.flow = found
-        self._settle((self._sign != 0) & ~integrals.flowing)
+        integrals = self._integrals
+        if self._sign.any():
+            integrals.advance(dt, pressures, supply)
+            found = np.empty((2, len(pressures)))
+            terms = integrals.values, integrals.rates
+            sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
+            self.moved, self.flow = found
+            self._settle((self._sign != 0) & ~integrals.flowing)
+        if self.leak_model:
+            gauge = pressures - integrals.ambient
+            self._settled = self._settled - dt * self._leak * np.maximum(gauge, 0.0)
 
     def switch(self, valves: Valves, pressures: Floats, supply: float) -> None:
         """Take note of the valves commanded from now on; call after `advance` of this sample.
@@ -174,10 +177,6 @@ class MassObserver:
         self.moved[channel] = 0.0
         self._coefficients[:, channel] = 0.0
         self._drift.restart(channel)
-
-    def lose(self, mass: Floats) -> None:
-        """Take leaked air off the estimates: `mass` (n,) [kg]."""
-        self._settled = self._settled - mass
 
 
 def _columns(rows: Iterable[Sequence[float] | Floats]) -> Floats:

@@ -10,14 +10,12 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, flow_rates
 from softhand_model.gas import AMBIENT_PRESSURE, CRITICAL_RATIO, HEAT_CAPACITY_RATIO
 from softhand_model.numerics.compiled import compiled
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 ROOT = 1 / HEAT_CAPACITY_RATIO
 EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
 
@@ -131,9 +129,6 @@ def predict_pulses(
             length = max(duration + delay[1, i] - delay[0, i], 0.0)
             mass = c[0, i] + length * flow + c[3, i] * upstream + c[4, i] * downstream
             found[way, i] = max(mass, 0.0)
-
-
-Valves = NDArray[np.int8]
 
 
 class PulseIntegrals:

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Floats
 from softhand_model.chain.volumes import FreeVolumes
 from softhand_model.hand.hand import load_hand
 
-Floats = NDArray[np.float64]
 NEWTON_STEPS = 4  # the volume of a free actuator is nearly linear in its pressure
 LEAST_SLOPE = 1e-13  # below it a volume is fixed [m3/Pa]
 

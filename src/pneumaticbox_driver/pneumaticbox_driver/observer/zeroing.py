@@ -1,19 +1,13 @@
-"""Zeroing of the air-mass estimate: at the start, at ambient pressure, in free posture, and by a
-tare.
-
-Where air masses are known: at the start, at ambient pressure, in free posture, and by a tare.
-"""
+"""Zeroing of the air-mass estimate: at the start, at ambient, in free posture, on tare."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.drift import PostureMass, combine
 from pneumaticbox_driver.observer.observer import MassObserver
 from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 WINDOW = 0.1  # over which a pressure is averaged [s]
 LEAST_SAMPLES = 25  # in a window, whatever the sampling: less would leave noise in the mean
 STILL_TOLERANCE = 45.0  # between the means of two windows in a row [Pa]
@@ -56,7 +50,6 @@ class StillPressure:
         return True
 
 
-Valves = NDArray[np.int8]
 UNEXPLAINED_PRESSURE = 5e3  # in an emptied channel: it was held away from rest when zeroed [Pa]
 LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
 MISFIT = 3.0  # times the drift bound: more drift means that the calibration does not fit [-]
@@ -70,7 +63,7 @@ TINY = 1e-9  # of a time that has begun [s]
 HELD_PATIENCE = 5.0  # at ambient pressure, after which that is drift all the same [s]
 
 
-class KnownMasses:
+class Zeroing:
     """Sets the estimated masses and the offsets of the sensors where they are known; arrays (n,).
 
     `ready` says that the sensors have been averaged, `empty` marks channels known to be at ambient

@@ -6,7 +6,7 @@ Declares the parameters of the node `pneumaticbox` and chooses the clock that it
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,23 +112,6 @@ def check_backend(backend: str) -> str:
     if backend not in BACKENDS:
         raise ValueError(f"backend must be one of {list(BACKENDS)}, got {backend!r}")
     return backend
-
-
-def outlet_numbers(given: Sequence[int], channels: int) -> tuple[int, ...]:
-    """Outlets of the channels, from 1; a single 0 stands for all in order.
-
-    Raises:
-        ValueError: not one a channel, or below 1.
-
-    >>> outlet_numbers([0], 3), outlet_numbers([2, 1], 2)
-    ((1, 2, 3), (2, 1))
-    """
-    if list(given) == [0]:
-        return tuple(range(1, channels + 1))
-    if len(given) != channels or min(given) < 1:
-        expected = f"{channels} numbers from 1, one a channel"
-        raise ValueError(f"outlets must be {expected}, got {list(given)}")
-    return tuple(given)
 
 
 def box_settings(value: Callable[[str], Any]) -> BoxSettings:

@@ -9,7 +9,8 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pneumaticbox_driver.backends.hardware.board import Floats, HardwareError, ValveBoard, Valves
+from pneumaticbox_driver.arrays import Floats, Valves
+from pneumaticbox_driver.backends.hardware.board import HardwareError, ValveBoard
 from pneumaticbox_driver.safety import SILENCE_LIMIT
 
 

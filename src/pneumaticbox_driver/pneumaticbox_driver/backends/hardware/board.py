@@ -2,11 +2,7 @@
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-Valves = NDArray[np.int8]
+from pneumaticbox_driver.arrays import Floats, Valves
 
 
 class HardwareError(ValueError):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumaticbox_driver.backends.hardware.board import Floats, Valves
+from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.backends.hardware.inputs import IioInputs
 from pneumaticbox_driver.backends.hardware.lines import OutputLines
 
