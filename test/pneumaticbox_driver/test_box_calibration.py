@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bottle_rig import BottleRig
 
-from pneumaticbox_driver.calibration.recording import SeeSawPlan
+from pneumaticbox_driver.calibration.recording import PulseRanges
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 
 MG = 1e-6
@@ -13,8 +13,8 @@ BOTTLE = 0.1e-3  # [m3]
 
 def begun(limit=150e3, supplies=2, **plan):
     rig = BottleRig(volume=BOTTLE, channels=2, limit=limit).started()
-    pulses = SeeSawPlan(high_pressure=60e3, longest=0.4)
-    plan = {"points": 24, "settling": 0.2, "leak_test": 0.0, "see_saw": pulses, **plan}
+    pulses = PulseRanges(high_pressure=60e3, longest=0.4)
+    plan = {"points": 24, "settling": 0.2, "leak_test": 0.0, "ranges": pulses, **plan}
     volumes = np.full(2, BOTTLE)
     run = CalibrationRun(rig.names, volumes, CalibrationPlan(supplies=supplies, **plan))
     rig.box.start_calibration(run)
@@ -82,7 +82,7 @@ def test_a_pressure_limit_that_is_reached_ends_it_and_is_held():
     run_until(rig, run, "failed", 40.0)
     assert "has reached its pressure limit" in run.message
     rig.run(1.0, 4e-3)
-    assert (rig.box.gauge < 20e3).all()
+    assert (rig.box.pressures < 20e3).all()
 
 
 @pytest.mark.parametrize(

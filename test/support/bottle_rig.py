@@ -131,4 +131,4 @@ class BottleRig:
         """What the shortest pulse would bring and take now, the larger of both (n,) [kg]."""
         box = self.box
         pulse = box.settings.shortest_pulse
-        return np.maximum(*box.observer.pulse_mass(pulse, box.pressures, box.supply))
+        return np.maximum(*box.observer.pulse_mass(pulse, box.pressures_abs, box.supply_abs))

@@ -166,7 +166,7 @@ class BenchRun:
         moving = (valves != 0) | (before != 0)
         self._closed_since = np.where(moving, self.bench.time, self._closed_since)
         settled = self.bench.time - self._closed_since > SETTLING
-        self._sum = np.where(settled, self._sum + self.box.gauge, 0.0)
+        self._sum = np.where(settled, self._sum + self.box.pressures, 0.0)
         self._count = np.where(settled, self._count + 1.0, 0.0)
 
     def _keep(self, time: float) -> None:
@@ -178,8 +178,8 @@ class BenchRun:
         keep.truth.append(self.bench.mass)
         keep.measured.append(np.where(known, self._mass_of(mean), np.nan))
         keep.pulses.append(self._pulses.copy())
-        keep.supply.append(self.box.supply)
-        keep.gauge.append(self.box.gauge.copy())
+        keep.supply.append(self.box.supply_abs)
+        keep.gauge.append(self.box.pressures.copy())
 
 
 def on_bottles(

@@ -97,7 +97,7 @@ def baseline(known: Sequence[Pulse], pulses: Sequence[Pulse]) -> Floats:
 
 
 def _naive_size(pulses: Sequence[Pulse]) -> Floats:
-    return np.array([pulse.pressure_in * pulse.duration for pulse in pulses])
+    return np.array([pulse.pressure_in_abs * pulse.duration for pulse in pulses])
 
 
 def floor_of(box: Pneumatics, channels: int, seed: int, windows: int = 100) -> Floats:

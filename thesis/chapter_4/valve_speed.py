@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumaticbox_driver.calibration.recording import SeeSawPlan
+from pneumaticbox_driver.calibration.recording import PulseRanges
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4.bench_run import (
     Sine,
@@ -53,7 +53,7 @@ def simulate(settings: Settings, seed: int, progress: Progress) -> Series:
         series[f"{name}_steps"] = smallest_steps(box, settings.channels, SHORTEST[name][0], seed)
         series[f"{name}_flow"] = inlet_flows(box, settings.channels, seed)
     for name in NAMES[:2]:
-        box, plan = with_valves(box_of(seed), name), SeeSawPlan(shortest=SHORTEST[name][0])
+        box, plan = with_valves(box_of(seed), name), PulseRanges(shortest=SHORTEST[name][0])
         own = calibrated(box, settings.channels, settings.points, seed, progress, SUPPLIES, plan)
         run = on_bottles(box, own, seed, SHORTEST[name]).follow(settings, progress)
         series |= under(name, run)

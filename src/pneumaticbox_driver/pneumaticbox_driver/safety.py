@@ -59,29 +59,29 @@ class PressureGuard:
         self.blocked: Flags = np.zeros(n, dtype=bool)
         self._blocked_at: Floats = np.full(n, np.nan)  # setpoint that led over the limit
 
-    def apply(self, gauge: Floats, setpoints: Floats, valves: Valves) -> Valves:
+    def apply(self, pressures: Floats, setpoints: Floats, valves: Valves) -> Valves:
         """Return `valves` (n,) with what the limits forbid replaced.
 
         Args:
-            gauge: channel pressures (n,) [Pa].
+            pressures: channel pressures (n,) [Pa].
             setpoints: of the channels, NaN for none (n,).
             valves: wanted by control (n,).
         """
-        over = gauge > self.limits
+        over = pressures > self.limits
         if over.any():
             self._blocked_at = np.where(over & ~self.blocked, setpoints, self._blocked_at)
             self.relieving |= over
             self.blocked |= over
         if not self.blocked.any():
             return valves
-        self.relieving &= gauge > RELIEF_END * self.limits
+        self.relieving &= pressures > RELIEF_END * self.limits
         self.blocked &= self.relieving | ~(setpoints < self._blocked_at)
         held = np.where(self.blocked & (valves > 0), 0, valves)
         return np.where(self.relieving, -1, held).astype(np.int8)
 
-    def burst(self, gauge: Floats) -> int | None:
+    def burst(self, pressures: Floats) -> int | None:
         """Index of the first channel whose relief has failed, None if all is well."""
-        beyond = gauge > BURST_MARGIN * self.limits
+        beyond = pressures > BURST_MARGIN * self.limits
         return int(np.argmax(beyond)) if beyond.any() else None
 
     def unblock(self, channels: tuple[int, ...]) -> None:

@@ -66,8 +66,10 @@ class PneumaticBox:
         self.settings = settings
         self.enabled = settings.start_enabled
         self.notes: list[str] = []
-        self.pressures: Floats = np.full(n, settings.ambient)  # absolute, offsets taken off [Pa]
-        self.supply = settings.ambient  # absolute [Pa]
+        self.pressures_abs: Floats = np.full(
+            n, settings.ambient
+        )  # absolute, offsets taken off [Pa]
+        self.supply_abs = settings.ambient  # absolute [Pa]
         self.valves: Valves = np.zeros(n, dtype=np.int8)
         self.openings: NDArray[np.int64] = np.zeros(n, dtype=np.int64)
         self.commands = CommandIntake(settings)
@@ -101,17 +103,17 @@ class PneumaticBox:
         self._timing.restart()
         self.zeroing.restart()
         self.faults.begin()
-        self.observer.switch(self._closed, self.pressures, self.supply)
+        self.observer.switch(self._closed, self.pressures_abs, self.supply_abs)
 
     @property
-    def gauge(self) -> Floats:
+    def pressures(self) -> Floats:
         """Gauge pressures of the channels (n,) [Pa]."""
-        return self.pressures - self.settings.ambient
+        return self.pressures_abs - self.settings.ambient
 
     @property
     def volume(self) -> Floats:
         """Volumes above those at rest, by `V = m R_s T/p_abs` of the estimated mass (n,) [m3]."""
-        return self._view.volume_at(self.pressures) - self._view.rest_volumes
+        return self._view.volume_at(self.pressures_abs) - self._view.rest_volumes
 
     # what comes in
 
@@ -186,18 +188,18 @@ class PneumaticBox:
     def _sense(self, time: float, dt: float, pressures_abs: Floats) -> None:
         self.sensors_sound = True
         self.time = time
-        self.pressures = pressures_abs[:-1] - self.zeroing.offsets
-        self.supply = float(pressures_abs[-1])
-        self.observer.advance(dt, self.pressures, self.supply)
+        self.pressures_abs = pressures_abs[:-1] - self.zeroing.offsets
+        self.supply_abs = float(pressures_abs[-1])
+        self.observer.advance(dt, self.pressures_abs, self.supply_abs)
         if not self.calibration.under_way:
-            self.zeroing.look(dt, self.pressures, self.valves)
+            self.zeroing.look(dt, self.pressures_abs, self.valves)
 
     def _look_for_faults(self, dt: float, readings: Floats) -> None:
         if not self.faults.due(dt, readings):
             return
         view = FaultView(
-            gauge=self.gauge,
-            supply=self.supply - self.settings.ambient,
+            pressures=self.pressures,
+            supply=self.supply_abs - self.settings.ambient,
             valves=self.valves,
             flow=self.observer.flow,
             mass=self.observer.mass,
@@ -225,8 +227,8 @@ class PneumaticBox:
         setpoints = self.commands.setpoints.at(self.time, dt)
         if self.commands.silent(self.time):
             self.latch.set(f"no command for {self.settings.command_timeout} s")
-        gauge = self.gauge
-        burst = self.guard.burst(gauge)
+        pressures = self.pressures
+        burst = self.guard.burst(pressures)
         if burst is not None:
             name = self.settings.channels[burst]
             self.latch.set(f"channel {name}: pressure far above its limit")
@@ -240,7 +242,7 @@ class PneumaticBox:
             wanted = self._closed if idle else self._controlled(setpoints, dt)
             wanted = self._timing.follow(self.time, self.valves, wanted)
         # the limits come last: they do not wait for a pulse to end
-        return self.guard.apply(gauge, setpoints, wanted)
+        return self.guard.apply(pressures, setpoints, wanted)
 
     def _calibrated(self, readings: Floats) -> Valves:
         wanted = self.calibration.answer(self.time, readings, self.guard)
@@ -250,8 +252,8 @@ class PneumaticBox:
 
     def _controlled(self, setpoints: Floats, dt: float) -> Valves:
         view = self._view
-        view.dt, view.supply = dt, self.supply
-        view.pressures, view.setpoints = self.pressures, setpoints
+        view.dt, view.supply_abs = dt, self.supply_abs
+        view.pressures_abs, view.setpoints = self.pressures_abs, setpoints
         view.direction, view.empty = self.valves, self.zeroing.empty
         return self.control.update(view)
 
@@ -260,7 +262,7 @@ class PneumaticBox:
         if changed.any():
             self.valves = valves.copy()
             self._timing.note(self.time, changed)
-            self.observer.switch(valves, self.pressures, self.supply)
+            self.observer.switch(valves, self.pressures_abs, self.supply_abs)
             self.zeroing.switched(changed, valves)
             self.openings += changed & (valves != 0)
         return self.valves
@@ -295,7 +297,7 @@ class PneumaticBox:
         idle = MODES[mode].idle
         if mode not in PRESENT or self.latch or not (self.enabled and self.zeroing.ready):
             return idle
-        steady_abs = self.zeroing.steady(self.pressures)
+        steady_abs = self.zeroing.steady(self.pressures_abs)
         value = float(PRESENT[mode](self._view, steady_abs)[channel])
         # a setpoint of zero or below would open the outlet of a channel that is not known as empty
         return value if value > 0 else idle
@@ -314,7 +316,7 @@ class PneumaticBox:
             raise ValueError("valves are open: tare when the channels are at rest")
         if not (self.zeroing.ready and self.zeroing.still):
             raise ValueError("pressures do not stand still yet: tare again in a moment")
-        under_pressure = self.zeroing.tare(self.pressures)
+        under_pressure = self.zeroing.tare(self.pressures_abs)
         self.commands.setpoints.hold()
         zeroed = [name for name in self.settings.channels if name not in under_pressure]
         return f"zeroed at ambient: {zeroed}; by free volume: {under_pressure}"

@@ -232,7 +232,7 @@ def _sensors(box: PneumaticBox, link: LinkState) -> Report:
     if link.paused:
         report.values["simulation"] = "paused"
     if link.sensors_seen:
-        report.values["supply pressure, absolute [Pa]"] = f"{box.supply:.0f}"
+        report.values["supply pressure, absolute [Pa]"] = f"{box.supply_abs:.0f}"
     return report
 
 
@@ -286,7 +286,7 @@ def _channel(box: PneumaticBox, activity: ValveActivity, index: int, name: str) 
         "mode": mode.name,
         "air mass [kg]": f"{box.observer.mass[index]:.3e}",
         f"target [{mode.unit}]": f"{target:.3e}",
-        "pressure, gauge [Pa]": f"{box.gauge[index]:.0f}",
+        "pressure, gauge [Pa]": f"{box.pressures[index]:.0f}",
         "drift bound, two sigma [kg]": f"{box.zeroing.drift_bound[index]:.1e}",
         "volume above rest [m3]": f"{box.volume[index]:.2e}",
         "limit, gauge [Pa]": f"{box.guard.limits[index]:.0f}",

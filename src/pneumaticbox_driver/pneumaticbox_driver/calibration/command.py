@@ -14,7 +14,12 @@ import numpy as np
 
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.calibration.file import save_calibration
-from pneumaticbox_driver.calibration.recording import Sample, SeeSaw, SeeSawPlan, record_pulses
+from pneumaticbox_driver.calibration.recording import (
+    PulseDurations,
+    PulseRanges,
+    Sample,
+    record_pulses,
+)
 from pneumaticbox_driver.calibration.regression import Pulse
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
@@ -102,7 +107,9 @@ def record_on_bench(
     """
     bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, volume), seed=seed)
     bench.plant.set_supply(supply)
-    recording = record_pulses(SeeSaw(SeeSawPlan(), channels, seed), channels, cycles, volume)
+    recording = record_pulses(
+        PulseDurations(PulseRanges(), channels, seed), channels, cycles, volume
+    )
     valves = next(recording)
     while True:
         bench.command(valves)

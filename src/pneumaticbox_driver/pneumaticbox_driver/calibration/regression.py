@@ -25,8 +25,8 @@ REWEIGHTINGS = 4  # the weights have settled by then
 class Pulse:
     """One recorded test pulse; `mass` [kg] is positive from p_in to p_out.
 
-    `friction` and `injector` are the integrals of equation 4.1 [Pa s], `pressure_in` and
-    `pressure_out` absolute at switch-on, but the supply at switch-off (see `PulseIntegrals`)
+    `friction` and `injector` are the integrals of equation 4.1 [Pa s], `pressure_in_abs` and
+    `pressure_out_abs` absolute at switch-on, but the supply at switch-off (see `PulseIntegrals`)
     [Pa], `duration` that of the electrical command [s],
     `noise` what the sensor leaves in `mass`, one sigma [kg], 0 if unknown, and `exposure` the
     channel's gauge pressure times the time between the two measurements [Pa s], for leaks.
@@ -37,8 +37,8 @@ class Pulse:
     duration: float
     friction: float
     injector: float
-    pressure_in: float
-    pressure_out: float
+    pressure_in_abs: float
+    pressure_out_abs: float
     mass: float
     noise: float = 0.0
     exposure: float = 0.0
@@ -66,7 +66,7 @@ def regressors(pulses: Sequence[Pulse]) -> Floats:
     """Design matrix of equation 4.1, columns in the order of `TERMS` (pulses, 5)."""
     return np.array(
         [
-            [1.0, pulse.friction, pulse.injector, pulse.pressure_in, pulse.pressure_out]
+            [1.0, pulse.friction, pulse.injector, pulse.pressure_in_abs, pulse.pressure_out_abs]
             for pulse in pulses
         ]
     )
@@ -88,8 +88,11 @@ def fit_channel(
     leak = Leak() if leak is None else leak
     tight = [_without_leak(pulse, leak.conductance) for pulse in pulses]
     up, down = (_of_direction(tight, inflating) for inflating in (True, False))
-    supplies = [p.pressure_in - AMBIENT_PRESSURE for p in pulses if p.inflating]
-    gauges = [(p.pressure_out if p.inflating else p.pressure_in) - AMBIENT_PRESSURE for p in pulses]
+    supplies = [p.pressure_in_abs - AMBIENT_PRESSURE for p in pulses if p.inflating]
+    gauges = [
+        (p.pressure_out_abs if p.inflating else p.pressure_in_abs) - AMBIENT_PRESSURE
+        for p in pulses
+    ]
     return ChannelCalibration(
         inflate=up.coefficients,
         deflate=down.coefficients,
@@ -236,6 +239,6 @@ def naive_mass(pulses: Sequence[Pulse]) -> Floats:
 
     The pulses must be of one direction. Inflating, `p_in` is the supply at switch-off.
     """
-    product = np.array([pulse.pressure_in * pulse.duration for pulse in pulses])
+    product = np.array([pulse.pressure_in_abs * pulse.duration for pulse in pulses])
     mass = np.array([pulse.mass for pulse in pulses])
     return product * (product @ mass) / (product @ product)

@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike
 from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.calibration.recording import (
     SETTLING,
+    PulseDurations,
+    PulseRanges,
     PulseRecorder,
     Sample,
-    SeeSaw,
-    SeeSawPlan,
     Step,
     average,
     hold,
@@ -39,7 +39,7 @@ class CalibrationPlan:
     """Plan of a calibration.
 
     `points` pulses per channel, both directions and all supply pressures together; `supplies` is
-    how many supply pressures there are, between which the run waits for the user; `see_saw` gives
+    how many supply pressures there are, between which the run waits for the user; `ranges` gives
     the ranges of the pulses, `settling` and `averaging` [s] the rest between them; `leak_test` [s]
     is how long the closed channels are watched at the end, 0 for not at all.
 
@@ -49,7 +49,7 @@ class CalibrationPlan:
 
     points: int = 400
     supplies: int = 2
-    see_saw: SeeSawPlan = field(default_factory=SeeSawPlan)
+    ranges: PulseRanges = field(default_factory=PulseRanges)
     settling: float = SETTLING
     averaging: float = 0.8  # longer than a single pulse needs: few points have to do
     leak_test: float = 30.0
@@ -131,7 +131,7 @@ class CalibrationRun:
         self._seed = seed
         self._aside = aside
         self._closed: Valves = np.zeros(n, dtype=np.int8)
-        self._supply = AMBIENT_PRESSURE  # of the last sample [Pa]
+        self._supply_abs = AMBIENT_PRESSURE  # of the last sample [Pa]
         self._supplies: list[float] = []  # of the levels so far [Pa]
         self._result: list[ChannelCalibration] = []
         self._course = self._play()
@@ -149,10 +149,10 @@ class CalibrationRun:
 
         A sample that is no number makes the run fail.
         """
-        self._supply = sample.supply
+        self._supply_abs = sample.supply_abs
         if self.state != "running":
             return self._closed
-        if not np.isfinite(sample.pressures.sum() + sample.supply):
+        if not np.isfinite(sample.pressures_abs.sum() + sample.supply_abs):
             self.abort("a sensor sample was not a number")
             return self._closed
         try:
@@ -177,7 +177,7 @@ class CalibrationRun:
         """
         if self.state != "waiting":
             raise ValueError(f"the calibration does not wait: {self.state}, {self.message}")
-        supply = self._supply - AMBIENT_PRESSURE
+        supply = self._supply_abs - AMBIENT_PRESSURE
         near = [old for old in self._supplies if abs(old - supply) < LEAST_CHANGE]
         if near:
             raise ValueError(
@@ -201,7 +201,7 @@ class CalibrationRun:
             self.volumes,
             self.plan.settling,
             self.plan.averaging,
-            1.5 * self.plan.see_saw.high_pressure,
+            1.5 * self.plan.ranges.high_pressure,
         )
         for level in range(self.plan.supplies):
             yield from self._level(level, recorder)
@@ -213,8 +213,8 @@ class CalibrationRun:
     def _level(self, level: int, recorder: PulseRecorder) -> Step:
         yield from self._vent()
         yield from recorder.zero()
-        self._supplies.append(self._supply - AMBIENT_PRESSURE)
-        see_saw = SeeSaw(self.plan.see_saw, len(self.channels), 1000 * self._seed + level)
+        self._supplies.append(self._supply_abs - AMBIENT_PRESSURE)
+        durations = PulseDurations(self.plan.ranges, len(self.channels), 1000 * self._seed + level)
         lifted, cycles = np.zeros(len(self.channels)), self.plan.cycles
         for cycle in range(cycles):
             self.progress = 0.95 * (level + cycle / cycles) / self.plan.supplies
@@ -222,8 +222,8 @@ class CalibrationRun:
                 f"supply pressure {level + 1} of {self.plan.supplies} "
                 f"({self._supplies[-1] / 1e3:.0f} kPa), pulse {cycle + 1} of {cycles}"
             )
-            yield from recorder.cycle(see_saw)
-            lifted = np.maximum(lifted, recorder.gauge)
+            yield from recorder.cycle(durations)
+            lifted = np.maximum(lifted, recorder.pressures)
             if cycle == cycles // 2:
                 self._check_lift(lifted)
 
@@ -245,7 +245,7 @@ class CalibrationRun:
             since, total, count = sample.time, np.zeros(len(outlets)), 0
             while sample.time - since < VENT_WINDOW:
                 sample = yield outlets
-                total, count = total + sample.pressures, count + 1
+                total, count = total + sample.pressures_abs, count + 1
             mean = total / count
             if before is not None and (before - mean < VENT_STILL).all():
                 break
@@ -271,12 +271,12 @@ class CalibrationRun:
         )
 
     def _fill(self, recorder: PulseRecorder) -> Step:
-        """Inflate every channel to the see-saw's high pressure."""
-        target = self.plan.see_saw.high_pressure + AMBIENT_PRESSURE
+        """Inflate every channel to the high pressure of the pulses."""
+        target = self.plan.ranges.high_pressure + AMBIENT_PRESSURE
         sample = yield self._closed
         start = sample.time
         while sample.time - start < VENT_LIMIT:
-            wanted = sample.pressures - recorder.offsets < target
+            wanted = sample.pressures_abs - recorder.offsets < target
             if not wanted.any():
                 break
             sample = yield wanted.astype(np.int8)

@@ -30,12 +30,12 @@ class BoxView:
     ambient: float
     gas: float
     shortest_pulse: float
-    pressures: Floats = field(init=False)
+    pressures_abs: Floats = field(init=False)
     setpoints: Floats = field(init=False)
     direction: Valves = field(init=False)
     empty: Flags = field(init=False)
     mine: Flags = field(init=False)
-    supply: float = field(init=False)
+    supply_abs: float = field(init=False)
     dt: float = field(init=False)
 
     def or_emptied(self, target: Floats, wanted: Valves) -> Valves:
@@ -47,10 +47,10 @@ class BoxView:
         emptied = np.where(self.empty, 0, -1)
         return np.where(target <= 0, emptied, wanted).astype(np.int8)
 
-    def volume_at(self, pressures: Floats) -> Floats:
+    def volume_at(self, pressures_abs: Floats) -> Floats:
         """Volumes by `V = m R_s T/p_abs` of the estimated mass at pressures (n,) [m3]."""
         content = self.observer.mass * self.gas + self.ambient * self.rest_volumes
-        return np.asarray(content / pressures)
+        return np.asarray(content / pressures_abs)
 
     def opened(self, needed: Floats) -> Valves:
         """Which valves to open for masses (n,) [kg] that are `needed`.
@@ -58,7 +58,9 @@ class BoxView:
         None opens for less than a good half of what the smallest pulse would move from the present
         pressures, by equation 4.1: so a pulse always leaves a smaller error than it found.
         """
-        gain, loss = self.observer.pulse_mass(self.shortest_pulse, self.pressures, self.supply)
+        gain, loss = self.observer.pulse_mass(
+            self.shortest_pulse, self.pressures_abs, self.supply_abs
+        )
         inflate = needed > np.maximum(OPENING_SHARE * gain, LEAST_ERROR)
         deflate = -needed > np.maximum(OPENING_SHARE * loss, LEAST_ERROR)
         return inflate.astype(np.int8) - deflate.astype(np.int8)

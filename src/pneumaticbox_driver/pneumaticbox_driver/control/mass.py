@@ -32,7 +32,7 @@ class MassController:
 def follow_mass(view: BoxView, target: Floats) -> Valves:
     """Valves (n,) that bring the estimated masses to a `target` (n,) [kg], NaN for none."""
     observer = view.observer
-    pulses = observer.pulse_mass(view.shortest_pulse, view.pressures, view.supply)
+    pulses = observer.pulse_mass(view.shortest_pulse, view.pressures_abs, view.supply_abs)
     wanted = np.empty_like(view.direction)
     # a valve closes at the sample that comes nearest to the target
     ahead = 0.5 * view.dt
@@ -99,7 +99,9 @@ class MassFlowController:
             self._reference, self._following = mass.copy(), np.zeros_like(following)
         begun = following & ~self._following
         reference = np.where(begun, mass, self._reference) + np.nan_to_num(flow) * view.dt
-        gain, loss = view.observer.pulse_mass(view.shortest_pulse, view.pressures, view.supply)
+        gain, loss = view.observer.pulse_mass(
+            view.shortest_pulse, view.pressures_abs, view.supply_abs
+        )
         lead = LONGEST_LEAD * np.maximum(np.maximum(gain, loss), LEAST_ERROR)
         reference = np.maximum(np.clip(reference, mass - lead, mass + lead), 0.0)
         self._reference, self._following = reference, following

@@ -13,6 +13,7 @@ from pneumaticbox_driver.faults.pulse_effect import (
     SMOOTHING,
     UNMOVED,
     PulseEffect,
+    Seen,
 )
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import air_mass
@@ -99,7 +100,7 @@ class FaultView:
     have been averaged.
     """
 
-    gauge: Floats
+    pressures: Floats
     supply: float
     valves: Valves
     flow: Floats
@@ -172,18 +173,12 @@ class FaultWatch:
             Reasons to vent until reset, none when all is well.
         """
         dt, self._unseen = self._unseen, 0.0
-        self._follow(dt, view.gauge)
+        self._follow(dt, view.pressures)
         if not view.ready:
             return []
-        self._effect.look(
-            dt,
-            self._smooth,
-            self._frozen.noise[:-1] * math.sqrt(self._spread),
-            view.supply,
-            view.valves,
-            view.flow,
-            view.mass,
-        )
+        noise = self._frozen.noise[:-1] * math.sqrt(self._spread)
+        seen = Seen(self._smooth, noise, view.flow, view.mass)
+        self._effect.look(dt, seen, view.supply, view.valves)
         return [
             *self._sensor_faults(),
             *self._supply_faults(dt, view),
@@ -191,11 +186,11 @@ class FaultWatch:
             *self._pressure_losses(dt, view),
         ]
 
-    def _follow(self, dt: float, gauge: Floats) -> None:
+    def _follow(self, dt: float, pressures: Floats) -> None:
         """Low-pass the pressures, and keep account of the noise: lost samples let more through."""
         share = dt / (dt + SMOOTHING)
         fresh = np.isnan(self._smooth)
-        self._smooth = np.where(fresh, gauge, self._smooth + share * (gauge - self._smooth))
+        self._smooth = np.where(fresh, pressures, self._smooth + share * (pressures - self._smooth))
         self._spread = (1 - share) ** 2 * self._spread + share**2
 
     def stuck_outlets(self) -> list[str]:

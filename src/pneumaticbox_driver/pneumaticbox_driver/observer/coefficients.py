@@ -41,7 +41,7 @@ class PulseCoefficients:
         return np.array([getattr(self, term) for term in TERMS])
 
 
-def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Floats]:
+def flow_rates(pressure_in_abs: Floats, pressure_out_abs: Floats) -> tuple[Floats, Floats]:
     """Integrands of the friction and the injector term of equation 4.1.
 
     Both change sign with the drop of pressure, for air flows back then. So the noise of a sensor
@@ -49,8 +49,8 @@ def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Float
     would add up to a flow that is not there.
 
     Args:
-        pressure_in: absolute pressure upstream [Pa].
-        pressure_out: absolute pressure downstream [Pa].
+        pressure_in_abs: absolute pressure upstream [Pa].
+        pressure_out_abs: absolute pressure downstream [Pa].
 
     Returns:
         `p_in - p_out` [Pa] and `p_in Psi(p_out/p_in)` [Pa], the latter with the higher pressure
@@ -60,8 +60,11 @@ def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Float
     >>> friction.tolist(), injector.round().tolist()
     ([200000.0, -200000.0], [145253.0, -145253.0])
     """
-    drop = pressure_in - pressure_out
-    high, low = np.maximum(pressure_in, pressure_out), np.minimum(pressure_in, pressure_out)
+    drop = pressure_in_abs - pressure_out_abs
+    high, low = (
+        np.maximum(pressure_in_abs, pressure_out_abs),
+        np.minimum(pressure_in_abs, pressure_out_abs),
+    )
     return drop, np.copysign(high * psi(low / high), drop)
 
 

@@ -39,32 +39,32 @@ class PostureMass:
         self._gas = GAS_CONSTANT * settings.temperature
         self._rest = np.array(settings.rest_volumes)
 
-    def at(self, pressures: Floats) -> tuple[Floats, Floats]:
+    def at(self, pressures_abs: Floats) -> tuple[Floats, Floats]:
         """Masses above the fill at rest [kg] and their variances [kg2], (n,) and (n,).
 
         Args:
-            pressures: absolute, averaged, offsets taken off (n,) [Pa].
+            pressures_abs: absolute, averaged, offsets taken off (n,) [Pa].
         """
-        gauge = pressures - self._ambient
-        volumes = self._model.volumes(gauge)
-        mass = (pressures * volumes - self._ambient * self._rest) / self._gas
-        by_pressure = (volumes + pressures * self._model.slopes(gauge)) / self._gas
-        sensor = by_pressure * np.hypot(OFFSET_ERROR, GAIN_ERROR * gauge)
-        model = GROWTH_ERROR * (volumes - self._rest) * pressures / self._gas
+        pressures = pressures_abs - self._ambient
+        volumes = self._model.volumes(pressures)
+        mass = (pressures_abs * volumes - self._ambient * self._rest) / self._gas
+        by_pressure = (volumes + pressures_abs * self._model.slopes(pressures)) / self._gas
+        sensor = by_pressure * np.hypot(OFFSET_ERROR, GAIN_ERROR * pressures)
+        model = GROWTH_ERROR * (volumes - self._rest) * pressures_abs / self._gas
         return np.asarray(mass), np.asarray(sensor**2 + model**2)
 
-    def bent_at(self, gauge: Floats) -> tuple[Floats, Floats]:
+    def bent_at(self, pressures: Floats) -> tuple[Floats, Floats]:
         """What channels hold above rest at gauge pressures, and bent as far at ambient pressure.
 
         Args:
-            gauge: pressures (n,) [Pa].
+            pressures: pressures (n,) [Pa].
 
         Returns:
             Masses (n,) and (n,) [kg].
         """
-        volumes = self._model.volumes(gauge)
+        volumes = self._model.volumes(pressures)
         kept = self._ambient * (volumes - self._rest) / self._gas
-        return kept + gauge * volumes / self._gas, kept
+        return kept + pressures * volumes / self._gas, kept
 
 
 def combine(

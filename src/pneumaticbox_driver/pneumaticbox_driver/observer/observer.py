@@ -48,12 +48,12 @@ class MassObserver:
     def _rehearse(self, ambient: float) -> None:
         """Let the kernels be compiled, or loaded, before a sample waits for them."""
         n = len(self.flow)
-        pressures, found = np.full(n, ambient), np.empty((2, n))
+        pressures_abs, found = np.full(n, ambient), np.empty((2, n))
         pulses = PulseIntegrals(n, ambient)
-        pulses.advance(SHORTEST, pressures, ambient)
+        pulses.advance(SHORTEST, pressures_abs, ambient)
         terms = pulses.values, pulses.rates
         sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
-        self.pulse_mass(SHORTEST, pressures, ambient)
+        self.pulse_mass(SHORTEST, pressures_abs, ambient)
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
         self._inflate = _columns(c.inflate.as_array() for c in calibrations)
@@ -92,33 +92,33 @@ class MassObserver:
         """Pulses since `set_mass`, that under way not counted (n,)."""
         return self._drift.pulses.copy()
 
-    def advance(self, dt: float, pressures: Floats, supply: float) -> None:
+    def advance(self, dt: float, pressures_abs: Floats, supply_abs: float) -> None:
         """Integrate the pulses under way over the last `dt` [s], up to these absolute pressures.
 
         Args:
             dt: time since the last sample [s], 0 or above.
-            pressures: absolute channel pressures (n,) [Pa].
-            supply: absolute supply pressure [Pa].
+            pressures_abs: absolute channel pressures (n,) [Pa].
+            supply_abs: absolute supply pressure [Pa].
         """
         integrals = self._integrals
         if self._sign.any():
-            integrals.advance(dt, pressures, supply)
-            found = np.empty((2, len(pressures)))
+            integrals.advance(dt, pressures_abs, supply_abs)
+            found = np.empty((2, len(pressures_abs)))
             terms = integrals.values, integrals.rates
             sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
             self.moved, self.flow = found
             self._settle((self._sign != 0) & ~integrals.flowing)
         if self.leak_model:
-            gauge = pressures - integrals.ambient
+            gauge = pressures_abs - integrals.ambient
             self._settled = self._settled - dt * self._leak * np.maximum(gauge, 0.0)
 
-    def switch(self, valves: Valves, pressures: Floats, supply: float) -> None:
+    def switch(self, valves: Valves, pressures_abs: Floats, supply_abs: float) -> None:
         """Take note of the valves commanded from now on; call after `advance` of this sample.
 
         Args:
             valves: +1 inflate, -1 deflate, 0 closed (n,).
-            pressures: absolute channel pressures (n,) [Pa].
-            supply: absolute supply pressure [Pa].
+            pressures_abs: absolute channel pressures (n,) [Pa].
+            supply_abs: absolute supply pressure [Pa].
         """
         changed = valves != self.direction
         if not changed.any():
@@ -134,7 +134,7 @@ class MassObserver:
         fresh = np.where(valves > 0, self._inflate, self._deflate)
         self._coefficients = np.where(begun, fresh, self._coefficients)
         delays = np.where(valves > 0, self._inflate_delays, self._deflate_delays)
-        self._integrals.begin(begun, valves, pressures, supply, delays)
+        self._integrals.begin(begun, valves, pressures_abs, supply_abs, delays)
 
     def _settle(self, ended: Flags) -> None:
         """Add the pulses that have ended to the settled mass."""
@@ -150,7 +150,7 @@ class MassObserver:
         self._sign = np.where(ended, 0.0, self._sign)
 
     def pulse_mass(
-        self, duration: float, pressures: Floats, supply: float
+        self, duration: float, pressures_abs: Floats, supply_abs: float
     ) -> tuple[Floats, Floats]:
         """Predict what a pulse of `duration` [s] from these pressures would move.
 
@@ -160,11 +160,11 @@ class MassObserver:
             Mass that an inflating pulse brings and that a deflating one takes (n,), (n,) [kg],
             both 0 or above.
         """
-        found = np.empty((2, len(pressures)))
-        ends = supply, self._integrals.ambient
+        found = np.empty((2, len(pressures_abs)))
+        ends = supply_abs, self._integrals.ambient
         coefficients = self._inflate, self._deflate
         delays = self._inflate_delays, self._deflate_delays
-        predict_pulses(duration, pressures, ends, coefficients, delays, found)
+        predict_pulses(duration, pressures_abs, ends, coefficients, delays, found)
         gain, loss = found
         return gain, loss
 

@@ -16,11 +16,11 @@ LEAST_SLOPE = 1e-13  # below it a volume is fixed [m3/Pa]
 class VolumeModel(Protocol):
     """Volumes (n,) [m3] and their derivatives (n,) [m3/Pa] at gauge pressures (n,) [Pa]."""
 
-    def volumes(self, gauge: Floats) -> Floats:
+    def volumes(self, pressures: Floats) -> Floats:
         """Volumes in free posture, tubes included (n,) [m3]."""
         ...
 
-    def slopes(self, gauge: Floats) -> Floats:
+    def slopes(self, pressures: Floats) -> Floats:
         """Derivatives by the pressure in the same channel (n,) [m3/Pa]."""
         ...
 
@@ -31,11 +31,11 @@ class FixedVolumes:
     def __init__(self, volumes: Sequence[float]) -> None:
         self._volumes: Floats = np.array(volumes, dtype=float)
 
-    def volumes(self, gauge: Floats) -> Floats:
+    def volumes(self, pressures: Floats) -> Floats:
         """Volumes (n,) [m3], whatever the pressures."""
         return self._volumes
 
-    def slopes(self, gauge: Floats) -> Floats:
+    def slopes(self, pressures: Floats) -> Floats:
         """Zeros (n,) [m3/Pa]."""
         return np.zeros_like(self._volumes)
 
@@ -61,13 +61,13 @@ class HandVolumes:
             )
         self._more: Floats = np.array(rest_volumes) - self._free.rest
 
-    def volumes(self, gauge: Floats) -> Floats:
+    def volumes(self, pressures: Floats) -> Floats:
         """Volumes in free posture (n,) [m3]."""
-        return self._more + self._free.volumes(gauge)
+        return self._more + self._free.volumes(pressures)
 
-    def slopes(self, gauge: Floats) -> Floats:
+    def slopes(self, pressures: Floats) -> Floats:
         """Derivatives by the pressure in the same channel (n,) [m3/Pa]."""
-        return self._free.slopes(gauge)
+        return self._free.slopes(pressures)
 
 
 def make_volume_model(kind: str, hand: str, rest_volumes: Sequence[float]) -> VolumeModel:
@@ -75,14 +75,14 @@ def make_volume_model(kind: str, hand: str, rest_volumes: Sequence[float]) -> Vo
     return HandVolumes(hand, rest_volumes) if kind == "hand" else FixedVolumes(rest_volumes)
 
 
-def pressure_after(model: VolumeModel, gauge: Floats, growth: Floats) -> Floats:
+def pressure_after(model: VolumeModel, pressures: Floats, growth: Floats) -> Floats:
     """Find the gauge pressures (n,) [Pa] at which the model's volumes have grown by `growth`.
 
     A channel whose volume is fixed, or that would need suction, stays or ends at 0.
 
     Args:
         model: of the volumes.
-        gauge: pressures to start from (n,) [Pa].
+        pressures: pressures to start from (n,) [Pa].
         growth: of the volumes (n,) [m3].
 
     >>> class Linear(FixedVolumes):
@@ -91,8 +91,8 @@ def pressure_after(model: VolumeModel, gauge: Floats, growth: Floats) -> Floats:
     >>> pressure_after(Linear([1e-5]), np.array([1e4]), np.array([1e-6])).round(6).tolist()
     [20000.0]
     """
-    target = model.volumes(gauge) + growth
-    found = gauge
+    target = model.volumes(pressures) + growth
+    found = pressures
     for _ in range(NEWTON_STEPS):
         slopes = model.slopes(found)
         step = (target - model.volumes(found)) / np.maximum(slopes, LEAST_SLOPE)

@@ -120,7 +120,9 @@ class Calibrating:
             "version": self._note.version,
         }
         box, expected = self._note.box, self._value("box")
-        supply = self._box.supply - self._box.settings.ambient if self._box.zeroing.ready else None
+        supply = (
+            self._box.supply_abs - self._box.settings.ambient if self._box.zeroing.ready else None
+        )
         names = self._box.settings.channels
         for warning in check_calibration(names, self._calibrations, box, expected, supply):
             report.raise_to(Level.WARN, warning)
