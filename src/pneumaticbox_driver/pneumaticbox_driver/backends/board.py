@@ -1,8 +1,4 @@
-"""A board with valves and pressure sensors that this process drives itself, and how a backend
-opens one.
-
-Opens the board that a backend stands for; its modules are loaded only when it is asked for.
-"""
+"""Boards: valves and sensors that this process drives itself, opened by the backend's name."""
 
 from collections.abc import Callable
 from typing import Any, Protocol

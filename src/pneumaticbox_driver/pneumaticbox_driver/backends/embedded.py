@@ -1,7 +1,4 @@
-"""A pretended bench in process: the plant with bottles or actuators on its channels.
-
-The pretended bench as a board: its time passes with the monotonic clock.
-"""
+"""Embedded backend: a pretended bench in process, with bottles or actuators on its channels."""
 
 import math
 import time

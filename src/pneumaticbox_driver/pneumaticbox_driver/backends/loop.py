@@ -1,10 +1,4 @@
-"""A periodic loop on absolute deadlines for a driver without a simulator: its clock and its
-priority.
-
-The clock of a driver that has no simulator: the wall's at the start, never set after it.
-
-Real-time priority for the control loop, where the system grants it (section 4.3).
-"""
+"""Control loop without a simulator: absolute deadlines, a steady clock, real-time priority."""
 
 import os
 import time

@@ -1,4 +1,4 @@
-"""What the box tells about itself in /diagnostics (REP-107), and the counts behind it."""
+"""Diagnostics of the box (REP-107): reports for /diagnostics and the counts behind them."""
 
 import math
 from collections import deque

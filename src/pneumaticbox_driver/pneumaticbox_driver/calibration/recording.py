@@ -14,6 +14,13 @@ from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, Leak
 from pneumaticbox_driver.observer.pulses import PulseIntegrals
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE, air_mass
 
+SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
+AVERAGING = 0.2  # of the pressures between two pulses [s]
+CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
+CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]
+SIGNIFICANT = 3.0  # standard errors
+WINDOWS = 12  # of averaged pressure, over which the slope is fitted
+
 
 @dataclass(frozen=True)
 class PulseRanges:
@@ -69,12 +76,6 @@ class PulseDurations:
         return inflation, plan.shortest + drawn / self._skew / plan.speed_ratio
 
 
-SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
-AVERAGING = 0.2  # of the pressures between two pulses [s]
-CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
-CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]
-
-
 @dataclass(frozen=True)
 class Sample:
     """A sensor sample: stamp [s], absolute pressures of the channels and of the supply [Pa]."""
@@ -82,6 +83,11 @@ class Sample:
     time: float
     pressures_abs: Floats
     supply_abs: float
+
+    @classmethod
+    def of(cls, time: float, readings: Floats) -> "Sample":
+        """Make a sample of absolute pressures, the supply's last (n + 1,) [Pa]."""
+        return cls(time, readings[:-1], float(readings[-1]))
 
 
 Recording = Generator[Valves, Sample, list[list[Pulse]]]
@@ -185,7 +191,7 @@ class PulseRecorder:
         for direction, lasting in ((1, inflation), (-1, deflation)):
             before = self.rest
             lengths, samples = yield from self._play(direction, lasting)
-            yield from hold(self._n, self._settling)
+            yield from average(self._n, self._settling)
             reading = yield from average(self._n, self._averaging)
             self.rest = self._without_offset(reading)
             times = np.array([sample.time for sample in samples])
@@ -299,11 +305,6 @@ def integrals_of(played: PlayedPulse, delays: Floats) -> Floats:
     return integrals.values
 
 
-def hold(channels: int, duration: float) -> Step:
-    """Keep all valves closed for a duration [s]."""
-    yield from average(channels, duration)
-
-
 def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
     """Pressures over a duration [s], valves closed."""
     closed = np.zeros(channels, dtype=np.int8)
@@ -323,19 +324,14 @@ def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
     return Rest(0.5 * (start + sample.time), reference + mean, scatter, count)
 
 
-SIGNIFICANT = 3.0  # standard errors
-WINDOWS = 12  # of averaged pressure, over which the slope is fitted
-
-
 def measure_leaks(
-    channels: int, volumes: Floats, offsets: Floats, duration: float
+    volumes: Floats, offsets: Floats, duration: float
 ) -> Generator[Valves, Sample, list[Leak]]:
     """Watch the closed channels, under pressure, for a while.
 
     The pressure's slope gives the conductance, `k = -dp/dt V/(R_s T)/p_gauge`.
 
     Args:
-        channels: number of channels.
         volumes: fixed volumes on the channels (n,) [m3].
         offsets: of the sensors (n,) [Pa].
         duration: how long to watch [s].
@@ -345,9 +341,12 @@ def measure_leaks(
     """
     rests = []
     for _ in range(WINDOWS):
-        rests.append((yield from average(channels, duration / WINDOWS)))
-    capacity = air_mass(1.0, volumes, ROOM_TEMPERATURE)
-    return [_leak(rests, k, float(capacity[k]), float(offsets[k])) for k in range(channels)]
+        rests.append((yield from average(len(volumes), duration / WINDOWS)))
+    capacities = air_mass(1.0, volumes, ROOM_TEMPERATURE).tolist()
+    return [
+        _leak(rests, channel, capacity, float(offsets[channel]))
+        for channel, capacity in enumerate(capacities)
+    ]
 
 
 def _leak(rests: list[Rest], channel: int, capacity: float, offset: float) -> Leak:

@@ -13,7 +13,6 @@ from pneumaticbox_driver.observer.coefficients import (
     Delays,
     Leak,
     PulseCoefficients,
-    as_matrix,
 )
 from softhand_model.gas import AMBIENT_PRESSURE
 
@@ -43,23 +42,6 @@ class Pulse:
     noise: float = 0.0
     exposure: float = 0.0
     delays: Delays = NOMINAL_DELAYS
-
-
-@dataclass(frozen=True)
-class PulseFit:
-    """Result of `fit_pulses`.
-
-    `covariance` (5, 5) is that of the coefficients in the order of `TERMS`, `residual` the RMS of
-    what the fit leaves [kg] and `jitter` [s] the scatter of a pulse's effective duration: times
-    its flow it is what pulses move more or less than equation 4.1 says, one sigma. `delays` [s]
-    are those of the pulses, averaged.
-    """
-
-    coefficients: PulseCoefficients
-    covariance: Floats
-    residual: float
-    jitter: float
-    delays: Delays
 
 
 def regressors(pulses: Sequence[Pulse]) -> Floats:
@@ -94,17 +76,9 @@ def fit_channel(
         for p in pulses
     ]
     return ChannelCalibration(
-        inflate=up.coefficients,
-        deflate=down.coefficients,
-        residual_inflate=up.residual,
-        residual_deflate=down.residual,
+        up,
+        down,
         points=len(pulses),
-        covariance_inflate=as_matrix(up.covariance),
-        covariance_deflate=as_matrix(down.covariance),
-        jitter_inflate=up.jitter,
-        jitter_deflate=down.jitter,
-        delays_inflate=up.delays,
-        delays_deflate=down.delays,
         leak=leak,
         supply_range=(float(min(supplies)), float(max(supplies))),
         pressure_range=(float(min(gauges)), float(max(gauges))),
@@ -112,7 +86,7 @@ def fit_channel(
     )
 
 
-def _of_direction(pulses: Sequence[Pulse], inflating: bool) -> PulseFit:
+def _of_direction(pulses: Sequence[Pulse], inflating: bool) -> PulseCoefficients:
     return fit_pulses([pulse for pulse in pulses if pulse.inflating == inflating])
 
 
@@ -121,7 +95,7 @@ def _without_leak(pulse: Pulse, conductance: float) -> Pulse:
     return replace(pulse, mass=pulse.mass + (lost if pulse.inflating else -lost))
 
 
-def fit_pulses(pulses: Sequence[Pulse]) -> PulseFit:
+def fit_pulses(pulses: Sequence[Pulse]) -> PulseCoefficients:
     """Fit the coefficients of one direction by weighted linear regression.
 
     A pulse's weight comes from its noise: that of the sensor, which is known, that of the valve's
@@ -158,16 +132,15 @@ def fit_pulses(pulses: Sequence[Pulse]) -> PulseFit:
     spread = float(np.sum((residual / sigma) ** 2)) / (len(pulses) - len(terms))
     covariance = np.zeros((len(TERMS), len(TERMS)))
     covariance[: len(terms), : len(terms)] = spread * inverse / np.outer(scale, scale)
-    values = dict(zip(terms, (solution / scale).tolist(), strict=True))
-    rms = float(np.sqrt(np.mean(residual**2)))
-    return PulseFit(
-        PulseCoefficients(**values), covariance, rms, noise.jitter, _mean_delays(pulses)
-    )
-
-
-def _mean_delays(pulses: Sequence[Pulse]) -> Delays:
+    found = dict(zip(terms, (solution / scale).tolist(), strict=True))
     opening, closing = np.mean([pulse.delays for pulse in pulses], axis=0).tolist()
-    return opening, closing
+    return PulseCoefficients(
+        **found,
+        residual=float(np.sqrt(np.mean(residual**2))),
+        jitter=noise.jitter,
+        delays=(opening, closing),
+        covariance=covariance,
+    )
 
 
 def _weighted(design: Floats, mass: Floats, sigma: Floats) -> tuple[Floats, Floats]:

@@ -1,10 +1,4 @@
-"""A calibration under way: what it is to do, its answers to sensor samples, its end with
-coefficients.
-
-A calibration under way: answers sensor samples, waits for the user, ends with coefficients.
-
-A calibration inside the box: when it may begin, what it answers, and what ends it.
-"""
+"""Calibration run: what it is to do, its answers to sensor samples, its place in the box."""
 
 import math
 from collections.abc import Generator, Sequence
@@ -23,7 +17,6 @@ from pneumaticbox_driver.calibration.recording import (
     Sample,
     Step,
     average,
-    hold,
     measure_leaks,
 )
 from pneumaticbox_driver.calibration.regression import fit_channel
@@ -138,6 +131,11 @@ class CalibrationRun:
         self._valves = next(self._course)
 
     @property
+    def under_way(self) -> bool:
+        """Whether it has not ended yet."""
+        return self.state in ("running", "waiting")
+
+    @property
     def result(self) -> list[ChannelCalibration]:
         """The calibrations, one a channel; raises ValueError unless the run is done."""
         if self.state != "done":
@@ -190,7 +188,7 @@ class CalibrationRun:
 
     def abort(self, reason: str) -> None:
         """End without a result; no effect when the run has ended."""
-        if self.state in ("running", "waiting"):
+        if self.under_way:
             self.state, self.message = "failed", reason
 
     # the course
@@ -250,7 +248,7 @@ class CalibrationRun:
             if before is not None and (before - mean < VENT_STILL).all():
                 break
             before = mean
-        yield from hold(len(outlets), self.plan.settling)
+        yield from average(len(outlets), self.plan.settling)
 
     def _wait(self, level: int) -> Step:
         self.state = "waiting"
@@ -263,12 +261,8 @@ class CalibrationRun:
         self.progress = 0.95
         self.message = f"leak test, {self.plan.leak_test:.0f} s"
         yield from self._fill(recorder)
-        yield from hold(len(self.channels), LEAK_SETTLING)
-        return (
-            yield from measure_leaks(
-                len(self.channels), self.volumes, recorder.offsets, self.plan.leak_test
-            )
-        )
+        yield from average(len(self.channels), LEAK_SETTLING)
+        return (yield from measure_leaks(self.volumes, recorder.offsets, self.plan.leak_test))
 
     def _fill(self, recorder: PulseRecorder) -> Step:
         """Inflate every channel to the high pressure of the pulses."""
@@ -308,9 +302,6 @@ class CalibrationRun:
         return result
 
 
-UNDER_WAY = ("running", "waiting")
-
-
 class CalibrationSession:
     """Holds the calibration that has been started last; `run` is None before the first one.
 
@@ -325,7 +316,7 @@ class CalibrationSession:
     @property
     def under_way(self) -> bool:
         """Whether a calibration answers the samples now."""
-        return self.run is not None and self.run.state in UNDER_WAY
+        return self.run is not None and self.run.under_way
 
     def start(self, run: CalibrationRun) -> str:
         """Begin a calibration of all channels; returns a sentence.
@@ -342,7 +333,7 @@ class CalibrationSession:
 
     def refuse_under_way(self) -> None:
         """Raise ValueError while a calibration is under way: it alone commands the valves."""
-        if self.run is not None and self.run.state in UNDER_WAY:
+        if self.run is not None and self.run.under_way:
             raise ValueError(f"a calibration is under way: {self.run.message}")
 
     def next(self) -> str:
@@ -365,7 +356,7 @@ class CalibrationSession:
         if guard.relieving.any():
             name = self._channels[int(np.argmax(guard.relieving))]
             run.abort(f"channel {name} has reached its pressure limit: raise pressure_limits")
-        return run.on_sample(Sample(time, readings[:-1], float(readings[-1])))
+        return run.on_sample(Sample.of(time, readings))
 
     def abort(self, reason: str) -> None:
         """End a calibration that is under way, without a result."""

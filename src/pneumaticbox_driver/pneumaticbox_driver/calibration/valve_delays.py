@@ -1,4 +1,4 @@
-"""Delays of a valve, read from the pressure: where flow begins and ends the sensor sees a step."""
+"""Delays of a valve, read from the pressure: a step where the flow begins, one where it ends."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Control of all channels, each in its own mode, and what slow valves can follow of it."""
+"""Control of all channels, each in its own mode, within what slow valves can follow."""
 
 from collections.abc import Callable, Sequence
 

@@ -1,4 +1,4 @@
-"""What a controller sees of the box, and what it has to answer."""
+"""Interface of the controllers: what one sees of the box, and what it has to answer."""
 
 from dataclasses import dataclass, field
 from typing import Protocol

@@ -1,7 +1,4 @@
-"""Bang-bang control of the contained air mass (section 4.4) and of the mass flow (4.3).
-
-Control of the mass flow: the wanted flow adds up to an air mass that is followed (4.3).
-"""
+"""Bang-bang control of the air mass (section 4.4) and of the mass flow (section 4.3)."""
 
 import numpy as np
 

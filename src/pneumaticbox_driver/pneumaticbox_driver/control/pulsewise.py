@@ -4,10 +4,6 @@ While air flows a pressure sensor in the box sees the drop along the tube, and t
 makes what it reads old. So a pulse is not closed in a loop around the sensor: the air that it takes
 to reach the target is computed when it begins, the observer says when it has moved, and the
 pressure is judged anew when it has settled.
-
-Control of the channel pressure by pulses (section 4.1).
-
-Control of the channel volume, which the estimated mass and the pressure tell (section 4.1).
 """
 
 from typing import Protocol

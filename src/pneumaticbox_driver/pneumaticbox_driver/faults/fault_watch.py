@@ -1,4 +1,4 @@
-"""Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures."""
+"""Fault watch: recognises broken valves, tubes, sensors and supply from the pressures."""
 
 import math
 from dataclasses import dataclass

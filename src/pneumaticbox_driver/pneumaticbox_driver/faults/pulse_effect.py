@@ -1,4 +1,4 @@
-"""Holds the pulses that were commanded against what they did to the pressures."""
+"""Effect of pulses: what was commanded, held against what it did to the pressures."""
 
 import math
 from typing import Any, NamedTuple

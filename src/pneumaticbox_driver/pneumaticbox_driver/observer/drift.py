@@ -3,8 +3,6 @@
 The estimate of equation 4.1 drifts with every pulse (section 4.4.4). With valves closed, pressures
 still and the hand in free posture, pressure and volume tell the mass as well, at any pressure:
 `m = (p_abs V(p) - p_0 V_0)/(R_s T)`.
-
-How far an estimate may have drifted: the uncertainty of the coefficients, added up.
 """
 
 from collections.abc import Sequence
@@ -13,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumaticbox_driver.arrays import Flags, Floats
-from pneumaticbox_driver.observer.coefficients import ChannelCalibration
+from pneumaticbox_driver.observer.coefficients import DIRECTIONS, ChannelCalibration
 from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
@@ -97,7 +95,6 @@ def combine(
     return mass + gain * (measured - mass), (1.0 - gain) * variance, used, far
 
 
-DIRECTIONS = ("inflate", "deflate")  # rows of the arrays over directions
 SIGMAS = 2.0
 
 
@@ -122,12 +119,9 @@ class DriftBound:
         self._take(calibrations)
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
-        self._covariance = np.array(
-            [[c.covariance(direction) for c in calibrations] for direction in DIRECTIONS]
-        )
-        self._jitter = np.array(
-            [[getattr(c, f"jitter_{d}") for c in calibrations] for d in DIRECTIONS]
-        )
+        fits = [[getattr(c, direction) for c in calibrations] for direction in DIRECTIONS]
+        self._covariance = np.array([[fit.covariance for fit in row] for row in fits])
+        self._jitter = np.array([[fit.jitter for fit in row] for row in fits])
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
         """Go on with other coefficients; what has added up so far stays as it is."""

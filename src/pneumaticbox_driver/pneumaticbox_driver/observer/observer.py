@@ -58,8 +58,8 @@ class MassObserver:
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
         self._inflate = _columns(c.inflate.as_array() for c in calibrations)
         self._deflate = _columns(c.deflate.as_array() for c in calibrations)
-        self._inflate_delays = _columns(c.delays_inflate for c in calibrations)
-        self._deflate_delays = _columns(c.delays_deflate for c in calibrations)
+        self._inflate_delays = _columns(c.inflate.delays for c in calibrations)
+        self._deflate_delays = _columns(c.deflate.delays for c in calibrations)
         self._leak = np.array([c.leak.conductance for c in calibrations])  # [kg/(s Pa)]
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:

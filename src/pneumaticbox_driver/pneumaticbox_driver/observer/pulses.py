@@ -1,9 +1,7 @@
-"""The regressors of equation 4.1 for the pulses under way, from samples at any distance, compiled.
+"""Regressors of equation 4.1 for the pulses under way, from samples at any distance.
 
-A sample of 500 Hz leaves the processor cold, so the many small calls of numpy are what it takes
-longest over. All arrays have the channels in order (n,), units as in `PulseIntegrals`.
-
-The regressors of equation 4.1 for the pulses under way, from samples at any distance.
+What runs at every sample is compiled: a sample of 500 Hz leaves the processor cold, so many small
+calls of numpy are what it would take longest over. All arrays have the channels in order (n,).
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What a channel's volume does when its pressure changes and nothing touches the hand."""
+"""Volumes of the channels over their pressures while nothing touches the hand."""
 
 from collections.abc import Sequence
 from typing import Protocol

@@ -1,4 +1,4 @@
-"""A real box on the driver's side: commands in, pressures out, and outlets open at the end."""
+"""Bench of a real box: commands in, pressures out, outlets open in silence and at the end."""
 
 import atexit
 import contextlib

@@ -1,4 +1,4 @@
-"""What the driver asks of a valve board: switch valves, read pressures with their time."""
+"""Valve board: what the driver asks of real hardware."""
 
 from typing import Protocol
 

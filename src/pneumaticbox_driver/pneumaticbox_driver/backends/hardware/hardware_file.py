@@ -1,4 +1,4 @@
-"""How a box is wired, read from one YAML file and checked."""
+"""Hardware file: how a box is wired, read from YAML and checked."""
 
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""From a hardware file to the board and the bench that it describes."""
+"""Opening of a real box: from a hardware file to its board and bench."""
 
 import importlib
 import inspect
