@@ -25,14 +25,14 @@ PLAUSIBLE_RATIO = (0.2, 4.0)  # of the air that it took over the air that the mo
 
 
 class Quantity(Protocol):
-    """What is controlled: says where the target lies."""
+    """What is controlled; states are gauge pressures [Pa] and volumes [m3], (n,) each."""
 
     def state(self, view: BoxView, pressures: Floats) -> tuple[Floats, Floats]:
-        """Gauge pressures [Pa] and volumes [m3] now, (n,) and (n,), from averaged `pressures`."""
+        """State now, from averaged gauge `pressures` (n,) [Pa]."""
         ...
 
     def goal(self, view: BoxView, pressures: Floats, volume: Floats) -> tuple[Floats, Floats]:
-        """Gauge pressures [Pa] and volumes [m3] at the setpoint, as seen from that state."""
+        """State at the setpoint, as seen from the present one."""
         ...
 
     def passed(self, view: BoxView, margin: float) -> Flags:

@@ -51,44 +51,31 @@ class Seen(NamedTuple):
 
 
 class _Valve(NamedTuple):
-    """Valves as commanded (n,), time since each was switched [s], pressure per mass [Pa/kg]."""
-
-    state: Valves
-    since: Floats
-    per_mass: Floats
+    state: Valves  # as commanded (n,)
+    since: Floats  # it was switched last [s]
+    per_mass: Floats  # pressure of the air that it moves, in the widest channel [Pa/kg]
 
 
 class _Marks(NamedTuple):
-    """Channels (n,) with a pulse under way or settling, with one that has acted; verdicts."""
-
-    counting: Flags
-    acted: Flags
+    counting: Flags  # a pulse is under way, or settles
+    acted: Flags  # the pulse has moved the pressure
     idle: Flags
     unvented: Flags
 
 
 class _Start(NamedTuple):
-    """Pressure from which a pulse is judged (n,) [Pa], its noise, one sigma, and the mass [kg]."""
-
-    pressures: Floats
-    noise: Floats
-    mass: Floats
+    pressures: Floats  # from which the pulse is judged [Pa]
+    noise: Floats  # of them, one sigma [Pa]
+    mass: Floats  # estimate at that time [kg]
 
 
-class _Sums(NamedTuple):
-    """Changes of pressure (n,) [Pa].
-
-    `due` is expected of the pulse so far, `whole` of it once it has settled, `owed` of the pulses
-    before it; `shift` is what those did. An open outlet must lower the pressure from `peak`;
-    `outrun` is expected of it since then.
-    """
-
-    due: Floats
-    whole: Floats
-    owed: Floats
-    shift: Floats
-    peak: Floats
-    outrun: Floats
+class _Sums(NamedTuple):  # all in [Pa]
+    due: Floats  # expected of the pulse so far
+    whole: Floats  # expected of it once it has settled
+    owed: Floats  # expected of the pulses before it
+    shift: Floats  # what those did
+    peak: Floats  # from which an open outlet must lower the pressure
+    outrun: Floats  # expected of the outlet since that peak
 
 
 class PulseEffect:

@@ -20,7 +20,7 @@ EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
 
 @compiled
 def injector_rate(upstream: float, downstream: float) -> float:
-    """Integrand of the injector term, as `flow_model.flow_rates` has it [Pa]."""
+    """Integrand of the injector term, as `flow_rates` has it [Pa]."""
     high, low = max(upstream, downstream), min(upstream, downstream)
     ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
     root = ratio**ROOT
@@ -42,8 +42,8 @@ def integrate_pulses(
 
     Args:
         dt: since the last sample, above 0 [s].
-        pressures_abs: of the channels now, absolute (n,) [Pa].
-        ends: supply and ambient pressure [Pa].
+        pressures_abs: of the channels now (n,) [Pa].
+        ends: supply and ambient pressure, absolute [Pa].
         is_open: channels whose valve is commanded open (n,).
         inflating: channels whose pulse inflates (n,).
         delays: of opening and closing (2, n) [s].

@@ -14,6 +14,10 @@ MOST_OUTLETS = 8
 LONGEST_VENT = 10.0  # [s]
 
 
+class HardwareError(ValueError):
+    """A device that is not there, may not be used or has failed."""
+
+
 @dataclass(frozen=True)
 class Coil:
     """A GPIO line: path of its chip, number or name on it; `place` in the file, for errors."""

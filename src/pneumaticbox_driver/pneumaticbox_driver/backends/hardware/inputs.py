@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumaticbox_driver.arrays import Floats
-from pneumaticbox_driver.backends.hardware.board import HardwareError
-from pneumaticbox_driver.backends.hardware.hardware_file import Converter, Sensor
+from pneumaticbox_driver.backends.hardware.hardware_file import Converter, HardwareError, Sensor
 
 MILLIVOLT = 1e-3  # IIO gives a scale in millivolts per count
 
