@@ -1,7 +1,6 @@
 """Safety of the box: pressure limits, silence of the sensors and the latched vent."""
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -89,14 +88,11 @@ class PressureGuard:
         self.blocked[list(channels)] = self.relieving[list(channels)]
 
 
-@dataclass
 class SampleWatch:
     """Notices that the sensors have fallen silent; the first sample starts the watch."""
 
-    node_limit: float = SILENCE_LIMIT
-    wall_limit: float = WALL_SILENCE_LIMIT
-    _node_time: float = field(default=math.nan, init=False)
-    _wall_time: float = field(default=math.nan, init=False)
+    def __init__(self) -> None:
+        self._node_time = self._wall_time = math.nan  # of the last sample [s]
 
     def heard(self, node_time: float, wall_time: float) -> None:
         """Note a sample at this node time [s] and monotonic wall time [s].
@@ -122,8 +118,8 @@ class SampleWatch:
         if not self.started:
             return None
         silent, wall = node_time - self._node_time, wall_time - self._wall_time
-        if silent > self.node_limit:
-            return f"no sensor sample for {self.node_limit * 1e3:.0f} ms"
-        if wall > self.wall_limit and not paused:
-            return f"no sensor sample for {self.wall_limit:.0f} s of wall time"
+        if silent > SILENCE_LIMIT:
+            return f"no sensor sample for {SILENCE_LIMIT * 1e3:.0f} ms"
+        if wall > WALL_SILENCE_LIMIT and not paused:
+            return f"no sensor sample for {WALL_SILENCE_LIMIT:.0f} s of wall time"
         return None

@@ -117,9 +117,9 @@ class EmbeddedBoard:
         """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed."""
         self.bench.command(valves)
 
-    def set_supply(self, gauge: float) -> None:
+    def set_supply(self, pressure: float) -> None:
         """Turn the supply regulator to a gauge pressure [Pa]."""
-        self.bench.plant.set_supply(gauge)
+        self.bench.plant.set_supply(pressure)
 
     def close(self) -> None:
         """Open the outlets."""

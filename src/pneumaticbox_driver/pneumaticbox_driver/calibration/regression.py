@@ -205,13 +205,3 @@ def refuse_singular(design: Floats, terms: Sequence[str]) -> None:
     raise ValueError(
         f"pulses do not tell {' from '.join(named)}: vary supply, channel pressure and duration"
     )
-
-
-def naive_mass(pulses: Sequence[Pulse]) -> Floats:
-    """Baseline of section 4.4.3: `c p_in(t_on) dt`, c fitted over the same pulses (pulses,) [kg].
-
-    The pulses must be of one direction. Inflating, `p_in` is the supply at switch-off.
-    """
-    product = np.array([pulse.pressure_in_abs * pulse.duration for pulse in pulses])
-    mass = np.array([pulse.mass for pulse in pulses])
-    return product * (product @ mass) / (product @ product)

@@ -92,11 +92,10 @@ class CalibrationRun:
         volumes: of the fixed volumes on the channels (n,) [m3].
         plan: what to do; None for the defaults.
         seed: of the durations.
-        outlets: of the box, counted from 1, one a channel; None for 1 to n.
         aside: fit in a thread while samples go on: it takes seconds, too long for a control step.
 
     Raises:
-        ValueError: volumes or outlets that are not one a channel, or volumes not above 0.
+        ValueError: volumes that are not one a channel, or not above 0.
     """
 
     def __init__(
@@ -105,7 +104,6 @@ class CalibrationRun:
         volumes: ArrayLike,
         plan: CalibrationPlan | None = None,
         seed: int = 0,
-        outlets: Sequence[int] | None = None,
         aside: bool = False,
     ) -> None:
         n = len(channels)
@@ -114,9 +112,6 @@ class CalibrationRun:
         if self.volumes.shape != (n,) or not (self.volumes > 0).all():
             got = self.volumes.tolist()
             raise ValueError(f"volumes must be {n} above 0 m3, one a channel, got {got}")
-        self.outlets = tuple(range(1, n + 1) if outlets is None else outlets)
-        if len(self.outlets) != n:
-            raise ValueError(f"outlets must have {n} entries, one a channel, got {outlets}")
         self.plan = CalibrationPlan() if plan is None else plan
         self.state = "running"
         self.progress = 0.0
@@ -292,9 +287,8 @@ class CalibrationRun:
 
     def _fitted(self, recorder: PulseRecorder, leaks: list[Leak]) -> list[ChannelCalibration]:
         result = []
-        for name, outlet, pulses, leak in zip(
-            self.channels, self.outlets, recorder.pulses(), leaks, strict=True
-        ):
+        each = zip(self.channels, recorder.pulses(), leaks, strict=True)
+        for outlet, (name, pulses, leak) in enumerate(each, start=1):
             try:
                 result.append(fit_channel(pulses, leak, outlet))
             except ValueError as error:

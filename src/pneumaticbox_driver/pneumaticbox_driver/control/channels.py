@@ -30,7 +30,7 @@ CONTROLLERS: dict[str, Callable[[], Controller]] = {
     "volume": lambda: PulsewiseController(Volume()),
     "time": TimeController,
 }
-# the setpoint (n,) that holds what is now, from pressures averaged over a while, absolute (n,) [Pa]
+# the setpoint (n,) that holds what is now, by pressures averaged over a while (n,) [Pa]
 PRESENT: dict[str, Callable[[BoxView, Floats], Floats]] = {
     "mass": lambda view, steady_abs: view.observer.mass,
     "pressure": lambda view, steady_abs: steady_abs - view.ambient,

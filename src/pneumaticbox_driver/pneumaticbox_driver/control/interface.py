@@ -15,7 +15,7 @@ LEAST_ERROR = 1e-7  # a valve does not open for less [kg]
 
 @dataclass
 class BoxView:
-    """State of all channels at one sensor sample; arrays (n,), SI, pressures absolute.
+    """State of all channels at one sensor sample; arrays (n,), SI.
 
     `direction` is what the valves are commanded to now, `empty` marks channels known to be at
     ambient pressure since their outlet was last open, `shortest_pulse` [s] is what the valves

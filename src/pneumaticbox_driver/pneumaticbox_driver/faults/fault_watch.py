@@ -22,7 +22,7 @@ LESSON = 100  # samples from which a sensor's noise is learnt
 # A sensor whose noise is far below its converter's step stands still in its own right. These mark
 # noise that shows wherever between two steps the pressure lies: it turns back at a fifth of the
 # samples, and reaches four readings. Both together rule out noise at one edge, and a slow drift.
-LEAST_TURNS = 0.2
+LEAST_REVERSALS = 0.2
 LEAST_READINGS = 4
 CHANCE = 1e-12  # of a run of equal readings that is still taken for noise
 
@@ -67,10 +67,10 @@ class FrozenReading:
         self._learnt = True
         steps = np.diff(lesson, axis=0)
         self.noise = np.sqrt(0.5 * np.mean(steps**2, axis=0))
-        turns = np.mean(steps[1:] * steps[:-1] < 0, axis=0)
+        reversals = np.mean(steps[1:] * steps[:-1] < 0, axis=0)
         for sensor in range(lesson.shape[1]):
             readings = len(np.unique(lesson[:, sensor]))
-            if turns[sensor] < LEAST_TURNS or readings < LEAST_READINGS:
+            if reversals[sensor] < LEAST_REVERSALS or readings < LEAST_READINGS:
                 continue
             # half the share that was seen: it varies with where between two steps the pressure is
             share = 0.5 * float(np.mean(steps[:, sensor] != 0))

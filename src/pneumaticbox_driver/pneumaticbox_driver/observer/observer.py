@@ -109,8 +109,8 @@ class MassObserver:
             self.moved, self.flow = found
             self._settle((self._sign != 0) & ~integrals.flowing)
         if self.leak_model:
-            gauge = pressures_abs - integrals.ambient
-            self._settled = self._settled - dt * self._leak * np.maximum(gauge, 0.0)
+            pressures = pressures_abs - integrals.ambient
+            self._settled = self._settled - dt * self._leak * np.maximum(pressures, 0.0)
 
     def switch(self, valves: Valves, pressures_abs: Floats, supply_abs: float) -> None:
         """Take note of the valves commanded from now on; call after `advance` of this sample.

@@ -86,8 +86,8 @@ def pressure_after(model: VolumeModel, pressures: Floats, growth: Floats) -> Flo
         growth: of the volumes (n,) [m3].
 
     >>> class Linear(FixedVolumes):
-    ...     def volumes(self, gauge): return 1e-5 + 1e-10 * gauge
-    ...     def slopes(self, gauge): return np.full_like(gauge, 1e-10)
+    ...     def volumes(self, pressures): return 1e-5 + 1e-10 * pressures
+    ...     def slopes(self, pressures): return np.full_like(pressures, 1e-10)
     >>> pressure_after(Linear([1e-5]), np.array([1e4]), np.array([1e-6])).round(6).tolist()
     [20000.0]
     """
