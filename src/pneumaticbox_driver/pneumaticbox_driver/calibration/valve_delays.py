@@ -20,7 +20,7 @@ MOST = 0.06  # a longer delay is not one of such a valve [s]
 class PulseTrace:
     """Pressure of one channel over a pulse.
 
-    `times` (samples,) from switch-on [s] and `pressures_abs` (samples,) [Pa]; `length` of the command
+    `times` (samples,) from switch-on [s], `pressures_abs` (samples,) [Pa]; `length` of the command
     [s]; `before` and `after` the pressures at rest [Pa] and `direction` +1 or -1.
     """
 
