@@ -6,6 +6,8 @@ from typing import Any, Protocol
 from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.settings import BoxSettings, outlet_numbers
 
+Value = Callable[[str], Any]
+
 
 class Board(Protocol):
     """Valves and sensors of n channels; the driver's loop reads it, answers, reads again.
@@ -34,9 +36,6 @@ class Board(Protocol):
     def close(self) -> None:
         """Leave the outlets open and let the devices go."""
         ...
-
-
-Value = Callable[[str], Any]
 
 
 def open_board(backend: str, settings: BoxSettings, value: Value) -> Board | None:

@@ -13,6 +13,8 @@ from softhand_model.pneumatics import CommandWatch, Pneumatics, load_pneumatics
 
 RESPONSE_TIME = 0.02  # in which actuators take on the volume in balance, about a finger's [s]
 LONGEST_STEP = 5e-3  # with the volumes held on their way; far below what could make them swing [s]
+TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
+LONGEST_CATCH_UP = 0.1  # that the bench catches up with when the process was held [s]
 
 
 class EmbeddedBench:
@@ -83,10 +85,6 @@ class EmbeddedBench:
         if balanced is not self.volumes:  # as that of bottles is
             self.volumes = self.volumes + dt / (dt + RESPONSE_TIME) * (balanced - self.volumes)
         self.plant.step(dt, self._watch.valves(self.time), self.volumes)
-
-
-TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
-LONGEST_CATCH_UP = 0.1  # that the bench catches up with when the process was held [s]
 
 
 class EmbeddedBoard:

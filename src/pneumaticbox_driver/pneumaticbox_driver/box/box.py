@@ -9,9 +9,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.arrays import Counts, Flags, Floats, Valves
 from pneumaticbox_driver.box.commands import CommandIntake, Trajectory, TrajectoryPoint
 from pneumaticbox_driver.calibration.run import CalibrationRun, CalibrationSession
 from pneumaticbox_driver.control.channels import PRESENT, ChannelControl, PulseTiming
@@ -71,7 +70,7 @@ class PneumaticBox:
         )  # absolute, offsets taken off [Pa]
         self.supply_abs = settings.ambient  # absolute [Pa]
         self.valves: Valves = np.zeros(n, dtype=np.int8)
-        self.openings: NDArray[np.int64] = np.zeros(n, dtype=np.int64)
+        self.openings: Counts = np.zeros(n, dtype=np.int64)
         self.commands = CommandIntake(settings)
         self.observer = MassObserver(calibrations, settings.ambient)
         self.zeroing = Zeroing(settings, self.observer, model, self.notes)

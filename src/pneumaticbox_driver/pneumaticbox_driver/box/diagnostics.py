@@ -7,10 +7,20 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Counts, Flags
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.modes import MODES
+
+NOTE_PERIOD = 5.0  # between two logs of the same note [s]
+STORM_RATE = 500.0  # above which commands are a storm [1/s]
+WINDOW = 0.2  # over which the rate is taken [s]
+STORM_MEMORY = 10.0  # for which a storm is worth a warning [s]
+ACTIVITY_WINDOW = 10.0  # of node time [s]
+RESOLUTION = 0.5  # from one remembered count to the next [s]
+CHATTER = 5.0  # openings a second; a 45 ms pulse and a 60 ms pause allow nearly twice that [1/s]
+REFUSAL_MEMORY = 10.0  # wall time for which a refused message is worth a warning [s]
+STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
 
 
 class Level(IntEnum):
@@ -39,9 +49,6 @@ class Report:
             self.message = f"{self.message}; {message}"
 
 
-NOTE_PERIOD = 5.0  # between two logs of the same note [s]
-
-
 class NoteThrottle:
     """Lets each note through once in `period` [s].
 
@@ -62,11 +69,6 @@ class NoteThrottle:
         due = [note for note in dict.fromkeys(notes) if note not in recent]
         self._logged = recent | dict.fromkeys(due, now)
         return due
-
-
-STORM_RATE = 500.0  # above which commands are a storm [1/s]
-WINDOW = 0.2  # over which the rate is taken [s]
-STORM_MEMORY = 10.0  # for which a storm is worth a warning [s]
 
 
 @dataclass
@@ -115,12 +117,6 @@ class CommandTraffic:
         return self._peak if now - self._peak_at < STORM_MEMORY else 0.0
 
 
-Counts = NDArray[np.int64]
-ACTIVITY_WINDOW = 10.0  # of node time [s]
-RESOLUTION = 0.5  # from one remembered count to the next [s]
-CHATTER = 5.0  # openings a second; a 45 ms pulse and a 60 ms pause allow nearly twice that [1/s]
-
-
 class ValveActivity:
     """Remembers the counts of openings over a window of the box's time.
 
@@ -159,13 +155,9 @@ class ValveActivity:
         return np.asarray(self._counts[-1][1] - self._counts[0][1])
 
     @property
-    def chatters(self) -> NDArray[np.bool_]:
+    def chatters(self) -> Flags:
         """Channels whose valve opens more often than any target asks for (n,)."""
         return np.asarray(self.recent > CHATTER * ACTIVITY_WINDOW)
-
-
-REFUSAL_MEMORY = 10.0  # wall time for which a refused message is worth a warning [s]
-STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
 
 
 @dataclass

@@ -28,6 +28,7 @@ FORMAT = "pneumaticbox-calibration/2"
 OLD_FORMAT = "pneumaticbox-calibration/1"
 HEAD = ("format", "box", "date", "version", "ambient", "volume", "outlets")
 PER_DIRECTION = ("residual", "jitter", "delays", "covariance")
+MARGIN = 5e3  # of pressures beyond what was calibrated: compressor's cycle, droop, noise [Pa]
 
 
 @dataclass(frozen=True)
@@ -207,9 +208,6 @@ def _read_range(node: Node) -> Range:
     if low > high:
         raise node.error("[smallest, largest]")
     return low, high
-
-
-MARGIN = 5e3  # of pressures beyond what was calibrated: compressor's cycle, droop, noise [Pa]
 
 
 def check_calibration(

@@ -25,6 +25,12 @@ from pneumaticbox_driver.safety import PressureGuard
 from softhand_model.gas import AMBIENT_PRESSURE
 
 LEAST_CHANGE = 10e3  # between two supply pressures, or they do not tell the terms [Pa]
+NEXT = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
+VENT_WINDOW = 0.5  # over which pressures must not fall any more, outlets open [s]
+VENT_STILL = 30.0  # [Pa]
+VENT_LIMIT = 60.0  # a bottle of 0.5 L empties in a tenth of that [s]
+LEAK_SETTLING = 3.0  # after the filling, for the gas to take the temperature of the walls [s]
+LEAST_LIFT = 1e3  # that inlets open for a while must bring [Pa]
 
 
 @dataclass(frozen=True)
@@ -67,14 +73,6 @@ class CalibrationPlan:
     def cycles(self) -> int:
         """Inflations, and deflations, per channel and supply pressure."""
         return math.ceil(self.points / (2 * self.supplies))
-
-
-NEXT = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
-VENT_WINDOW = 0.5  # over which pressures must not fall any more, outlets open [s]
-VENT_STILL = 30.0  # [Pa]
-VENT_LIMIT = 60.0  # a bottle of 0.5 L empties in a tenth of that [s]
-LEAK_SETTLING = 3.0  # after the filling, for the gas to take the temperature of the walls [s]
-LEAST_LIFT = 1e3  # that inlets open for a while must bring [Pa]
 
 
 class CalibrationRun:

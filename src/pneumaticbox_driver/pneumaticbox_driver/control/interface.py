@@ -38,32 +38,10 @@ class BoxView:
     supply_abs: float = field(init=False)
     dt: float = field(init=False)
 
-    def or_emptied(self, target: Floats, wanted: Valves) -> Valves:
-        """Valves (n,) as `wanted`, but emptying where the `target` (n,) is zero or below.
-
-        There is no less than empty: the outlet is open until the channel is at ambient pressure,
-        where its mass is known.
-        """
-        emptied = np.where(self.empty, 0, -1)
-        return np.where(target <= 0, emptied, wanted).astype(np.int8)
-
     def volume_at(self, pressures_abs: Floats) -> Floats:
         """Volumes by `V = m R_s T/p_abs` of the estimated mass at pressures (n,) [m3]."""
         content = self.observer.mass * self.gas + self.ambient * self.rest_volumes
         return np.asarray(content / pressures_abs)
-
-    def opened(self, needed: Floats) -> Valves:
-        """Which valves to open for masses (n,) [kg] that are `needed`.
-
-        None opens for less than a good half of what the smallest pulse would move from the present
-        pressures, by equation 4.1: so a pulse always leaves a smaller error than it found.
-        """
-        gain, loss = self.observer.pulse_mass(
-            self.shortest_pulse, self.pressures_abs, self.supply_abs
-        )
-        inflate = needed > np.maximum(OPENING_SHARE * gain, LEAST_ERROR)
-        deflate = -needed > np.maximum(OPENING_SHARE * loss, LEAST_ERROR)
-        return inflate.astype(np.int8) - deflate.astype(np.int8)
 
 
 class Controller(Protocol):

@@ -10,11 +10,13 @@ from pneumaticbox_driver.control.interface import (
 )
 from softhand_model.numerics.compiled import compiled
 
+LONGEST_LEAD = 3.0  # of the reference over the estimate, in smallest pulses [-]
+
 
 class MassController:
     """Opens a valve when the error exceeds the threshold, closes it when the error changes sign.
 
-    The threshold is a good half of the smallest pulse (`BoxView.opened`), so the channel ends
+    The threshold is a good half of what the smallest pulse would move, so the channel ends
     within one smallest pulse of its target. The observer's estimate is that of the mass after the
     valve has closed, so the delay of the valve is anticipated.
 
@@ -70,9 +72,6 @@ def _decide(
             wanted[i] = 1
         elif -error > max(OPENING_SHARE * loss[i], LEAST_ERROR):
             wanted[i] = -1
-
-
-LONGEST_LEAD = 3.0  # of the reference over the estimate, in smallest pulses [-]
 
 
 class MassFlowController:

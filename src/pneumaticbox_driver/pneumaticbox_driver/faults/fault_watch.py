@@ -25,6 +25,17 @@ LESSON = 100  # samples from which a sensor's noise is learnt
 LEAST_REVERSALS = 0.2
 LEAST_READINGS = 4
 CHANCE = 1e-12  # of a run of equal readings that is still taken for noise
+PERIOD = 0.008  # between two looks at what pulses do, which takes ten times as long to show [s]
+# A channel at ambient pressure that holds so much more than at rest would have to be pulled open
+# by that share, with nothing in it that pulls.
+SURPLUS = 0.05  # of the fill at rest
+LEAST_SURPLUS = 5e-6  # twice what the estimate drifts within a minute [kg]
+EMPTY_FOR = 0.4  # at ambient pressure, to the noise: a hand that moves only passes through [s]
+# The supply's sensor is good to 2.5 % of 700 kPa: a supply below this may be none at all.
+NO_SUPPLY = 20e3  # gauge [Pa]
+SUPPLY_SEEN = 40e3  # gauge; above it there is one [Pa]
+SUPPLY_PATIENCE = 0.05  # for noise and for the drop of a pulse [s]
+BACKFLOW_PATIENCE = 0.1  # after an inlet was opened; the valve itself takes 40 ms [s]
 
 
 class FrozenReading:
@@ -75,19 +86,6 @@ class FrozenReading:
             # half the share that was seen: it varies with where between two steps the pressure is
             share = 0.5 * float(np.mean(steps[:, sensor] != 0))
             self._longest[sensor] = math.log(CHANCE) / math.log1p(-share)
-
-
-PERIOD = 0.008  # between two looks at what pulses do, which takes ten times as long to show [s]
-# A channel at ambient pressure that holds so much more than at rest would have to be pulled open
-# by that share, with nothing in it that pulls.
-SURPLUS = 0.05  # of the fill at rest
-LEAST_SURPLUS = 5e-6  # twice what the estimate drifts within a minute [kg]
-EMPTY_FOR = 0.4  # at ambient pressure, to the noise: a hand that moves only passes through [s]
-# The supply's sensor is good to 2.5 % of 700 kPa: a supply below this may be none at all.
-NO_SUPPLY = 20e3  # gauge [Pa]
-SUPPLY_SEEN = 40e3  # gauge; above it there is one [Pa]
-SUPPLY_PATIENCE = 0.05  # for noise and for the drop of a pulse [s]
-BACKFLOW_PATIENCE = 0.1  # after an inlet was opened; the valve itself takes 40 ms [s]
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ Delays = tuple[float, float]  # of opening and closing [s]
 NOMINAL_DELAYS: Delays = (VALVE_DELAY, VALVE_DELAY)
 DIRECTIONS = ("inflate", "deflate")
 TERMS = ("bias", "friction", "injector", "switch_in", "switch_out")  # c0 ... c4
+Range = tuple[float, float]
+EVERYTHING: Range = (-1e9, 1e9)
 
 
 @dataclass(frozen=True)
@@ -68,10 +70,6 @@ def flow_rates(pressure_in_abs: Floats, pressure_out_abs: Floats) -> tuple[Float
         np.minimum(pressure_in_abs, pressure_out_abs),
     )
     return drop, np.copysign(high * psi(low / high), drop)
-
-
-Range = tuple[float, float]
-EVERYTHING: Range = (-1e9, 1e9)
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ OFFSET_ERROR = 15.0
 GAIN_ERROR = 0.003
 GROWTH_ERROR = 0.01  # of the model, one sigma, of what a volume has grown from rest [-]
 GATE = 5.0  # standard deviations; beyond it the hand is not free, or the calibration does not fit
+SIGMAS = 2.0
 
 
 class PostureMass:
@@ -93,9 +94,6 @@ def combine(
     used = (variance > noise) & ~far
     gain = np.where(used, variance / (variance + noise), 0.0)
     return mass + gain * (measured - mass), (1.0 - gain) * variance, used, far
-
-
-SIGMAS = 2.0
 
 
 class DriftBound:

@@ -11,6 +11,17 @@ from pneumaticbox_driver.settings import BoxSettings
 WINDOW = 0.1  # over which a pressure is averaged [s]
 LEAST_SAMPLES = 25  # in a window, whatever the sampling: less would leave noise in the mean
 STILL_TOLERANCE = 45.0  # between the means of two windows in a row [Pa]
+UNEXPLAINED_PRESSURE = 5e3  # in an emptied channel: it was held away from rest when zeroed [Pa]
+LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
+MISFIT = 3.0  # times the drift bound: more drift means that the calibration does not fit [-]
+FAR_PULSES = 5  # after which an estimate far from what the posture tells is drift, and no push
+LEAST_MISFIT = 0.5e-6  # drift that is nothing to speak of [kg]
+# An actuator is held away from rest that has this much left at ambient pressure, of what it held in
+# free posture at its highest pressure; it cannot hold more than it would when bent as far as then.
+HELD_SHARE = 0.15
+HELD_VOLUME = 1.2
+TINY = 1e-9  # of a time that has begun [s]
+HELD_PATIENCE = 5.0  # at ambient pressure, after which that is drift all the same [s]
 
 
 class StillPressure:
@@ -48,19 +59,6 @@ class StillPressure:
         for memory in (self._sum, self._count, self._since):
             memory[full] = 0.0
         return True
-
-
-UNEXPLAINED_PRESSURE = 5e3  # in an emptied channel: it was held away from rest when zeroed [Pa]
-LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
-MISFIT = 3.0  # times the drift bound: more drift means that the calibration does not fit [-]
-FAR_PULSES = 5  # after which an estimate far from what the posture tells is drift, and no push
-LEAST_MISFIT = 0.5e-6  # drift that is nothing to speak of [kg]
-# An actuator is held away from rest that has this much left at ambient pressure, of what it held in
-# free posture at its highest pressure; it cannot hold more than it would when bent as far as then.
-HELD_SHARE = 0.15
-HELD_VOLUME = 1.2
-TINY = 1e-9  # of a time that has begun [s]
-HELD_PATIENCE = 5.0  # at ambient pressure, after which that is drift all the same [s]
 
 
 class Zeroing:
