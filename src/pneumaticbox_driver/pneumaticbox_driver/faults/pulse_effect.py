@@ -111,6 +111,7 @@ class PulseEffect:
         self._marks = _Marks(*np.zeros((4, n), dtype=bool))
         self._start = _Start(*np.zeros((3, n)))
         self._sums = _Sums(*np.zeros((6, n)))
+        self._groups = [tuple(g) for g in (self._valve, self._marks, self._start, self._sums)]
         self.idle, self.unvented = self._marks.idle, self._marks.unvented
 
     def look(self, dt: float, seen: Seen, supply: float, valves: Valves) -> None:
@@ -125,11 +126,10 @@ class PulseEffect:
         changed = valves != self._valve.state
         if changed.any():
             self._switch(changed, seen, valves)
-        self._valve.since[:] += dt
+        np.add(self._valve.since, dt, out=self._valve.since)
         if not self._marks.counting.any():
             return
-        groups = map(tuple, (seen, self._valve, self._marks, self._start, self._sums))
-        settled = _weigh(dt, supply, self._least_pressure, *groups)
+        settled = _weigh(dt, supply, self._least_pressure, tuple(seen), *self._groups)
         if settled.any():
             self._close_books(settled, seen.pressures)
 
