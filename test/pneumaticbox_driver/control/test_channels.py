@@ -7,7 +7,6 @@ import pytest
 from bottle_rig import BottleRig, Swelling
 
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.control.channels import CONTROLLERS
 from pneumaticbox_driver.modes import MODES
 
 MG = 1e-6
@@ -21,10 +20,6 @@ def filled(**options):
     rig.run(2.5)
     rig.openings[:] = 0
     return rig
-
-
-def test_every_mode_of_the_table_has_its_controller():
-    assert list(CONTROLLERS) == list(MODES)
 
 
 def test_every_switch_at_standstill_leaves_the_valves_closed_for_a_second():
