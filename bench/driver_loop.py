@@ -22,7 +22,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.backends.loop import DeadlineLoop, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import load_calibration
+from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 
 NAMES = tuple("abcdefgh")
@@ -30,7 +30,7 @@ VOLUME = 1e-4  # of the bottles [m3]
 PERIOD = 0.002  # [s]
 STEPS = 10_000  # of the control step alone
 PAUSED_STEPS, PAUSE = 2_000, 0.0015  # of the same after a sleep, as the node has it [s]
-TURNS, TURN = 20, 0.75  # [s] of wall time each; short, so that both meet the same neighbours
+ROUNDS, ROUND = 20, 0.75  # [s] of wall time each; short, so that both meet the same neighbours
 PRIORITY = 20
 STEP_TARGET = 150.0  # [us] CPU
 LATENESS_TARGET = 0.3  # [ms] above an empty loop
@@ -44,7 +44,7 @@ def eight_channels() -> tuple[PneumaticBox, EmbeddedBench]:
         PneumaticBox(settings, load_calibration(None, n)),
         EmbeddedBench(NAMES, [VOLUME] * n),
     )
-    while not box.ready:
+    while not box.zeroing.ready:
         bench.command(box.on_sample(bench.time, bench.advance(PERIOD)))
     times = np.arange(0.1, 60.0, 0.1)
     masses = 3e-5 - 2e-5 * np.cos(times[:, None] + np.arange(n))
@@ -84,10 +84,10 @@ def undisturbed() -> Iterator[None]:
 
 
 def lateness(step: Callable[[], None]) -> list[float]:
-    """Lateness of the steps of one turn [s]."""
+    """Lateness of the steps of one round [s]."""
     record: list[float] = []
     stop = threading.Event()
-    end = time.monotonic() + TURN
+    end = time.monotonic() + ROUND
 
     def timed() -> None:
         step()
@@ -107,8 +107,8 @@ def run() -> list[dict[str, Any]]:
     def step() -> None:
         bench.command(box.on_sample(bench.time, bench.advance(PERIOD)))
 
-    turns = [(lateness(lambda: None), lateness(step)) for _ in range(TURNS)]
-    empty, full = (1e3 * late(np.concatenate(records)) for records in zip(*turns, strict=True))
+    rounds = [(lateness(lambda: None), lateness(step)) for _ in range(ROUNDS)]
+    empty, full = (1e3 * late(np.concatenate(records)) for records in zip(*rounds, strict=True))
     return [
         at_most("driver's control step, 8 channels: median", micro(steps, 50), "us", STEP_TARGET),
         stated("driver's control step, 8 channels: p99", micro(steps, 99), "us"),

@@ -24,8 +24,8 @@ NOISE = 0.053e-6  # [kg]: of two means of 100 readings, 60 Pa and 12 bits each, 
 PARTS = 3  # runs of each supply pressure, held out in turn
 COLUMNS = {
     "duration": "duration",
-    "p_in": "pressure_in",
-    "p_out": "pressure_out",
+    "p_in": "pressure_in_abs",
+    "p_out": "pressure_out_abs",
     "friction_integral": "friction",
     "injector_integral": "injector",
     "mass": "mass",

@@ -20,7 +20,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.box.diagnostics import LinkState, ValveActivity, box_reports
-from pneumaticbox_driver.calibration.calibration import load_calibration
+from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.safety import BURST_MARGIN
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.pneumatics import load_pneumatics

@@ -4,7 +4,7 @@ import numpy as np
 
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import load_calibration
+from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT
 from softhand_model.pneumatics import CommandWatch, load_pneumatics
@@ -131,4 +131,4 @@ class BottleRig:
         """What the shortest pulse would bring and take now, the larger of both (n,) [kg]."""
         box = self.box
         pulse = box.settings.shortest_pulse
-        return np.maximum(*box.observer.pulse_mass(pulse, box.pressures, box.supply))
+        return np.maximum(*box.observer.pulse_mass(pulse, box.pressures_abs, box.supply_abs))

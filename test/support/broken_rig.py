@@ -7,7 +7,7 @@ from bottle_rig import BottleRig
 
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import load_calibration
+from pneumaticbox_driver.calibration.file import load_calibration
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.pneumatics import load_pneumatics
 from softhand_model.pneumatics.plant import PneumaticPlant

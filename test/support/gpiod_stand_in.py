@@ -1,6 +1,6 @@
 """The part of gpiod 2 that the driver uses, for tests without the package or a chip.
 
-test_hardware_lines compares it with the real package where that is installed.
+test_lines compares it with the real package where that is installed.
 """
 
 import enum

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics
@@ -127,7 +127,7 @@ class BenchRun:
         self._offset: Array = np.array([sensor_offset] * n + [0.0])
         self._closed_since, self._sum, self._count = np.zeros(n), np.zeros(n), np.zeros(n)
         self._pulses: NDArray[np.int_] = np.zeros(n, dtype=int)
-        while not self.box.ready:
+        while not self.box.zeroing.ready:
             self.sample()
 
     def follow(self, sine: Sine, progress: Progress, supply: Supply | None = None) -> Results:
@@ -169,7 +169,7 @@ class BenchRun:
         moving = (valves != 0) | (before != 0)
         self._closed_since = np.where(moving, self.bench.time, self._closed_since)
         settled = self.bench.time - self._closed_since > SETTLING
-        self._sum = np.where(settled, self._sum + self.box.gauge, 0.0)
+        self._sum = np.where(settled, self._sum + self.box.pressures, 0.0)
         self._count = np.where(settled, self._count + 1.0, 0.0)
 
     def _keep(self, time: float) -> None:
@@ -180,8 +180,8 @@ class BenchRun:
         keep.truth.append(self.bench.mass)
         keep.measured.append(np.where(self._count > 0, self._mass_of(mean), np.nan))
         keep.pulses.append(self._pulses.copy())
-        keep.supply.append(self.box.supply)
-        keep.gauge.append(self.box.gauge.copy())
+        keep.supply.append(self.box.supply_abs)
+        keep.gauge.append(self.box.pressures.copy())
 
 
 def on_bottles(

@@ -8,9 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration, Pulse
-from pneumaticbox_driver.calibration.recording import Sample, SeeSaw, SeeSawPlan, record_pulses
+from pneumaticbox_driver.calibration.recording import (
+    PulseDurations,
+    PulseRanges,
+    Sample,
+    record_pulses,
+)
+from pneumaticbox_driver.calibration.regression import Pulse
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
 from thesis.frame import Array, Progress
@@ -69,7 +75,9 @@ def record(
         stream = 1000 * seed + level
         bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, stream)
         bench.plant.set_supply(supply)
-        recorded = _recorded(bench, SeeSaw(SeeSawPlan(), channels, stream), channels, cycles)
+        recorded = _recorded(
+            bench, PulseDurations(PulseRanges(), channels, stream), channels, cycles
+        )
         for channel, more in zip(pulses, recorded, strict=True):
             channel += more
         progress("test pulses", (level + 1) / len(supplies))
@@ -77,9 +85,9 @@ def record(
 
 
 def _recorded(
-    bench: EmbeddedBench, see_saw: SeeSaw, channels: int, cycles: int
+    bench: EmbeddedBench, durations: PulseDurations, channels: int, cycles: int
 ) -> list[list[Pulse]]:
-    recording = record_pulses(see_saw, channels, cycles, BOTTLE)
+    recording = record_pulses(durations, channels, cycles, BOTTLE)
     valves = next(recording)
     while True:
         bench.command(valves)
@@ -97,7 +105,7 @@ def calibrated(
     seed: int,
     progress: Progress,
     supplies: Sequence[float] = SUPPLIES,
-    see_saw: SeeSawPlan | None = None,
+    see_saw: PulseRanges | None = None,
 ) -> list[ChannelCalibration]:
     """Calibrate a box on bottles as a user does, who turns the supply when asked to.
 
@@ -115,7 +123,7 @@ def calibrated(
     Raises:
         ValueError: too few points, or pulses that do not determine the coefficients.
     """
-    plan = CalibrationPlan(points, len(supplies), see_saw or SeeSawPlan(), leak_test=0.0)
+    plan = CalibrationPlan(points, len(supplies), see_saw or PulseRanges(), leak_test=0.0)
     run = CalibrationRun(OUTLETS[:channels], np.full(channels, BOTTLE), plan, seed)
     bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
     for supply in supplies:

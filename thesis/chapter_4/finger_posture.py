@@ -11,7 +11,7 @@ import numpy as np
 
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.box.box import PneumaticBox
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.volumes import FreeVolumes
@@ -116,7 +116,7 @@ def on_fingers(
         tuple(OUTLETS[:n]), tuple(fingers.rest.tolist()), (fingers.limit,) * n, ("mass",) * n
     )
     box = PneumaticBox(settings, calibrations, fingers)
-    box.drift_correction = drift_correction
+    box.zeroing.drift_correction = drift_correction
     bench = EmbeddedBench(OUTLETS[:n], _AtPressures(fingers), constants, seed)
     return BenchRun(box, bench, fingers.mass, sensor_offset)
 

@@ -9,13 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.calibration.calibration import (
-    ChannelCalibration,
-    Pulse,
-    fit_channel,
-    regressors,
-)
 from pneumaticbox_driver.calibration.recording import AVERAGING
+from pneumaticbox_driver.calibration.regression import Pulse, fit_channel, regressors
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from softhand_model.gas import air_mass
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4 import FULL, MG, OTHER, SEED, TARGET, THESIS_LINE, rms
@@ -87,7 +83,7 @@ def baseline(known: Sequence[Pulse], pulses: Sequence[Pulse]) -> Array:
 
 
 def _naive_size(pulses: Sequence[Pulse]) -> Array:
-    return np.array([pulse.pressure_in * pulse.duration for pulse in pulses])
+    return np.array([pulse.pressure_in_abs * pulse.duration for pulse in pulses])
 
 
 def floor_of(box: Pneumatics, channels: int, seed: int, windows: int = 100) -> Array:

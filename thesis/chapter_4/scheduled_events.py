@@ -14,7 +14,7 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.backends.loop import DeadlineLoop, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import load_calibration
+from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.settings import BoxSettings
 from thesis.chapter_4 import FULL, NOTE, OTHER, SEED, THESIS_LINE, rms
 from thesis.chapter_4.bench_run import PRESSURE_LIMIT
@@ -114,7 +114,7 @@ def errors_of(
 
     def step() -> None:
         box.sample(clock)
-        if box.box.ready and not scheduled.is_set():
+        if box.box.zeroing.ready and not scheduled.is_set():
             scheduled.set()
             box.schedule(box.box.time + LEAD)
         if box.done:

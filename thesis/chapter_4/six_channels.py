@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumaticbox_driver.calibration.calibration import check_calibration
+from pneumaticbox_driver.calibration.file import check_calibration
 from thesis.chapter_4 import CHANNELS, MG, NOTE, STEP, THESIS_LINE
 from thesis.chapter_4.bench_run import (
     SMALL_SINE,

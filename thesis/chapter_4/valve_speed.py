@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumaticbox_driver.calibration.recording import SeeSawPlan
+from pneumaticbox_driver.calibration.recording import PulseRanges
 from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4 import FULL, MG, OTHER, rms
 from thesis.chapter_4.bench_run import (
@@ -48,7 +48,7 @@ def run(given: Parameters, job: Job) -> Results:
         )
         results[f"{name}_flow"] = inlet_flows(box, given.channels, given.seed)
     for name in NAMES[:2]:
-        box, plan = with_valves(box_of(given.seed), name), SeeSawPlan(shortest=SHORTEST[name][0])
+        box, plan = with_valves(box_of(given.seed), name), PulseRanges(shortest=SHORTEST[name][0])
         own = calibrated(
             box, given.channels, given.points, given.seed, job.progress, given.supplies, plan
         )

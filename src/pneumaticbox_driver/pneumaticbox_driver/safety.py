@@ -1,14 +1,11 @@
 """Safety of the box: pressure limits, silence of the sensors and the latched vent."""
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Valves = NDArray[np.int8]
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
+
 RELIEF_END = 0.97  # of the limit; the outlet closes again below it
 BURST_MARGIN = 1.2  # of the limit; above it relief has failed
 SILENCE_LIMIT = 0.25  # without a sensor sample, node time [s]
@@ -61,29 +58,29 @@ class PressureGuard:
         self.blocked: Flags = np.zeros(n, dtype=bool)
         self._blocked_at: Floats = np.full(n, np.nan)  # setpoint that led over the limit
 
-    def apply(self, gauge: Floats, setpoints: Floats, valves: Valves) -> Valves:
+    def apply(self, pressures: Floats, setpoints: Floats, valves: Valves) -> Valves:
         """Return `valves` (n,) with what the limits forbid replaced.
 
         Args:
-            gauge: channel pressures (n,) [Pa].
+            pressures: channel pressures (n,) [Pa].
             setpoints: of the channels, NaN for none (n,).
             valves: wanted by control (n,).
         """
-        over = gauge > self.limits
+        over = pressures > self.limits
         if over.any():
             self._blocked_at = np.where(over & ~self.blocked, setpoints, self._blocked_at)
             self.relieving |= over
             self.blocked |= over
         if not self.blocked.any():
             return valves
-        self.relieving &= gauge > RELIEF_END * self.limits
+        self.relieving &= pressures > RELIEF_END * self.limits
         self.blocked &= self.relieving | ~(setpoints < self._blocked_at)
         held = np.where(self.blocked & (valves > 0), 0, valves)
         return np.where(self.relieving, -1, held).astype(np.int8)
 
-    def burst(self, gauge: Floats) -> int | None:
+    def burst(self, pressures: Floats) -> int | None:
         """Index of the first channel whose relief has failed, None if all is well."""
-        beyond = gauge > BURST_MARGIN * self.limits
+        beyond = pressures > BURST_MARGIN * self.limits
         return int(np.argmax(beyond)) if beyond.any() else None
 
     def unblock(self, channels: tuple[int, ...]) -> None:
@@ -91,14 +88,11 @@ class PressureGuard:
         self.blocked[list(channels)] = self.relieving[list(channels)]
 
 
-@dataclass
 class SampleWatch:
     """Notices that the sensors have fallen silent; the first sample starts the watch."""
 
-    node_limit: float = SILENCE_LIMIT
-    wall_limit: float = WALL_SILENCE_LIMIT
-    _node_time: float = field(default=math.nan, init=False)
-    _wall_time: float = field(default=math.nan, init=False)
+    def __init__(self) -> None:
+        self._node_time = self._wall_time = math.nan  # of the last sample [s]
 
     def heard(self, node_time: float, wall_time: float) -> None:
         """Note a sample at this node time [s] and monotonic wall time [s].
@@ -124,8 +118,8 @@ class SampleWatch:
         if not self.started:
             return None
         silent, wall = node_time - self._node_time, wall_time - self._wall_time
-        if silent > self.node_limit:
-            return f"no sensor sample for {self.node_limit * 1e3:.0f} ms"
-        if wall > self.wall_limit and not paused:
-            return f"no sensor sample for {self.wall_limit:.0f} s of wall time"
+        if silent > SILENCE_LIMIT:
+            return f"no sensor sample for {SILENCE_LIMIT * 1e3:.0f} ms"
+        if wall > WALL_SILENCE_LIMIT and not paused:
+            return f"no sensor sample for {WALL_SILENCE_LIMIT:.0f} s of wall time"
         return None

@@ -4,25 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pneumaticbox_driver.modes import check_mode
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
 
 MOST_CHANNELS = 8
 VOLUME_MODELS = ("hand", "fixed")
-MODES = ("mass", "mass_flow", "pressure", "volume", "time")
-
-
-def check_mode(mode: str) -> str:
-    """Return `mode` if it is a control mode.
-
-    Raises:
-        ValueError: no such mode; the message lists what there is.
-
-    >>> check_mode("mass")
-    'mass'
-    """
-    if mode not in MODES:
-        raise ValueError(f"control_mode must be one of {list(MODES)}, got {mode!r}")
-    return mode
 
 
 @dataclass(frozen=True)
@@ -64,7 +50,9 @@ class BoxSettings:
             raise ValueError(f"channels must be letters, digits and _, got {list(self.channels)}")
         for name in ("rest_volumes", "pressure_limits"):
             _check_positive(name, getattr(self, name), n)
-        check_choice("volume_model", self.volume_model, VOLUME_MODELS)
+        if self.volume_model not in VOLUME_MODELS:
+            expected, got = list(VOLUME_MODELS), self.volume_model
+            raise ValueError(f"volume_model must be one of {expected}, got {got!r}")
         self.check_modes(self.control_modes)
         for name in ("command_timeout", "shortest_pause", "shortest_pulse", "zero_band"):
             value = getattr(self, name)
@@ -87,17 +75,6 @@ class BoxSettings:
                 "control_mode 'volume' expects volume_model 'hand', got 'fixed': "
                 "the volume of a bottle cannot be controlled"
             )
-
-
-def check_choice(name: str, value: str, choices: Sequence[str]) -> str:
-    """Return `value` if it is one of the choices of a setting, else raise ValueError.
-
-    >>> check_choice("volume_model", "fixed", ("hand", "fixed"))
-    'fixed'
-    """
-    if value not in choices:
-        raise ValueError(f"{name} must be one of {list(choices)}, got {value!r}")
-    return value
 
 
 def _check_positive(name: str, values: Sequence[float], n: int) -> None:

@@ -23,10 +23,10 @@ def filled(**options):
 def test_the_start_takes_away_the_offsets_of_the_sensors():
     rig = BottleRig(channels=8)
     rig.run(0.5)
-    assert rig.box.ready and rig.box.empty.all()
+    assert rig.box.zeroing.ready and rig.box.zeroing.empty.all()
     raw = np.mean([rig.plant.read() for _ in range(400)], axis=0)[:-1] - AMBIENT_PRESSURE
     assert np.abs(raw).max() > 500.0
-    assert np.abs(raw - rig.box.offsets).max() < 30.0
+    assert np.abs(raw - rig.box.zeroing.offsets).max() < 30.0
 
 
 def test_a_command_before_the_sensors_are_averaged_is_kept_for_afterwards():
@@ -34,7 +34,7 @@ def test_a_command_before_the_sensors_are_averaged_is_kept_for_afterwards():
     rig.run(0.02)
     rig.command(15 * MG, 5 * MG)
     rig.run(0.05)
-    assert not rig.box.ready and not rig.box.valves.any()
+    assert not rig.box.zeroing.ready and not rig.box.valves.any()
     rig.run(3.0)
     np.testing.assert_allclose(rig.mass, [15 * MG, 5 * MG], atol=2 * MG)
 
@@ -243,7 +243,7 @@ def test_vent_empties_and_stays_until_reset_and_commands_are_refused_meanwhile()
     rig.box.reset()
     rig.run(0.2)
     assert rig.box.valves.tolist() == [0, 0]
-    assert np.isnan(rig.box.setpoints.at(rig.box.time)).all()
+    assert np.isnan(rig.box.commands.setpoints.at(rig.box.time)).all()
     rig.command(10 * MG, 10 * MG)
     rig.run(2.0)
     np.testing.assert_allclose(rig.mass, 10 * MG, atol=1 * MG)
@@ -279,10 +279,10 @@ def test_disabled_the_valves_close_and_commands_are_refused():
 
 def test_a_refused_command_changes_nothing():
     rig = filled()
-    before = rig.box.setpoints.at(rig.box.time).copy()
+    before = rig.box.commands.setpoints.at(rig.box.time).copy()
     with pytest.raises(ValueError, match="expected a finite number"):
         rig.command(5 * MG, float("nan"))
-    np.testing.assert_array_equal(rig.box.setpoints.at(rig.box.time), before)
+    np.testing.assert_array_equal(rig.box.commands.setpoints.at(rig.box.time), before)
 
 
 def test_a_calibration_of_another_number_of_channels_is_refused():

@@ -128,6 +128,6 @@ def test_each_channel_tells_its_mode_and_counts_its_openings():
 
 def test_outlets_that_do_not_open_are_told_with_what_to_do():
     rig = BottleRig().started()
-    rig.box.stuck_outlets = lambda: ["channel a: shut off the supply"]
+    rig.box.faults.stuck_outlets = lambda: ["channel a: shut off the supply"]
     report = reports(rig, **SEEN)["safety"]
     assert (report.level, report.message) == (Level.ERROR, "channel a: shut off the supply")

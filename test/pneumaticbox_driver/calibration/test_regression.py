@@ -15,7 +15,7 @@ def test_the_covariance_is_that_of_repeated_fits(inflating, jitter):
     random = np.random.default_rng(3)
     pulses = design(inflating)
     fits = [fit_pulses(noisy(pulses, random, jitter)) for _ in range(300)]
-    found = np.array([fit.coefficients.as_array() for fit in fits])
+    found = np.array([fit.as_array() for fit in fits])
     stated = np.mean([fit.covariance for fit in fits], axis=0)
     # of what a controller wants to know: the mass of short pulses and of many together
     for rows in (regressors(pulses[:1])[0], regressors(pulses).sum(axis=0)):
@@ -47,7 +47,7 @@ def test_weights_bring_the_many_short_pulses_nearer_than_equal_weights_do():
         ]
         for known, error in errors.items():
             fit = fit_pulses([replace(p, noise=known) for p in measured])
-            error.append(short @ (fit.coefficients.as_array() - VENTING.as_array()))
+            error.append(short @ (fit.as_array() - VENTING.as_array()))
     assert np.std(errors[SENSOR]) < 0.7 * np.std(errors[0.0])
 
 
@@ -70,4 +70,4 @@ def test_with_the_ambient_column_deflation_is_singular_as_algorithm_1_lists_it()
     terms = ("bias", "friction", "injector", "switch_in", "switch_out")
     with pytest.raises(ValueError, match="do not tell bias from switch_out"):
         refuse_singular(full / np.sqrt(np.mean(full**2, axis=0)), terms)
-    assert fit_pulses(design(False)).coefficients.switch_out == 0.0
+    assert fit_pulses(design(False)).switch_out == 0.0

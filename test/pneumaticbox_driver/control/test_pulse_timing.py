@@ -2,17 +2,19 @@
 
 import numpy as np
 
-from pneumaticbox_driver.control.pulse_timing import PulseTiming
+from pneumaticbox_driver.control.channels import PulseTiming
 
 
 def history(wanted):
     """Valves over time in steps of 10 ms, for what is wanted at each (channel 0 of 1)."""
-    timing, valves = PulseTiming(1, shortest_pulse=0.045, shortest_pause=0.06), []
+    timing, past = PulseTiming(1, shortest_pulse=0.045, shortest_pause=0.06), []
+    valves = np.zeros(1, dtype=np.int8)
     for k, want in enumerate(wanted):
-        follow = timing.follow(0.01 * k, np.array([want], dtype=np.int8))
-        timing.switch(0.01 * k, follow)
-        valves.append(int(timing.valves[0]))
-    return valves
+        follow = timing.follow(0.01 * k, valves, np.array([want], dtype=np.int8))
+        timing.note(0.01 * k, follow != valves)
+        valves = follow
+        past.append(int(valves[0]))
+    return past
 
 
 def test_a_short_wish_becomes_a_shortest_pulse():
@@ -33,5 +35,6 @@ def test_the_other_outlet_follows_only_through_a_pause():
 
 def test_channels_do_not_wait_for_each_other():
     timing = PulseTiming(2, 0.045, 0.06)
-    timing.switch(0.0, np.array([1, 0], dtype=np.int8))
-    assert timing.follow(0.01, np.array([0, -1], dtype=np.int8)).tolist() == [1, -1]
+    valves = np.array([1, 0], dtype=np.int8)
+    timing.note(0.0, valves != 0)
+    assert timing.follow(0.01, valves, np.array([0, -1], dtype=np.int8)).tolist() == [1, -1]

@@ -63,7 +63,7 @@ def test_a_fault_is_named_vents_below_the_limit_and_only_reset_leaves_that(fault
     stuck = fault in ("spool closed", "spool inflating")
     assert (rig.gauge[0] > 20e3) == stuck
     blind = fault in ("sensor", "sensor lost")
-    assert any("channel a" in told for told in rig.box.stuck_outlets()) == (stuck or blind)
+    assert any("channel a" in told for told in rig.box.faults.stuck_outlets()) == (stuck or blind)
     rig.plant.faults.clear()
     rig.run(AIRED, 10e-3)
     assert rig.box.latch and rig.box.valves.tolist() == [-1, -1]
@@ -92,18 +92,20 @@ def test_samples_lost_now_and_then_do_not_hide_a_stuck_valve():
 def test_an_outlet_that_does_not_open_is_told_with_what_to_do(fault):
     rig, _ = broken(fault)
     rig.run(1.0)
-    assert rig.box.stuck_outlets() == [
+    assert rig.box.faults.stuck_outlets() == [
         "channel a: pressure does not fall with the outlet commanded open: shut off the supply"
     ]
     rig.plant.faults.clear()
     rig.run(1.0)
-    assert rig.box.stuck_outlets() == []
+    assert rig.box.faults.stuck_outlets() == []
 
 
 def test_an_outlet_whose_sensor_is_lost_is_not_taken_for_open():
     rig, _ = broken("sensor lost")
     rig.run(1.0)
-    assert rig.box.stuck_outlets() == ["channel a: without its sensor it cannot be seen to empty"]
+    assert rig.box.faults.stuck_outlets() == [
+        "channel a: without its sensor it cannot be seen to empty"
+    ]
 
 
 @pytest.mark.parametrize("fault", ["burst", "sensor", "supply"])
@@ -191,7 +193,7 @@ def test_a_sound_box_raises_no_alarm(options):
         rig.command_field(field, targets)
         rig.run(drawn.uniform(0.2, 2.5), period)
         assert not rig.box.latch, rig.box.latch.reasons
-        assert rig.box.stuck_outlets() == []
+        assert rig.box.faults.stuck_outlets() == []
 
 
 def test_a_bottle_in_place_of_the_actuator_raises_no_alarm():

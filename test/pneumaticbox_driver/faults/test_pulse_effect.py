@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.faults.pulse_effect import EXPECTED, WHILE_OPEN, WIDEST_GROWTH, PulseEffect
+from pneumaticbox_driver.faults.pulse_effect import (
+    EXPECTED,
+    WHILE_OPEN,
+    WIDEST_GROWTH,
+    PulseEffect,
+    Seen,
+)
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
@@ -30,15 +36,9 @@ class Channel:
             gained = direction * FLOW * DT
             self.mass += gained
             self.gauge += self.moves * gained * self.rate + push * DT
-            self.effect.look(
-                DT,
-                np.array([self.gauge]),
-                NOISE,
-                300e3,
-                np.array([direction], dtype=np.int8),
-                np.array([direction * FLOW]),
-                np.array([self.mass]),
-            )
+            seen = (np.array([self.gauge]), NOISE, np.array([direction * FLOW]))
+            valves = np.array([direction], dtype=np.int8)
+            self.effect.look(DT, Seen(*seen, np.array([self.mass])), 300e3, valves)
 
     @property
     def idle(self):

@@ -1,11 +1,16 @@
 """The drift bound against repeated calibrations: the truth lies within it about 95 times of 100."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic_pulses import KNOWN, VENTING, design, noisy
 
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration, fit_channel
-from pneumaticbox_driver.observer.coefficients import PulseCoefficients, as_matrix
+from pneumaticbox_driver.calibration.regression import fit_channel
+from pneumaticbox_driver.observer.coefficients import (
+    ChannelCalibration,
+    PulseCoefficients,
+)
 from pneumaticbox_driver.observer.observer import MassObserver
 
 CLOSED, UP, DOWN = (np.array([v], dtype=np.int8) for v in (0, 1, -1))
@@ -36,7 +41,7 @@ def true_change(calibration):
 
 def test_the_truth_is_within_the_bound_in_about_95_of_100_calibrations():
     random = np.random.default_rng(11)
-    truth = true_change(ChannelCalibration(KNOWN, VENTING, 0.0, 0.0, 0))
+    truth = true_change(ChannelCalibration(KNOWN, VENTING))
     up, down = design(True), design(False)
     flow = [1.2e-10 * 0.484 * SUPPLY, 9.8e-10 * 0.4 * 125e3]
     within = 0
@@ -52,17 +57,8 @@ def test_the_truth_is_within_the_bound_in_about_95_of_100_calibrations():
 
 
 def known(covariance, jitter=0.0):
-    return ChannelCalibration(
-        KNOWN,
-        VENTING,
-        0.0,
-        0.0,
-        0,
-        covariance_inflate=as_matrix(covariance),
-        covariance_deflate=as_matrix(covariance),
-        jitter_inflate=jitter,
-        jitter_deflate=jitter,
-    )
+    sure = {"covariance": covariance, "jitter": jitter}
+    return ChannelCalibration(replace(KNOWN, **sure), replace(VENTING, **sure))
 
 
 def test_an_uncertain_bias_adds_up_pulse_by_pulse_and_jitter_by_its_square():
@@ -89,9 +85,9 @@ def test_the_bound_of_a_linear_model_is_its_covariance_in_the_summed_regressors(
         pulse(eye, UP, length, pressure)
     friction, injector = (SUPPLY - pressure) * length, SUPPLY * 0.48418 * length
     columns = np.array([1.0, friction, injector, SUPPLY, pressure])
-    variance = pulses**2 * columns @ fit.covariance("inflate") @ columns
+    variance = pulses**2 * columns @ fit.inflate.covariance @ columns
     flow = (fit.inflate.friction * columns[1] + fit.inflate.injector * columns[2]) / length
-    expected = 2 * np.sqrt(variance + pulses * (fit.jitter_inflate * flow) ** 2)
+    expected = 2 * np.sqrt(variance + pulses * (fit.inflate.jitter * flow) ** 2)
     assert eye.drift_bound[0] == pytest.approx(expected, rel=1e-3)
 
 
@@ -110,7 +106,7 @@ def test_other_coefficients_keep_the_estimate_and_the_bound_so_far():
     pulse(eye, UP)
     mass, bound = eye.mass.copy(), eye.drift_bound.copy()
     other = PulseCoefficients(0.0, 0.0, 1e-10, 0.0)
-    eye.set_calibrations([ChannelCalibration(other, other, 0.0, 0.0, 0)])
+    eye.set_calibrations([ChannelCalibration(other, other)])
     np.testing.assert_array_equal(eye.mass, mass)
     np.testing.assert_allclose(eye.drift_bound, bound)
     pulse(eye, UP)

@@ -8,7 +8,8 @@ import pytest
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
-from pneumaticbox_driver.calibration.calibration import Leak, load_calibration
+from pneumaticbox_driver.calibration.file import load_calibration
+from pneumaticbox_driver.observer.coefficients import Leak
 from pneumaticbox_driver.observer.drift import PostureMass, combine
 from pneumaticbox_driver.observer.volume_model import FixedVolumes
 from pneumaticbox_driver.settings import BoxSettings
@@ -80,11 +81,11 @@ class HandRig:
 
 def test_after_a_minute_of_motion_the_corrected_mass_is_right_within_a_milligram():
     rig = HandRig()
-    rig.box.drift_correction = True
+    rig.box.zeroing.drift_correction = True
     rig.follow(60.0)
     assert rig.box.openings.min() > 100
     assert rig.error.max() < 0.3 * MG
-    assert (rig.error < 1.5 * rig.box.drift_bound).all()
+    assert (rig.error < 1.5 * rig.box.zeroing.drift_bound).all()
     assert not rig.box.latch
 
 
@@ -96,7 +97,7 @@ def test_without_correction_the_same_motion_drifts_more():
 
 def test_volumes_that_grow_a_little_more_than_believed_cost_little():
     rig = HandRig(Swollen(HAND))
-    rig.box.drift_correction = True
+    rig.box.zeroing.drift_correction = True
     rig.follow(20.0)
     assert (rig.error < 0.03 * rig.full).all()
 
@@ -104,7 +105,7 @@ def test_volumes_that_grow_a_little_more_than_believed_cost_little():
 def test_a_hand_that_is_pushed_is_not_taken_for_free():
     chambers = FreeActuators(HAND)
     rig = HandRig(chambers)
-    rig.box.drift_correction = True
+    rig.box.zeroing.drift_correction = True
     rig.box.command(HAND.channels, [TrajectoryPoint(0.0, 0.7 * rig.full)], 0.0, rig.box.time)
     rig.run(6.0)
     assert rig.error.max() < 0.5 * MG
@@ -119,10 +120,10 @@ def test_a_correction_moves_the_estimate_and_not_the_setpoint():
     rig = HandRig()
     rig.box.command(HAND.channels, [TrajectoryPoint(0.0, 0.6 * rig.full)], 0.0, rig.box.time)
     rig.run(6.0)
-    before = rig.box.setpoints.at(rig.box.time).copy()
-    rig.box.drift_correction = True
+    before = rig.box.commands.setpoints.at(rig.box.time).copy()
+    rig.box.zeroing.drift_correction = True
     rig.run(2.0)
-    np.testing.assert_array_equal(rig.box.setpoints.at(rig.box.time), before)
+    np.testing.assert_array_equal(rig.box.commands.setpoints.at(rig.box.time), before)
 
 
 def test_a_tare_under_pressure_uses_the_volume_of_the_bent_hand():
@@ -156,7 +157,7 @@ def test_a_leak_is_held_with_the_leak_model_and_not_without():
     errors = {}
     for model in (False, True):
         rig = leaking(conductance, conductance)
-        rig.box.leak_model = model
+        rig.box.observer.leak_model = model
         before = rig.bench.mass - rig.box.observer.mass
         rig.run(12.0)
         errors[model] = np.abs(rig.bench.mass - rig.box.observer.mass - before)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from bottle_rig import BottleRig
 
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration
-from pneumaticbox_driver.observer.coefficients import PulseCoefficients
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration, PulseCoefficients
 from pneumaticbox_driver.observer.observer import MassObserver
 from softhand_model.gas import AMBIENT_PRESSURE, psi
 
@@ -17,7 +16,7 @@ VENT = PulseCoefficients(-2e-8, 1e-12, 9e-10, 2e-12)
 
 
 def observer(channels=1):
-    return MassObserver([ChannelCalibration(PULSE, VENT, 0.0, 0.0, 0)] * channels)
+    return MassObserver([ChannelCalibration(PULSE, VENT)] * channels)
 
 
 def test_a_pulse_at_constant_pressures_moves_what_equation_4_1_says():

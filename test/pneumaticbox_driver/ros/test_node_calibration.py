@@ -5,7 +5,7 @@ import pytest
 from plant_peer import CHANNELS, MG
 from std_srvs.srv import Trigger
 
-from pneumaticbox_driver.calibration.calibration import load_box_note, load_calibration
+from pneumaticbox_driver.calibration.file import load_box_note, load_calibration
 
 pytestmark = pytest.mark.system
 

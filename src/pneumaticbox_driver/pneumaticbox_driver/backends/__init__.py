@@ -1,1 +1,1 @@
-"""What the box is connected to: topics, the embedded bench or real hardware."""
+"""Backends: what the box is connected to, topics, the embedded bench or real hardware."""

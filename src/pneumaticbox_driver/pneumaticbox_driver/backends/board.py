@@ -1,19 +1,12 @@
-"""A board with valves and pressure sensors that this process drives itself, and how a backend
-opens one.
-
-Opens the board that a backend stands for; its modules are loaded only when it is asked for.
-"""
+"""Boards: valves and sensors that this process drives itself, opened by the backend's name."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.settings import BoxSettings, outlet_numbers
 
-Floats = NDArray[np.float64]
-Valves = NDArray[np.int8]
+Value = Callable[[str], Any]
 
 
 class Board(Protocol):
@@ -43,9 +36,6 @@ class Board(Protocol):
     def close(self) -> None:
         """Leave the outlets open and let the devices go."""
         ...
-
-
-Value = Callable[[str], Any]
 
 
 def open_board(backend: str, settings: BoxSettings, value: Value) -> Board | None:

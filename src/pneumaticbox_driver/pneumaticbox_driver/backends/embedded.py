@@ -1,21 +1,20 @@
-"""A pretended bench in process: the plant with bottles or actuators on its channels.
-
-The pretended bench as a board: its time passes with the monotonic clock.
-"""
+"""Embedded backend: a pretended bench in process, with bottles or actuators on its channels."""
 
 import math
 import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pneumaticbox_driver.arrays import Floats, Valves
 from softhand_model.chain.volumes import Bottles, Chambers
 from softhand_model.pneumatics import CommandWatch, PneumaticPlant, Pneumatics, load_pneumatics
 
-Floats = NDArray[np.float64]
 RESPONSE_TIME = 0.02  # in which actuators take on the volume in balance, about a finger's [s]
 LONGEST_STEP = 5e-3  # with the volumes held on their way; far below what could make them swing [s]
+TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
+LONGEST_CATCH_UP = 0.1  # that the bench catches up with when the process was held [s]
 
 
 class EmbeddedBench:
@@ -85,11 +84,6 @@ class EmbeddedBench:
         self.plant.step(dt, self._watch.valves(self.time), self.volumes)
 
 
-Valves = NDArray[np.int8]
-TICK = 1e-3  # of the bench's clock: the plant's longest substep, so that none is wasted [s]
-LONGEST_CATCH_UP = 0.1  # that the bench catches up with when the process was held [s]
-
-
 class EmbeddedBoard:
     """Lets a bench run up to the present whenever it is read.
 
@@ -118,9 +112,9 @@ class EmbeddedBoard:
         """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed."""
         self.bench.command(valves)
 
-    def set_supply(self, gauge: float) -> None:
+    def set_supply(self, pressure: float) -> None:
         """Turn the supply regulator to a gauge pressure [Pa]."""
-        self.bench.plant.set_supply(gauge)
+        self.bench.plant.set_supply(pressure)
 
     def close(self) -> None:
         """Open the outlets."""

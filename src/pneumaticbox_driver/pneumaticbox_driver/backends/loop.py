@@ -1,10 +1,4 @@
-"""A periodic loop on absolute deadlines for a driver without a simulator: its clock and its
-priority.
-
-The clock of a driver that has no simulator: the wall's at the start, never set after it.
-
-Real-time priority for the control loop, where the system grants it (section 4.3).
-"""
+"""Control loop without a simulator: absolute deadlines, a steady clock, real-time priority."""
 
 import os
 import time
@@ -15,12 +9,11 @@ from threading import Event
 class DeadlineLoop:
     """Calls a step at a fixed period; ticks that were missed are dropped and counted.
 
-    `ticks` counts the steps, `missed` the dropped ticks, `lateness` [s] how late the last step
-    began.
+    `ticks` counts the steps, `missed` the dropped ticks.
 
     Args:
         period: from step to step [s].
-        record: gets the lateness of every step; None keeps the last alone.
+        record: gets the lateness of every step [s]; None keeps none.
 
     Raises:
         ValueError: the period is not above zero.
@@ -33,7 +26,6 @@ class DeadlineLoop:
         self._record = record
         self.ticks = 0
         self.missed = 0
-        self.lateness = 0.0
         self._deadline = 0.0
 
     @property
@@ -48,9 +40,8 @@ class DeadlineLoop:
             left = self._deadline - time.monotonic()
             if left > 0:
                 time.sleep(left)
-            self.lateness = time.monotonic() - self._deadline
             if self._record is not None:
-                self._record.append(self.lateness)
+                self._record.append(time.monotonic() - self._deadline)
             step()
             self.ticks += 1
             self._advance()

@@ -1,23 +1,34 @@
-"""The pneumatic box without ROS: sensor samples and commands in, valves out."""
+"""The pneumatic box without ROS: sensor samples and commands in, valves out.
+
+A command goes to `commands`, which checks it and follows it as setpoints. With each sample the
+`observer` estimates the air masses, `zeroing` sets them where they are known, `faults` looks for
+what is broken, `control` says what the setpoints need, and `guard` and `latch` have the last word.
+"""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneumaticbox_driver.box.commands import Trajectory, TrajectoryPoint
-from pneumaticbox_driver.box.state import BoxState
-from pneumaticbox_driver.calibration.run import CalibrationRun
-from pneumaticbox_driver.faults.fault_watch import FaultView
-from pneumaticbox_driver.safety import SILENCE_LIMIT
+from pneumaticbox_driver.arrays import Counts, Flags, Floats, Valves
+from pneumaticbox_driver.box.commands import CommandIntake, Trajectory, TrajectoryPoint
+from pneumaticbox_driver.calibration.run import CalibrationRun, CalibrationSession
+from pneumaticbox_driver.control.channels import PRESENT, ChannelControl, PulseTiming
+from pneumaticbox_driver.control.interface import BoxView
+from pneumaticbox_driver.faults.fault_watch import FaultView, FaultWatch
+from pneumaticbox_driver.modes import MODES
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
+from pneumaticbox_driver.observer.observer import MassObserver
+from pneumaticbox_driver.observer.volume_model import VolumeModel, make_volume_model
+from pneumaticbox_driver.observer.zeroing import Zeroing
+from pneumaticbox_driver.safety import SILENCE_LIMIT, PressureGuard, VentLatch
+from pneumaticbox_driver.settings import BoxSettings
+from softhand_model.gas import GAS_CONSTANT
 
-Floats = NDArray[np.float64]
-Valves = NDArray[np.int8]
 FRESH_CLOCK = 1.0  # set back to less, the clock is that of a simulation that was reset [s]
 
 
-class PneumaticBox(BoxState):
+class PneumaticBox:
     """Answers each sensor sample with the valves to command. Times in [s], arrays (n,), SI.
 
     It starts by averaging the sensors until they stand still, valves closed. A channel within
@@ -27,6 +38,9 @@ class PneumaticBox(BoxState):
     A channel emptied while its actuator is held away from rest keeps the estimate of what is left
     in it; by its pressure it shows when the actuator is free, and is emptied again.
 
+    `valves` (n,) are those commanded last, `openings` (n,) counts how often each has opened,
+    `notes` are warnings for the user, oldest first.
+
     Args:
         settings: of the box.
         calibrations: coefficients of the channels, one each.
@@ -35,6 +49,70 @@ class PneumaticBox(BoxState):
     Raises:
         ValueError: another number of calibrations than channels, or a hand that does not exist.
     """
+
+    def __init__(
+        self,
+        settings: BoxSettings,
+        calibrations: Sequence[ChannelCalibration],
+        volumes: VolumeModel | None = None,
+    ) -> None:
+        n = len(settings.channels)
+        if len(calibrations) != n:
+            raise ValueError(f"calibrations must be {n}, one a channel, got {len(calibrations)}")
+        model = volumes or make_volume_model(
+            settings.volume_model, settings.hand, settings.rest_volumes
+        )
+        self.settings = settings
+        self.enabled = settings.start_enabled
+        self.notes: list[str] = []
+        self.pressures_abs: Floats = np.full(
+            n, settings.ambient
+        )  # absolute, offsets taken off [Pa]
+        self.supply_abs = settings.ambient  # absolute [Pa]
+        self.valves: Valves = np.zeros(n, dtype=np.int8)
+        self.openings: Counts = np.zeros(n, dtype=np.int64)
+        self.commands = CommandIntake(settings)
+        self.observer = MassObserver(calibrations, settings.ambient)
+        self.zeroing = Zeroing(settings, self.observer, model, self.notes)
+        self.faults = FaultWatch(settings)
+        self.calibration = CalibrationSession(settings.channels)
+        self.control = ChannelControl(settings.control_modes)
+        self.guard = PressureGuard(np.array(settings.pressure_limits))
+        self.latch = VentLatch()
+        self._timing = PulseTiming(n, settings.shortest_pulse, settings.shortest_pause)
+        self._view = BoxView(
+            observer=self.observer,
+            volume_model=model,
+            rest_volumes=np.array(settings.rest_volumes),
+            ambient=settings.ambient,
+            gas=GAS_CONSTANT * settings.temperature,
+            shortest_pulse=settings.shortest_pulse,
+        )
+        self._closed: Valves = np.zeros(n, dtype=np.int8)
+        self._venting: Valves = np.full(n, -1, dtype=np.int8)
+        self._restart()
+
+    def _restart(self) -> None:
+        """Begin anew: no setpoints, valves closed, sensors to be averaged first."""
+        self.time = math.nan
+        self.sensors_sound = False
+        self.valves = self._closed
+        self.commands.drop()
+        self.calibration.abort("the box began anew")
+        self._timing.restart()
+        self.zeroing.restart()
+        self.faults.begin()
+        self.observer.switch(self._closed, self.pressures_abs, self.supply_abs)
+
+    @property
+    def pressures(self) -> Floats:
+        """Gauge pressures of the channels (n,) [Pa]."""
+        return self.pressures_abs - self.settings.ambient
+
+    @property
+    def volume(self) -> Floats:
+        """Volumes above those at rest, by `V = m R_s T/p_abs` of the estimated mass (n,) [m3]."""
+        return self._view.volume_at(self.pressures_abs) - self._view.rest_volumes
 
     # what comes in
 
@@ -59,9 +137,10 @@ class PneumaticBox(BoxState):
             return self.valves
         if dt > SILENCE_LIMIT:
             self.latch.set(f"no sensor sample for {SILENCE_LIMIT * 1e3:.0f} ms")
-        self._sense(time, dt if dt > 0 else 0.0, pressures_abs)
-        self._look_for_faults(dt if dt > 0 else 0.0, pressures_abs)
-        return self._switch(self._answer(dt if dt > 0 else 0.0))
+        dt = max(0.0, dt)  # NaN at the first sample
+        self._sense(time, dt, pressures_abs)
+        self._look_for_faults(dt, pressures_abs)
+        return self._switch(self._answer(dt, pressures_abs))
 
     def command(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
@@ -72,7 +151,7 @@ class PneumaticBox(BoxState):
             ValueError: the command cannot be used as it is, or the box takes none in its state;
                 nothing has changed then.
         """
-        self._take(self._intake.rules.check(names, points, stamp), now)
+        self._take(self.commands.rules.check(names, points, stamp), now)
 
     def schedule_valves(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
@@ -84,12 +163,12 @@ class PneumaticBox(BoxState):
         Raises:
             ValueError: as `command` does.
         """
-        self._take(self._intake.rules.check_schedule(names, points, stamp), now)
+        self._take(self.commands.rules.check_schedule(names, points, stamp), now)
 
     def _take(self, trajectory: Trajectory, now: float) -> None:
         self._refuse_unless_active("no command is taken")
-        self._calibrating.refuse_under_way()
-        self._intake.take(trajectory, now)
+        self.calibration.refuse_under_way()
+        self.commands.take(trajectory, now)
         self.guard.unblock(trajectory.channels)
 
     def _refuse_unless_active(self, what: str) -> None:
@@ -108,35 +187,28 @@ class PneumaticBox(BoxState):
     def _sense(self, time: float, dt: float, pressures_abs: Floats) -> None:
         self.sensors_sound = True
         self.time = time
-        self.pressures = pressures_abs[:-1] - self.offsets
-        self.supply = float(pressures_abs[-1])
-        self._readings = pressures_abs
-        self.observer.advance(dt, self.pressures, self.supply)
-        if self.leak_model:
-            self.observer.lose(dt * self._leak * np.maximum(self.gauge, 0.0))
-        if not self._calibrating.under_way:
-            self._known.look(dt, self.pressures, self.valves)
+        self.pressures_abs = pressures_abs[:-1] - self.zeroing.offsets
+        self.supply_abs = float(pressures_abs[-1])
+        self.observer.advance(dt, self.pressures_abs, self.supply_abs)
+        if not self.calibration.under_way:
+            self.zeroing.look(dt, self.pressures_abs, self.valves)
 
     def _look_for_faults(self, dt: float, readings: Floats) -> None:
-        if not self._faults.due(dt, readings):
+        if not self.faults.due(dt, readings):
             return
         view = FaultView(
-            gauge=self.gauge,
-            supply=self.supply - self.settings.ambient,
+            pressures=self.pressures,
+            supply=self.supply_abs - self.settings.ambient,
             valves=self.valves,
             flow=self.observer.flow,
             mass=self.observer.mass,
-            mass_known=~(self.empty | self._calibrating.under_way),
-            ready=self.ready,
+            mass_known=~(self.zeroing.empty | self.calibration.under_way),
+            ready=self.zeroing.ready,
         )
-        for reason in self._faults.look(view):
+        for reason in self.faults.look(view):
             if reason not in self.latch.reasons:
-                self._known.doubt()
+                self.zeroing.doubt()
             self.latch.set(reason)
-
-    def stuck_outlets(self) -> list[str]:
-        """Say which outlets do not let the air out although they are commanded open."""
-        return self._faults.stuck_outlets()
 
     def _sensor_fault(self, time: float, pressures_abs: Floats) -> Valves:
         bad = int(np.argmin(np.isfinite(pressures_abs)))
@@ -144,56 +216,57 @@ class PneumaticBox(BoxState):
         self.latch.set(f"sensor {name}: not a number")
         self.sensors_sound = False
         self.time = time
-        self._known.doubt()
+        self.zeroing.doubt()
         self._look_for_faults(0.0, pressures_abs)
         return self._switch(self._venting)
 
     # what it answers
 
-    def _answer(self, dt: float) -> Valves:
-        setpoints = self.setpoints.at(self.time, dt)
-        if self._intake.silent(self.time):
+    def _answer(self, dt: float, readings: Floats) -> Valves:
+        setpoints = self.commands.setpoints.at(self.time, dt)
+        if self.commands.silent(self.time):
             self.latch.set(f"no command for {self.settings.command_timeout} s")
-        gauge = self.gauge
-        burst = self.guard.burst(gauge)
+        pressures = self.pressures
+        burst = self.guard.burst(pressures)
         if burst is not None:
             name = self.settings.channels[burst]
             self.latch.set(f"channel {name}: pressure far above its limit")
         if self.latch:
-            self._calibrating.abort(self.latch.reasons[0])
+            self.calibration.abort(self.latch.reasons[0])
             return self._venting
-        if self._calibrating.under_way:
-            wanted = self._calibrated()
+        if self.calibration.under_way:
+            wanted = self._calibrated(readings)
         else:
-            idle = not (self.enabled and self.ready)
+            idle = not (self.enabled and self.zeroing.ready)
             wanted = self._closed if idle else self._controlled(setpoints, dt)
-            wanted = self._timing.follow(self.time, wanted)
+            wanted = self._timing.follow(self.time, self.valves, wanted)
         # the limits come last: they do not wait for a pulse to end
-        return self.guard.apply(gauge, setpoints, wanted)
+        return self.guard.apply(pressures, setpoints, wanted)
 
-    def _calibrated(self) -> Valves:
-        wanted = self._calibrating.answer(self.time, self._readings, self.guard)
-        if not self._calibrating.under_way:
-            self._known.restart()  # what came in meanwhile was not followed
+    def _calibrated(self, readings: Floats) -> Valves:
+        wanted = self.calibration.answer(self.time, readings, self.guard)
+        if not self.calibration.under_way:
+            self.zeroing.restart()  # what came in meanwhile was not followed
         return wanted
 
     def _controlled(self, setpoints: Floats, dt: float) -> Valves:
         view = self._view
-        view.dt, view.supply = dt, self.supply
-        view.pressures, view.setpoints = self.pressures, setpoints
-        view.direction, view.empty = self.valves, self.empty
-        return self._bank.update(view)
+        view.dt, view.supply_abs = dt, self.supply_abs
+        view.pressures_abs, view.setpoints = self.pressures_abs, setpoints
+        view.direction, view.empty = self.valves, self.zeroing.empty
+        return self.control.update(view)
 
     def _switch(self, valves: Valves) -> Valves:
-        changed = valves != self.valves
+        changed: Flags = valves != self.valves
         if changed.any():
-            self._timing.switch(self.time, valves)
-            self.observer.switch(valves, self.pressures, self.supply)
-            self._known.switched(changed, valves)
+            self.valves = valves.copy()
+            self._timing.note(self.time, changed)
+            self.observer.switch(valves, self.pressures_abs, self.supply_abs)
+            self.zeroing.switched(changed, valves)
             self.openings += changed & (valves != 0)
         return self.valves
 
-    # modes
+    # what the user asks for
 
     def set_modes(self, modes: Sequence[str]) -> str:
         """Switch control modes without a jump: what is now becomes the setpoint in its new unit.
@@ -212,29 +285,21 @@ class PneumaticBox(BoxState):
             ValueError: another number of modes, or one that cannot be used; nothing has changed.
         """
         self.settings.check_modes(modes)
-        self._calibrating.refuse_under_way()
-        values = np.array([self._present(i, mode) for i, mode in enumerate(modes)])
-        self._bank.switch(modes)
-        self.guard.unblock(self._intake.switch(modes, values))
+        self.calibration.refuse_under_way()
+        values = [self._present(channel, mode) for channel, mode in enumerate(modes)]
+        self.control.switch(modes)
+        self.guard.unblock(self.commands.switch(modes, values))
         return f"control modes: {', '.join(modes)}"
 
     def _present(self, channel: int, mode: str) -> float:
         """What is now on a channel, as the setpoint of a mode."""
-        if mode in ("mass_flow", "time"):
-            return 0.0
-        if self.latch or not (self.enabled and self.ready):
-            return math.nan
-        steady = self._known.steady(self.pressures)
-        found = {
-            "mass": self.observer.mass,
-            "pressure": steady - self.settings.ambient,
-            "volume": self._view.volume_at(steady) - self._view.rest_volumes,
-        }
-        value = float(found[mode][channel])
+        idle = MODES[mode].idle
+        if mode not in PRESENT or self.latch or not (self.enabled and self.zeroing.ready):
+            return idle
+        steady_abs = self.zeroing.steady(self.pressures_abs)
+        value = float(PRESENT[mode](self._view, steady_abs)[channel])
         # a setpoint of zero or below would open the outlet of a channel that is not known as empty
-        return value if value > 0 else math.nan
-
-    # services
+        return value if value > 0 else idle
 
     def tare(self) -> str:
         """Set the air masses from the pressures: nothing touches the hand.
@@ -245,21 +310,21 @@ class PneumaticBox(BoxState):
         Raises:
             ValueError: valves are open, or the pressures do not stand still yet.
         """
-        self._calibrating.refuse_under_way()
+        self.calibration.refuse_under_way()
         if self.valves.any():
             raise ValueError("valves are open: tare when the channels are at rest")
-        if not (self.ready and self._known.still):
+        if not (self.zeroing.ready and self.zeroing.still):
             raise ValueError("pressures do not stand still yet: tare again in a moment")
-        under_pressure = self._known.tare(self.pressures)
-        self.setpoints.hold()
+        under_pressure = self.zeroing.tare(self.pressures_abs)
+        self.commands.setpoints.hold()
         zeroed = [name for name in self.settings.channels if name not in under_pressure]
         return f"zeroed at ambient: {zeroed}; by free volume: {under_pressure}"
 
     def vent(self, reason: str = "vent was requested") -> None:
         """Open every outlet with the next sample and stay so until `reset`."""
         self.latch.set(reason)
-        self._calibrating.abort(reason)
-        self._intake.drop()
+        self.calibration.abort(reason)
+        self.commands.drop()
 
     def reset(self) -> str:
         """Leave the safe state: valves close, no setpoints, commands are taken if enabled.
@@ -274,9 +339,9 @@ class PneumaticBox(BoxState):
             raise ValueError("no usable sensor sample: still vented")
         self.latch.release()
         self.guard.restart()
-        self._faults.restart()
-        self._known.settle_doubts()
-        self._intake.drop()
+        self.faults.restart()
+        self.zeroing.settle_doubts()
+        self.commands.drop()
         taken = "commands are taken" if self.enabled else "disabled until pneumaticbox/enable"
         return f"valves are closed, {taken}"
 
@@ -293,18 +358,17 @@ class PneumaticBox(BoxState):
             reason = self.latch.reasons[0]
             raise ValueError(f"vented ({reason}): pneumaticbox/reset must come first")
         self.enabled = on
-        self.setpoints.hold()
-        if not on:
-            self._calibrating.abort("the box was disabled")
+        self.commands.setpoints.hold()
         if on:
             return "commands are taken"
+        self.calibration.abort("the box was disabled")
         return "disabled: " + ("outlets stay open" if self.latch else "valves are closed")
 
     def start_calibration(self, run: CalibrationRun) -> str:
         """Let a calibration answer the samples, with a fixed volume on every channel.
 
         Limits and latch still apply; commands are refused until it has ended. Then the sensors are
-        averaged anew; what it found is the caller's, for `set_calibrations`.
+        averaged anew; what it found is the caller's, for `observer.set_calibrations`.
 
         Returns:
             A sentence on what was done.
@@ -313,17 +377,6 @@ class PneumaticBox(BoxState):
             ValueError: vented, disabled, one is under way, or the run is for other channels.
         """
         self._refuse_unless_active("no calibration is begun")
-        done = self._calibrating.start(run)
-        self.setpoints.hold()
+        done = self.calibration.start(run)
+        self.commands.setpoints.hold()
         return done
-
-    def calibrate_next(self) -> str:
-        """Let the calibration go on at another supply pressure.
-
-        Returns:
-            A sentence on what is done now.
-
-        Raises:
-            ValueError: it does not wait, or the supply pressure is one of before.
-        """
-        return self._calibrating.next()

@@ -1,28 +1,16 @@
-"""Commands to the box: checked as a whole, taken by each channel's mode, followed as setpoints
-over time.
-
-Commands and schedules taken for the channels, each by its control mode, as setpoints.
-"""
+"""Commands and valve schedules: checked as a whole, then followed as setpoints over time."""
 
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Floats
+from pneumaticbox_driver.modes import MODES
 from pneumaticbox_driver.settings import BoxSettings
-
-Floats = NDArray[np.float64]
-FIELDS = {  # of a trajectory point, by control mode
-    "mass": "positions",
-    "mass_flow": "velocities",
-    "pressure": "effort",
-    "volume": "positions",
-    "time": "positions",
-}
 
 
 @dataclass(frozen=True)
@@ -67,14 +55,15 @@ class CommandRules:
 
         Args:
             names: channels that the points are for.
-            points: targets; each mode reads its own field (`FIELDS`).
+            points: targets; each mode reads its own field (`MODES`).
             stamp: time at which the trajectory starts [s], 0 for now.
 
         Raises:
             ValueError: the message names the field, what was expected and what was found.
         """
         indices = self._indices(names)
-        timed = [name for name, i in zip(names, indices, strict=True) if self.modes[i] == "time"]
+        modes = zip(names, (MODES[self.modes[i]] for i in indices), strict=True)
+        timed = [name for name, mode in modes if mode.scheduled]
         if timed:
             raise ValueError(
                 f"joint_names: expected channels in a closed-loop mode, got {timed} in mode time, "
@@ -100,8 +89,8 @@ class CommandRules:
         """
         indices = self._indices(names)
         for name, index in zip(names, indices, strict=True):
-            if self.modes[index] != "time":
-                mode = self.modes[index]
+            mode = self.modes[index]
+            if not MODES[mode].scheduled:
                 raise ValueError(
                     f"joint_names: expected channels in mode time, got {name} in {mode}"
                 )
@@ -161,7 +150,7 @@ class CommandRules:
     def _values(self, key: str, indices: Sequence[int], point: TrajectoryPoint) -> list[float]:
         row = []
         for column, index in enumerate(indices):
-            name = FIELDS[self.modes[index]]
+            name = MODES[self.modes[index]].field
             given = getattr(point, name)
             if len(given) != len(indices):
                 raise ValueError(f"{key}.{name}: expected {len(indices)} values, got {len(given)}")
@@ -305,27 +294,26 @@ class CommandIntake:
     """
 
     def __init__(self, settings: BoxSettings) -> None:
-        self._settings = settings
-        self.setpoints = Setpoints(len(settings.channels))
-        self.modes: tuple[str, ...] = ()
+        modes = settings.control_modes
+        self.setpoints = Setpoints(len(modes))
+        self.rules = CommandRules(
+            settings.channels, modes, settings.shortest_pulse, settings.shortest_pause
+        )
+        self._timeout = settings.command_timeout
         self._last = math.nan  # when the last command was taken [s]
-        self.switch(settings.control_modes, np.full(len(settings.channels), np.nan))
+        for channel, mode in enumerate(modes):
+            self.setpoints.set(channel, math.nan, MODES[mode].scheduled)
 
-    def switch(self, modes: Sequence[str], values: Floats) -> tuple[int, ...]:
+    def switch(self, modes: Sequence[str], values: Sequence[float]) -> tuple[int, ...]:
         """Check and follow commands by other `modes`; who changes gets the setpoint of `values`.
 
         Returns:
             Indices of the channels that have changed.
         """
-        before = self.modes or ("",) * len(modes)
-        changed = tuple(i for i, mode in enumerate(modes) if mode != before[i])
+        changed = tuple(i for i, mode in enumerate(modes) if mode != self.rules.modes[i])
         for channel in changed:
-            stepped = modes[channel] == "time"
-            self.setpoints.set(channel, float(values[channel]), stepped)
-        settings = self._settings
-        least = (settings.shortest_pulse, settings.shortest_pause)
-        self.modes = tuple(modes)
-        self.rules = CommandRules(settings.channels, self.modes, *least)
+            self.setpoints.set(channel, values[channel], MODES[modes[channel]].scheduled)
+        self.rules = replace(self.rules, modes=tuple(modes))
         return changed
 
     def take(self, trajectory: Trajectory, now: float) -> None:
@@ -340,5 +328,4 @@ class CommandIntake:
 
     def silent(self, time: float) -> bool:
         """Whether the last command and all plans ended too long before `time` [s]."""
-        limit = self._settings.command_timeout
-        return limit > 0 and time - max(self._last, self.setpoints.last_time) > limit
+        return 0 < self._timeout < time - max(self._last, self.setpoints.last_time)

@@ -1,13 +1,4 @@
-"""What the box tells about itself in /diagnostics (REP-107).
-
-Keeps notes that come again and again from flooding the log.
-
-How many commands come, from whom, and how many of them were lost on the way.
-
-How often the valves of each channel have opened of late: shows a valve that chatters.
-
-What the box tells about itself in /diagnostics (REP-107).
-"""
+"""Diagnostics of the box (REP-107): reports for /diagnostics and the counts behind them."""
 
 import math
 from collections import deque
@@ -16,9 +7,20 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Counts, Flags
 from pneumaticbox_driver.box.box import PneumaticBox
+from pneumaticbox_driver.modes import MODES
+
+NOTE_PERIOD = 5.0  # between two logs of the same note [s]
+STORM_RATE = 500.0  # above which commands are a storm [1/s]
+WINDOW = 0.2  # over which the rate is taken [s]
+STORM_MEMORY = 10.0  # for which a storm is worth a warning [s]
+ACTIVITY_WINDOW = 10.0  # of node time [s]
+RESOLUTION = 0.5  # from one remembered count to the next [s]
+CHATTER = 5.0  # openings a second; a 45 ms pulse and a 60 ms pause allow nearly twice that [1/s]
+REFUSAL_MEMORY = 10.0  # wall time for which a refused message is worth a warning [s]
+STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
 
 
 class Level(IntEnum):
@@ -47,9 +49,6 @@ class Report:
             self.message = f"{self.message}; {message}"
 
 
-NOTE_PERIOD = 5.0  # between two logs of the same note [s]
-
-
 class NoteThrottle:
     """Lets each note through once in `period` [s].
 
@@ -70,11 +69,6 @@ class NoteThrottle:
         due = [note for note in dict.fromkeys(notes) if note not in recent]
         self._logged = recent | dict.fromkeys(due, now)
         return due
-
-
-STORM_RATE = 500.0  # above which commands are a storm [1/s]
-WINDOW = 0.2  # over which the rate is taken [s]
-STORM_MEMORY = 10.0  # for which a storm is worth a warning [s]
 
 
 @dataclass
@@ -123,12 +117,6 @@ class CommandTraffic:
         return self._peak if now - self._peak_at < STORM_MEMORY else 0.0
 
 
-Counts = NDArray[np.int64]
-ACTIVITY_WINDOW = 10.0  # of node time [s]
-RESOLUTION = 0.5  # from one remembered count to the next [s]
-CHATTER = 5.0  # openings a second; a 45 ms pulse and a 60 ms pause allow nearly twice that [1/s]
-
-
 class ValveActivity:
     """Remembers the counts of openings over a window of the box's time.
 
@@ -167,14 +155,9 @@ class ValveActivity:
         return np.asarray(self._counts[-1][1] - self._counts[0][1])
 
     @property
-    def chatters(self) -> NDArray[np.bool_]:
+    def chatters(self) -> Flags:
         """Channels whose valve opens more often than any target asks for (n,)."""
         return np.asarray(self.recent > CHATTER * ACTIVITY_WINDOW)
-
-
-UNITS = {"mass": "kg", "mass_flow": "kg/s", "pressure": "Pa", "volume": "m3", "time": "-"}
-REFUSAL_MEMORY = 10.0  # wall time for which a refused message is worth a warning [s]
-STALE_CLOCK = 5.0  # wall time after which a clock that stands still is worth a word [s]
 
 
 @dataclass
@@ -226,7 +209,7 @@ def _sensors(box: PneumaticBox, link: LinkState) -> Report:
     report = Report("sensors", values={"samples": str(link.samples)})
     if not link.sensors_seen:
         report.raise_to(Level.WARN, "no sensor sample has come yet")
-    elif not box.ready:
+    elif not box.zeroing.ready:
         report.raise_to(Level.WARN, "averaging the sensors before the first command")
     if link.clock_stands > STALE_CLOCK and not link.paused:
         report.raise_to(Level.WARN, "use_sim_time is set but /clock stands still")
@@ -241,7 +224,7 @@ def _sensors(box: PneumaticBox, link: LinkState) -> Report:
     if link.paused:
         report.values["simulation"] = "paused"
     if link.sensors_seen:
-        report.values["supply pressure, absolute [Pa]"] = f"{box.supply:.0f}"
+        report.values["supply pressure, absolute [Pa]"] = f"{box.supply_abs:.0f}"
     return report
 
 
@@ -252,7 +235,7 @@ def _safety(box: PneumaticBox) -> Report:
         report.raise_to(Level.ERROR, f"vented until pneumaticbox/reset: {reasons}")
     elif not box.enabled:
         report.raise_to(Level.WARN, "disabled: valves are closed")
-    for sentence in box.stuck_outlets():
+    for sentence in box.faults.stuck_outlets():
         report.raise_to(Level.ERROR, sentence)
     return report
 
@@ -265,7 +248,7 @@ def _commands(box: PneumaticBox, link: LinkState) -> Report:
         "refused messages": str(link.refusals),
         "lost messages": str(traffic.lost),
         "commanders": str(traffic.commanders),
-        "control modes": ", ".join(box.modes),
+        "control modes": ", ".join(box.control.modes),
     }
     if link.refused:
         report.raise_to(Level.WARN, f"refused {link.refused}")
@@ -289,16 +272,17 @@ def _channel(box: PneumaticBox, activity: ValveActivity, index: int, name: str) 
     recent = int(activity.recent[index])
     if activity.chatters[index]:
         report.raise_to(Level.WARN, f"valve chatters: opened {recent} times within 10 s")
-    mode = box.modes[index]
+    mode = MODES[box.control.modes[index]]
+    target = box.commands.setpoints.at(box.time)[index]
     report.values = {
-        "mode": mode,
+        "mode": mode.name,
         "air mass [kg]": f"{box.observer.mass[index]:.3e}",
-        f"target [{UNITS[mode]}]": f"{box.setpoints.at(box.time)[index]:.3e}",
-        "pressure, gauge [Pa]": f"{box.gauge[index]:.0f}",
-        "drift bound, two sigma [kg]": f"{box.drift_bound[index]:.1e}",
+        f"target [{mode.unit}]": f"{target:.3e}",
+        "pressure, gauge [Pa]": f"{box.pressures[index]:.0f}",
+        "drift bound, two sigma [kg]": f"{box.zeroing.drift_bound[index]:.1e}",
         "volume above rest [m3]": f"{box.volume[index]:.2e}",
         "limit, gauge [Pa]": f"{box.guard.limits[index]:.0f}",
-        "sensor offset [Pa]": f"{box.offsets[index]:.0f}",
+        "sensor offset [Pa]": f"{box.zeroing.offsets[index]:.0f}",
         "valve": {1: "inflate", 0: "closed", -1: "deflate"}[int(box.valves[index])],
         "openings": str(int(box.openings[index])),
         "openings within 10 s": str(recent),

@@ -13,9 +13,16 @@ from pathlib import Path
 import numpy as np
 
 from pneumaticbox_driver.backends.embedded import EmbeddedBench
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration, Pulse, save_calibration
-from pneumaticbox_driver.calibration.recording import Sample, SeeSaw, SeeSawPlan, record_pulses
+from pneumaticbox_driver.calibration.file import save_calibration
+from pneumaticbox_driver.calibration.recording import (
+    PulseDurations,
+    PulseRanges,
+    Sample,
+    record_pulses,
+)
+from pneumaticbox_driver.calibration.regression import Pulse
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
 
 OUTLETS = "abcdefgh"
@@ -59,10 +66,9 @@ def calibrate(
     left = list(supplies)
     bench.plant.set_supply(left.pop(0))
     valves, told = np.zeros(channels, dtype=np.int8), ""
-    while run.state in ("running", "waiting"):
+    while run.under_way:
         bench.command(valves)
-        pressures = bench.advance(PERIOD)
-        valves = run.on_sample(Sample(bench.time, pressures[:-1], float(pressures[-1])))
+        valves = run.on_sample(_next_sample(bench))
         if run.state == "waiting":
             _turn_supply(bench, run, left.pop(0))
         if progress is not None and run.message != told:
@@ -73,13 +79,17 @@ def calibrate(
     return run.result
 
 
+def _next_sample(bench: EmbeddedBench) -> Sample:
+    readings = bench.advance(PERIOD)
+    return Sample.of(bench.time, readings)
+
+
 def _turn_supply(bench: EmbeddedBench, run: CalibrationRun, supply: float) -> None:
     """Set the regulator, let the reservoir settle, and let the run go on."""
     bench.plant.set_supply(supply)
     for _ in range(round(3.0 / PERIOD)):
         bench.command(np.zeros(len(run.channels)))
-        pressures = bench.advance(PERIOD)
-        run.on_sample(Sample(bench.time, pressures[:-1], float(pressures[-1])))
+        run.on_sample(_next_sample(bench))
     run.next()
 
 
@@ -100,13 +110,14 @@ def record_on_bench(
     """
     bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, volume), seed=seed)
     bench.plant.set_supply(supply)
-    recording = record_pulses(SeeSaw(SeeSawPlan(), channels, seed), channels, cycles, volume)
+    recording = record_pulses(
+        PulseDurations(PulseRanges(), channels, seed), channels, cycles, volume
+    )
     valves = next(recording)
     while True:
         bench.command(valves)
-        pressures = bench.advance(PERIOD)
         try:
-            valves = recording.send(Sample(bench.time, pressures[:-1], float(pressures[-1])))
+            valves = recording.send(_next_sample(bench))
         except StopIteration as end:
             return list(end.value)
 
@@ -137,7 +148,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _summary(channel: ChannelCalibration) -> str:
-    up, down = 1e6 * channel.residual_inflate, 1e6 * channel.residual_deflate
+    up, down = 1e6 * channel.inflate.residual, 1e6 * channel.deflate.residual
     leak = channel.leak.conductance
     return f"outlet {channel.outlet}: residual {up:.3f} mg inflating, {down:.3f} mg deflating; " + (
         f"leak {leak:.1e} kg/(s Pa)" if leak else "tight"

@@ -1,8 +1,4 @@
-"""The file of a calibration: written per box and outlet, read with checks, held against the box
-it is used on.
-
-Does a calibration fit the box and what it is used for: warnings for the user.
-"""
+"""Calibration file: written per box and outlet, read with checks, held against its use."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -16,6 +12,7 @@ import numpy as np
 import yaml
 
 from pneumaticbox_driver.observer.coefficients import (
+    DIRECTIONS,
     TERMS,
     ChannelCalibration,
     Leak,
@@ -29,9 +26,9 @@ from softhand_model.yaml_document import DocumentError, Node, read_document
 SHIPPED = Path(str(resources.files("pneumaticbox_driver"))) / "data" / "calibration.yaml"
 FORMAT = "pneumaticbox-calibration/2"
 OLD_FORMAT = "pneumaticbox-calibration/1"
-DIRECTIONS = ("inflate", "deflate")
 HEAD = ("format", "box", "date", "version", "ambient", "volume", "outlets")
 PER_DIRECTION = ("residual", "jitter", "delays", "covariance")
+MARGIN = 5e3  # of pressures beyond what was calibrated: compressor's cycle, droop, noise [Pa]
 
 
 @dataclass(frozen=True)
@@ -94,13 +91,11 @@ def package_version() -> str:
 def _content(place: int, channel: ChannelCalibration) -> dict[str, Any]:
     content: dict[str, Any] = {"outlet": channel.outlet or place, "points": channel.points}
     for direction in DIRECTIONS:
-        coefficients = getattr(channel, direction)
+        fit = getattr(channel, direction)
         content[direction] = {
-            **{term: _rounded(getattr(coefficients, term)) for term in TERMS},
-            "residual": _rounded(getattr(channel, f"residual_{direction}")),
-            "jitter": _rounded(getattr(channel, f"jitter_{direction}")),
-            "delays": _listed(getattr(channel, f"delays_{direction}")),
-            "covariance": [_listed(row) for row in channel.covariance(direction).tolist()],
+            **{name: _rounded(getattr(fit, name)) for name in (*TERMS, "residual", "jitter")},
+            "delays": _listed(fit.delays),
+            "covariance": [_listed(row) for row in fit.covariance.tolist()],
         }
     content["leak"] = {
         "conductance": _rounded(channel.leak.conductance),
@@ -183,9 +178,6 @@ def _read_channel(outlet: int, node: Node) -> ChannelCalibration:
     content = node.fields(
         ["outlet", "points", *DIRECTIONS, "leak", "supply_range", "pressure_range"]
     )
-    values: dict[str, Any] = {}
-    for direction in DIRECTIONS:
-        values |= _read_direction(direction, content[direction])
     leak = content["leak"].fields(["conductance", "error"])
     return ChannelCalibration(
         points=int(content["points"].number(low=0.0)),
@@ -193,22 +185,22 @@ def _read_channel(outlet: int, node: Node) -> ChannelCalibration:
         supply_range=_read_range(content["supply_range"]),
         pressure_range=_read_range(content["pressure_range"]),
         outlet=outlet,
-        **values,
+        **{direction: _read_direction(content[direction]) for direction in DIRECTIONS},
     )
 
 
-def _read_direction(direction: str, node: Node) -> dict[str, Any]:
+def _read_direction(node: Node) -> PulseCoefficients:
     content = node.fields([*TERMS, *PER_DIRECTION])
     rows = content["covariance"].items()
     if len(rows) != len(TERMS):
         raise content["covariance"].error(f"{len(TERMS)} rows")
-    return {
-        direction: PulseCoefficients(**{term: content[term].number() for term in TERMS}),
-        f"residual_{direction}": content["residual"].number(low=0.0),
-        f"jitter_{direction}": content["jitter"].number(low=0.0),
-        f"delays_{direction}": content["delays"].vector(2),
-        f"covariance_{direction}": tuple(row.vector(len(TERMS)) for row in rows),
-    }
+    return PulseCoefficients(
+        **{term: content[term].number() for term in TERMS},
+        residual=content["residual"].number(low=0.0),
+        jitter=content["jitter"].number(low=0.0),
+        delays=content["delays"].vector(2),
+        covariance=np.array([row.vector(len(TERMS)) for row in rows]),
+    )
 
 
 def _read_range(node: Node) -> Range:
@@ -216,9 +208,6 @@ def _read_range(node: Node) -> Range:
     if low > high:
         raise node.error("[smallest, largest]")
     return low, high
-
-
-MARGIN = 5e3  # of pressures beyond what was calibrated: compressor's cycle, droop, noise [Pa]
 
 
 def check_calibration(
@@ -256,12 +245,13 @@ def check_calibration(
 
 
 def _shared(channels: Sequence[str], calibrations: Sequence[ChannelCalibration]) -> list[str]:
-    named = zip(channels, calibrations, strict=True)
+    terms = [(c.inflate.as_array().tolist(), c.deflate.as_array().tolist()) for c in calibrations]
+    named = zip(channels, terms, strict=True)
     shared = [
         f"channels {first} and {second} share one calibration: their estimates drift faster "
         "than with their own"
         for (first, one), (second, other) in combinations(named, 2)
-        if (one.inflate, one.deflate) == (other.inflate, other.deflate)
+        if one == other
     ]
     if len(shared) > 1:
         return [f"{shared[0]} (and {len(shared) - 1} more such pairs)"]

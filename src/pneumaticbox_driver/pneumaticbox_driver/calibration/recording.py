@@ -1,29 +1,29 @@
-"""Records test pulses on volumes that are known: the data acquisition of Algorithm 1, and the
-leak test (4.4.4).
-
-Records test pulses on volumes that are known: the data acquisition of Algorithm 1.
-
-Leak test: what a closed channel loses under pressure (section 4.4.4).
-"""
+"""Recording of test pulses on known volumes (Algorithm 1), and the leak test (section 4.4.4)."""
 
 import math
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.calibration.regression import Pulse
 from pneumaticbox_driver.calibration.valve_delays import PulseTrace, valve_delays
 from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, Leak
 from pneumaticbox_driver.observer.pulses import PulseIntegrals
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE, air_mass
 
-Floats = NDArray[np.float64]
+SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
+AVERAGING = 0.2  # of the pressures between two pulses [s]
+CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
+CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]
+SIGNIFICANT = 3.0  # standard errors
+WINDOWS = 12  # of averaged pressure, over which the slope is fitted
 
 
 @dataclass(frozen=True)
-class SeeSawPlan:
+class PulseRanges:
     """Ranges of Algorithm 1: durations [s], gauge channel pressures [Pa], skew and speeds.
 
     `mean_duration` [s] is the scale of the exponential, `speed_ratio` that of deflation over
@@ -41,7 +41,7 @@ class SeeSawPlan:
     speed_ratio: float = 4.0
 
 
-class SeeSaw:
+class PulseDurations:
     """Draws pulse durations that carry each channel up and down through its pressure range.
 
     ERRATUM: Algorithm 1 prints the speed ratio upside down; here the faster deflation gets the
@@ -53,34 +53,27 @@ class SeeSaw:
         seed: of the durations.
     """
 
-    def __init__(self, plan: SeeSawPlan, channels: int, seed: int) -> None:
+    def __init__(self, plan: PulseRanges, channels: int, seed: int) -> None:
         self._plan = plan
         self._random = np.random.default_rng(seed)
         self._skew: Floats = np.full(channels, math.sqrt(plan.skew_factor))
 
-    def next(self, gauge: Floats) -> tuple[Floats, Floats]:
+    def next(self, pressures: Floats) -> tuple[Floats, Floats]:
         """Draw the next durations of inflation and deflation (n,), (n,) [s].
 
         Args:
-            gauge: present channel pressures (n,) [Pa].
+            pressures: present channel pressures (n,) [Pa].
         """
         plan = self._plan
         up = math.sqrt(plan.skew_factor)
-        self._skew = np.where(gauge < plan.low_pressure, up, self._skew)
-        self._skew = np.where(gauge > plan.high_pressure, 1 / up, self._skew)
+        self._skew = np.where(pressures < plan.low_pressure, up, self._skew)
+        self._skew = np.where(pressures > plan.high_pressure, 1 / up, self._skew)
         span = plan.longest - plan.shortest
-        uniform = self._random.uniform(size=len(gauge))
+        uniform = self._random.uniform(size=len(pressures))
         drawn = -plan.mean_duration * np.log1p(-uniform * -math.expm1(-span / plan.mean_duration))
         # the shortest pulse is the valve's and knows no skew
         inflation = plan.shortest + drawn * self._skew
         return inflation, plan.shortest + drawn / self._skew / plan.speed_ratio
-
-
-Valves = NDArray[np.int8]
-SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
-AVERAGING = 0.2  # of the pressures between two pulses [s]
-CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
-CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]
 
 
 @dataclass(frozen=True)
@@ -88,8 +81,13 @@ class Sample:
     """A sensor sample: stamp [s], absolute pressures of the channels and of the supply [Pa]."""
 
     time: float
-    pressures: Floats
-    supply: float
+    pressures_abs: Floats
+    supply_abs: float
+
+    @classmethod
+    def of(cls, time: float, readings: Floats) -> "Sample":
+        """Make a sample of absolute pressures, the supply's last (n + 1,) [Pa]."""
+        return cls(time, readings[:-1], float(readings[-1]))
 
 
 Recording = Generator[Valves, Sample, list[list[Pulse]]]
@@ -108,14 +106,16 @@ class Rest:
     count: int
 
 
-def record_pulses(see_saw: SeeSaw, channels: int, cycles: int, volume: float) -> Recording:
+def record_pulses(
+    durations: PulseDurations, channels: int, cycles: int, volume: float
+) -> Recording:
     """Inflate and deflate all channels `cycles` times, as a coroutine of samples.
 
     It yields valves (channels,), wants the next `Sample` sent, and returns the recorded pulses
     per channel. It starts with all channels at ambient pressure, where it zeroes their sensors.
 
     Args:
-        see_saw: draws the durations.
+        durations: of the pulses.
         channels: number of channels.
         cycles: pulses per direction.
         volume: of the fixed volume on each channel [m3].
@@ -123,7 +123,7 @@ def record_pulses(see_saw: SeeSaw, channels: int, cycles: int, volume: float) ->
     recorder = PulseRecorder(channels, volume)
     yield from recorder.zero()
     for _ in range(cycles):
-        yield from recorder.cycle(see_saw)
+        yield from recorder.cycle(durations)
     return recorder.pulses()
 
 
@@ -132,15 +132,15 @@ class PlayedPulse:
     """What was recorded of a pulse on every channel.
 
     `direction` +1 or -1, `lengths` (n,) of the commands [s], `times` (samples,) from switch-on
-    [s], `pressures` (samples, n) absolute, offsets taken off [Pa], `supply` (samples,) absolute
-    [Pa], and the `before` and `after` of it.
+    [s], `pressures_abs` (samples, n), offsets taken off, and `supply_abs` (samples,) [Pa], and
+    the `before` and `after` of it.
     """
 
     direction: int
     lengths: Floats
     times: Floats
-    pressures: Floats
-    supply: Floats
+    pressures_abs: Floats
+    supply_abs: Floats
     before: Rest
     after: Rest
 
@@ -175,7 +175,7 @@ class PulseRecorder:
         self._played: list[PlayedPulse] = []
 
     @property
-    def gauge(self) -> Floats:
+    def pressures(self) -> Floats:
         """Gauge pressures after the last pulse (n,) [Pa]."""
         return self.rest.mean - AMBIENT_PRESSURE
 
@@ -185,13 +185,13 @@ class PulseRecorder:
         self.offsets = reading.mean - AMBIENT_PRESSURE
         self.rest = self._without_offset(reading)
 
-    def cycle(self, see_saw: SeeSaw) -> Step:
+    def cycle(self, durations: PulseDurations) -> Step:
         """Inflate every channel once, then deflate it once."""
-        inflation, deflation = see_saw.next(self.gauge)
-        for direction, durations in ((1, inflation), (-1, deflation)):
+        inflation, deflation = durations.next(self.pressures)
+        for direction, lasting in ((1, inflation), (-1, deflation)):
             before = self.rest
-            lengths, samples = yield from self._play(direction, durations)
-            yield from hold(self._n, self._settling)
+            lengths, samples = yield from self._play(direction, lasting)
+            yield from average(self._n, self._settling)
             reading = yield from average(self._n, self._averaging)
             self.rest = self._without_offset(reading)
             times = np.array([sample.time for sample in samples])
@@ -199,8 +199,8 @@ class PulseRecorder:
                 direction,
                 lengths,
                 times - times[0],
-                np.array([sample.pressures for sample in samples]) - self.offsets,
-                np.array([sample.supply for sample in samples]),
+                np.array([sample.pressures_abs for sample in samples]) - self.offsets,
+                np.array([sample.supply_abs for sample in samples]),
                 before,
                 self.rest,
             )
@@ -225,8 +225,8 @@ class PulseRecorder:
             sample = yield valves
             samples.append(sample)
             lengths = np.where(valves != 0, sample.time - start, lengths)
-            gauge = sample.pressures - self.offsets - AMBIENT_PRESSURE
-            ended = (lengths > durations - 1e-6) | (direction * gauge > self._ceiling)
+            pressures = sample.pressures_abs - self.offsets - AMBIENT_PRESSURE
+            ended = (lengths > durations - 1e-6) | (direction * pressures > self._ceiling)
             valves = np.where(ended, 0, valves).astype(np.int8)
         return lengths, samples
 
@@ -262,8 +262,8 @@ class PulseRecorder:
         capacity = air_mass(1.0, self._volumes, ROOM_TEMPERATURE)  # [kg/Pa]
         moved = played.direction * capacity * (after.mean - before.mean)
         noise = capacity * np.sqrt(before.variance + after.variance)
-        gauge = 0.5 * (before.mean + after.mean) - AMBIENT_PRESSURE
-        exposure = gauge * (after.time - before.time)
+        pressures = 0.5 * (before.mean + after.mean) - AMBIENT_PRESSURE
+        exposure = pressures * (after.time - before.time)
         columns = np.array([played.lengths, *values[1:], moved, noise, exposure])
         return [
             Pulse(played.direction > 0, *column, (opening, closing))
@@ -277,7 +277,7 @@ def trace_of(played: PlayedPulse, channel: int) -> PulseTrace:
     """The pressure of one channel over a pulse."""
     return PulseTrace(
         played.times,
-        played.pressures[:, channel],
+        played.pressures_abs[:, channel],
         float(played.lengths[channel]),
         float(played.before.mean[channel]),
         float(played.after.mean[channel]),
@@ -296,18 +296,13 @@ def integrals_of(played: PlayedPulse, delays: Floats) -> Floats:
     integrals = PulseIntegrals(n)
     every = np.ones(n, dtype=bool)
     valves = np.full(n, played.direction, dtype=np.int8)
-    pressures, supply = played.pressures, played.supply
-    integrals.begin(every, valves, pressures[0], float(supply[0]), delays)
+    pressures_abs, supply_abs = played.pressures_abs, played.supply_abs
+    integrals.begin(every, valves, pressures_abs[0], float(supply_abs[0]), delays)
     for k in range(1, len(played.times)):
         step = float(played.times[k] - played.times[k - 1])
-        integrals.advance(step, pressures[k], float(supply[k]))
+        integrals.advance(step, pressures_abs[k], float(supply_abs[k]))
         integrals.end(integrals.lengths > played.lengths - 1e-6)
     return integrals.values
-
-
-def hold(channels: int, duration: float) -> Step:
-    """Keep all valves closed for a duration [s]."""
-    yield from average(channels, duration)
 
 
 def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
@@ -315,9 +310,9 @@ def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
     closed = np.zeros(channels, dtype=np.int8)
     sample = yield closed
     start, total, squares, count = sample.time, np.zeros(channels), np.zeros(channels), 0
-    reference = sample.pressures
+    reference = sample.pressures_abs
     while True:
-        change = sample.pressures - reference
+        change = sample.pressures_abs - reference
         total += change
         squares += change**2
         count += 1
@@ -329,19 +324,14 @@ def average(channels: int, duration: float) -> Generator[Valves, Sample, Rest]:
     return Rest(0.5 * (start + sample.time), reference + mean, scatter, count)
 
 
-SIGNIFICANT = 3.0  # standard errors
-WINDOWS = 12  # of averaged pressure, over which the slope is fitted
-
-
 def measure_leaks(
-    channels: int, volumes: Floats, offsets: Floats, duration: float
+    volumes: Floats, offsets: Floats, duration: float
 ) -> Generator[Valves, Sample, list[Leak]]:
     """Watch the closed channels, under pressure, for a while.
 
     The pressure's slope gives the conductance, `k = -dp/dt V/(R_s T)/p_gauge`.
 
     Args:
-        channels: number of channels.
         volumes: fixed volumes on the channels (n,) [m3].
         offsets: of the sensors (n,) [Pa].
         duration: how long to watch [s].
@@ -351,20 +341,23 @@ def measure_leaks(
     """
     rests = []
     for _ in range(WINDOWS):
-        rests.append((yield from average(channels, duration / WINDOWS)))
-    capacity = air_mass(1.0, volumes, ROOM_TEMPERATURE)
-    return [_leak(rests, k, float(capacity[k]), float(offsets[k])) for k in range(channels)]
+        rests.append((yield from average(len(volumes), duration / WINDOWS)))
+    capacities = air_mass(1.0, volumes, ROOM_TEMPERATURE).tolist()
+    return [
+        _leak(rests, channel, capacity, float(offsets[channel]))
+        for channel, capacity in enumerate(capacities)
+    ]
 
 
 def _leak(rests: list[Rest], channel: int, capacity: float, offset: float) -> Leak:
     time = np.array([rest.time for rest in rests])
     pressure = np.array([rest.mean[channel] for rest in rests])
     variance = np.mean([rest.variance[channel] for rest in rests])
-    gauge = pressure.mean() - offset - AMBIENT_PRESSURE
-    if gauge < 1e3:
+    pressures = pressure.mean() - offset - AMBIENT_PRESSURE
+    if pressures < 1e3:
         return Leak()
     centred = time - time.mean()
-    per_slope = capacity / gauge
+    per_slope = capacity / pressures
     slope = centred @ pressure / (centred @ centred)
     error = per_slope * float(np.sqrt(variance / (centred @ centred)))
     conductance = -per_slope * float(slope)

@@ -1,19 +1,21 @@
-"""Linear regression of equation 4.1 over test pulses, with the uncertainty of its coefficients."""
+"""Linear regression of equation 4.1 over test pulses: coefficients with their uncertainty."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.observer.coefficients import (
     NOMINAL_DELAYS,
     TERMS,
+    ChannelCalibration,
     Delays,
+    Leak,
     PulseCoefficients,
 )
+from softhand_model.gas import AMBIENT_PRESSURE
 
-Floats = NDArray[np.float64]
 CONDITION_LIMIT = 1e4  # of the scaled design; beyond it the coefficients are noise
 REWEIGHTINGS = 4  # the weights have settled by then
 
@@ -22,8 +24,8 @@ REWEIGHTINGS = 4  # the weights have settled by then
 class Pulse:
     """One recorded test pulse; `mass` [kg] is positive from p_in to p_out.
 
-    `friction` and `injector` are the integrals of equation 4.1 [Pa s], `pressure_in` and
-    `pressure_out` absolute at switch-on, but the supply at switch-off (see `PulseIntegrals`)
+    `friction` and `injector` are the integrals of equation 4.1 [Pa s], `pressure_in_abs` and
+    `pressure_out_abs` absolute at switch-on, but the supply at switch-off (see `PulseIntegrals`)
     [Pa], `duration` that of the electrical command [s],
     `noise` what the sensor leaves in `mass`, one sigma [kg], 0 if unknown, and `exposure` the
     channel's gauge pressure times the time between the two measurements [Pa s], for leaks.
@@ -34,42 +36,66 @@ class Pulse:
     duration: float
     friction: float
     injector: float
-    pressure_in: float
-    pressure_out: float
+    pressure_in_abs: float
+    pressure_out_abs: float
     mass: float
     noise: float = 0.0
     exposure: float = 0.0
     delays: Delays = NOMINAL_DELAYS
 
 
-@dataclass(frozen=True)
-class PulseFit:
-    """Result of `fit_pulses`.
-
-    `covariance` (5, 5) is that of the coefficients in the order of `TERMS`, `residual` the RMS of
-    what the fit leaves [kg] and `jitter` [s] the scatter of a pulse's effective duration: times
-    its flow it is what pulses move more or less than equation 4.1 says, one sigma. `delays` [s]
-    are those of the pulses, averaged.
-    """
-
-    coefficients: PulseCoefficients
-    covariance: Floats
-    residual: float
-    jitter: float
-    delays: Delays
-
-
 def regressors(pulses: Sequence[Pulse]) -> Floats:
     """Design matrix of equation 4.1, columns in the order of `TERMS` (pulses, 5)."""
     return np.array(
         [
-            [1.0, pulse.friction, pulse.injector, pulse.pressure_in, pulse.pressure_out]
+            [1.0, pulse.friction, pulse.injector, pulse.pressure_in_abs, pulse.pressure_out_abs]
             for pulse in pulses
         ]
     )
 
 
-def fit_pulses(pulses: Sequence[Pulse]) -> PulseFit:
+def fit_channel(
+    pulses: Sequence[Pulse], leak: Leak | None = None, outlet: int = 0
+) -> ChannelCalibration:
+    """Fit both directions of a channel.
+
+    Args:
+        pulses: recorded pulses of both directions.
+        leak: of the channel; what it took during a pulse is put back into the pulse's mass.
+        outlet: of the box, counted from 1; 0 if unknown.
+
+    Raises:
+        ValueError: as `fit_pulses` does.
+    """
+    leak = Leak() if leak is None else leak
+    tight = [_without_leak(pulse, leak.conductance) for pulse in pulses]
+    up, down = (_of_direction(tight, inflating) for inflating in (True, False))
+    supplies = [p.pressure_in_abs - AMBIENT_PRESSURE for p in pulses if p.inflating]
+    gauges = [
+        (p.pressure_out_abs if p.inflating else p.pressure_in_abs) - AMBIENT_PRESSURE
+        for p in pulses
+    ]
+    return ChannelCalibration(
+        up,
+        down,
+        points=len(pulses),
+        leak=leak,
+        supply_range=(float(min(supplies)), float(max(supplies))),
+        pressure_range=(float(min(gauges)), float(max(gauges))),
+        outlet=outlet,
+    )
+
+
+def _of_direction(pulses: Sequence[Pulse], inflating: bool) -> PulseCoefficients:
+    return fit_pulses([pulse for pulse in pulses if pulse.inflating == inflating])
+
+
+def _without_leak(pulse: Pulse, conductance: float) -> Pulse:
+    lost = conductance * pulse.exposure
+    return replace(pulse, mass=pulse.mass + (lost if pulse.inflating else -lost))
+
+
+def fit_pulses(pulses: Sequence[Pulse]) -> PulseCoefficients:
     """Fit the coefficients of one direction by weighted linear regression.
 
     A pulse's weight comes from its noise: that of the sensor, which is known, that of the valve's
@@ -106,16 +132,15 @@ def fit_pulses(pulses: Sequence[Pulse]) -> PulseFit:
     spread = float(np.sum((residual / sigma) ** 2)) / (len(pulses) - len(terms))
     covariance = np.zeros((len(TERMS), len(TERMS)))
     covariance[: len(terms), : len(terms)] = spread * inverse / np.outer(scale, scale)
-    values = dict(zip(terms, (solution / scale).tolist(), strict=True))
-    rms = float(np.sqrt(np.mean(residual**2)))
-    return PulseFit(
-        PulseCoefficients(**values), covariance, rms, noise.jitter, _mean_delays(pulses)
-    )
-
-
-def _mean_delays(pulses: Sequence[Pulse]) -> Delays:
+    found = dict(zip(terms, (solution / scale).tolist(), strict=True))
     opening, closing = np.mean([pulse.delays for pulse in pulses], axis=0).tolist()
-    return opening, closing
+    return PulseCoefficients(
+        **found,
+        residual=float(np.sqrt(np.mean(residual**2))),
+        jitter=noise.jitter,
+        delays=(opening, closing),
+        covariance=covariance,
+    )
 
 
 def _weighted(design: Floats, mass: Floats, sigma: Floats) -> tuple[Floats, Floats]:
@@ -180,13 +205,3 @@ def refuse_singular(design: Floats, terms: Sequence[str]) -> None:
     raise ValueError(
         f"pulses do not tell {' from '.join(named)}: vary supply, channel pressure and duration"
     )
-
-
-def naive_mass(pulses: Sequence[Pulse]) -> Floats:
-    """Baseline of section 4.4.3: `c p_in(t_on) dt`, c fitted over the same pulses (pulses,) [kg].
-
-    The pulses must be of one direction. Inflating, `p_in` is the supply at switch-off.
-    """
-    product = np.array([pulse.pressure_in * pulse.duration for pulse in pulses])
-    mass = np.array([pulse.mass for pulse in pulses])
-    return product * (product @ mass) / (product @ product)

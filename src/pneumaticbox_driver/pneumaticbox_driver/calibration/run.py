@@ -1,10 +1,4 @@
-"""A calibration under way: what it is to do, its answers to sensor samples, its end with
-coefficients.
-
-A calibration under way: answers sensor samples, waits for the user, ends with coefficients.
-
-A calibration inside the box: when it may begin, what it answers, and what ends it.
-"""
+"""Calibration run: what it is to do, its answers to sensor samples, its place in the box."""
 
 import math
 from collections.abc import Generator, Sequence
@@ -12,24 +6,31 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pneumaticbox_driver.calibration.calibration import ChannelCalibration, Leak, fit_channel
+from pneumaticbox_driver.arrays import Floats, Valves
 from pneumaticbox_driver.calibration.recording import (
     SETTLING,
+    PulseDurations,
+    PulseRanges,
     PulseRecorder,
     Sample,
-    SeeSaw,
-    SeeSawPlan,
     Step,
     average,
-    hold,
     measure_leaks,
 )
+from pneumaticbox_driver.calibration.regression import fit_channel
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration, Leak
 from pneumaticbox_driver.safety import PressureGuard
 from softhand_model.gas import AMBIENT_PRESSURE
 
 LEAST_CHANGE = 10e3  # between two supply pressures, or they do not tell the terms [Pa]
+NEXT = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
+VENT_WINDOW = 0.5  # over which pressures must not fall any more, outlets open [s]
+VENT_STILL = 30.0  # [Pa]
+VENT_LIMIT = 60.0  # a bottle of 0.5 L empties in a tenth of that [s]
+LEAK_SETTLING = 3.0  # after the filling, for the gas to take the temperature of the walls [s]
+LEAST_LIFT = 1e3  # that inlets open for a while must bring [Pa]
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class CalibrationPlan:
     """Plan of a calibration.
 
     `points` pulses per channel, both directions and all supply pressures together; `supplies` is
-    how many supply pressures there are, between which the run waits for the user; `see_saw` gives
+    how many supply pressures there are, between which the run waits for the user; `ranges` gives
     the ranges of the pulses, `settling` and `averaging` [s] the rest between them; `leak_test` [s]
     is how long the closed channels are watched at the end, 0 for not at all.
 
@@ -47,7 +48,7 @@ class CalibrationPlan:
 
     points: int = 400
     supplies: int = 2
-    see_saw: SeeSawPlan = field(default_factory=SeeSawPlan)
+    ranges: PulseRanges = field(default_factory=PulseRanges)
     settling: float = SETTLING
     averaging: float = 0.8  # longer than a single pulse needs: few points have to do
     leak_test: float = 30.0
@@ -74,16 +75,6 @@ class CalibrationPlan:
         return math.ceil(self.points / (2 * self.supplies))
 
 
-Floats = NDArray[np.float64]
-Valves = NDArray[np.int8]
-NEXT = "turn the supply regulator to another pressure, then call pneumaticbox/calibrate_next"
-VENT_WINDOW = 0.5  # over which pressures must not fall any more, outlets open [s]
-VENT_STILL = 30.0  # [Pa]
-VENT_LIMIT = 60.0  # a bottle of 0.5 L empties in a tenth of that [s]
-LEAK_SETTLING = 3.0  # after the filling, for the gas to take the temperature of the walls [s]
-LEAST_LIFT = 1e3  # that inlets open for a while must bring [Pa]
-
-
 class CalibrationRun:
     """Plays a `CalibrationPlan` on all channels at once, sample by sample.
 
@@ -99,11 +90,10 @@ class CalibrationRun:
         volumes: of the fixed volumes on the channels (n,) [m3].
         plan: what to do; None for the defaults.
         seed: of the durations.
-        outlets: of the box, counted from 1, one a channel; None for 1 to n.
         aside: fit in a thread while samples go on: it takes seconds, too long for a control step.
 
     Raises:
-        ValueError: volumes or outlets that are not one a channel, or volumes not above 0.
+        ValueError: volumes that are not one a channel, or not above 0.
     """
 
     def __init__(
@@ -112,7 +102,6 @@ class CalibrationRun:
         volumes: ArrayLike,
         plan: CalibrationPlan | None = None,
         seed: int = 0,
-        outlets: Sequence[int] | None = None,
         aside: bool = False,
     ) -> None:
         n = len(channels)
@@ -121,9 +110,6 @@ class CalibrationRun:
         if self.volumes.shape != (n,) or not (self.volumes > 0).all():
             got = self.volumes.tolist()
             raise ValueError(f"volumes must be {n} above 0 m3, one a channel, got {got}")
-        self.outlets = tuple(range(1, n + 1) if outlets is None else outlets)
-        if len(self.outlets) != n:
-            raise ValueError(f"outlets must have {n} entries, one a channel, got {outlets}")
         self.plan = CalibrationPlan() if plan is None else plan
         self.state = "running"
         self.progress = 0.0
@@ -131,11 +117,16 @@ class CalibrationRun:
         self._seed = seed
         self._aside = aside
         self._closed: Valves = np.zeros(n, dtype=np.int8)
-        self._supply = AMBIENT_PRESSURE  # of the last sample [Pa]
+        self._supply_abs = AMBIENT_PRESSURE  # of the last sample [Pa]
         self._supplies: list[float] = []  # of the levels so far [Pa]
         self._result: list[ChannelCalibration] = []
         self._course = self._play()
         self._valves = next(self._course)
+
+    @property
+    def under_way(self) -> bool:
+        """Whether it has not ended yet."""
+        return self.state in ("running", "waiting")
 
     @property
     def result(self) -> list[ChannelCalibration]:
@@ -149,10 +140,10 @@ class CalibrationRun:
 
         A sample that is no number makes the run fail.
         """
-        self._supply = sample.supply
+        self._supply_abs = sample.supply_abs
         if self.state != "running":
             return self._closed
-        if not np.isfinite(sample.pressures.sum() + sample.supply):
+        if not np.isfinite(sample.pressures_abs.sum() + sample.supply_abs):
             self.abort("a sensor sample was not a number")
             return self._closed
         try:
@@ -177,7 +168,7 @@ class CalibrationRun:
         """
         if self.state != "waiting":
             raise ValueError(f"the calibration does not wait: {self.state}, {self.message}")
-        supply = self._supply - AMBIENT_PRESSURE
+        supply = self._supply_abs - AMBIENT_PRESSURE
         near = [old for old in self._supplies if abs(old - supply) < LEAST_CHANGE]
         if near:
             raise ValueError(
@@ -190,7 +181,7 @@ class CalibrationRun:
 
     def abort(self, reason: str) -> None:
         """End without a result; no effect when the run has ended."""
-        if self.state in ("running", "waiting"):
+        if self.under_way:
             self.state, self.message = "failed", reason
 
     # the course
@@ -201,7 +192,7 @@ class CalibrationRun:
             self.volumes,
             self.plan.settling,
             self.plan.averaging,
-            1.5 * self.plan.see_saw.high_pressure,
+            1.5 * self.plan.ranges.high_pressure,
         )
         for level in range(self.plan.supplies):
             yield from self._level(level, recorder)
@@ -213,8 +204,8 @@ class CalibrationRun:
     def _level(self, level: int, recorder: PulseRecorder) -> Step:
         yield from self._vent()
         yield from recorder.zero()
-        self._supplies.append(self._supply - AMBIENT_PRESSURE)
-        see_saw = SeeSaw(self.plan.see_saw, len(self.channels), 1000 * self._seed + level)
+        self._supplies.append(self._supply_abs - AMBIENT_PRESSURE)
+        durations = PulseDurations(self.plan.ranges, len(self.channels), 1000 * self._seed + level)
         lifted, cycles = np.zeros(len(self.channels)), self.plan.cycles
         for cycle in range(cycles):
             self.progress = 0.95 * (level + cycle / cycles) / self.plan.supplies
@@ -222,8 +213,8 @@ class CalibrationRun:
                 f"supply pressure {level + 1} of {self.plan.supplies} "
                 f"({self._supplies[-1] / 1e3:.0f} kPa), pulse {cycle + 1} of {cycles}"
             )
-            yield from recorder.cycle(see_saw)
-            lifted = np.maximum(lifted, recorder.gauge)
+            yield from recorder.cycle(durations)
+            lifted = np.maximum(lifted, recorder.pressures)
             if cycle == cycles // 2:
                 self._check_lift(lifted)
 
@@ -245,12 +236,12 @@ class CalibrationRun:
             since, total, count = sample.time, np.zeros(len(outlets)), 0
             while sample.time - since < VENT_WINDOW:
                 sample = yield outlets
-                total, count = total + sample.pressures, count + 1
+                total, count = total + sample.pressures_abs, count + 1
             mean = total / count
             if before is not None and (before - mean < VENT_STILL).all():
                 break
             before = mean
-        yield from hold(len(outlets), self.plan.settling)
+        yield from average(len(outlets), self.plan.settling)
 
     def _wait(self, level: int) -> Step:
         self.state = "waiting"
@@ -263,20 +254,16 @@ class CalibrationRun:
         self.progress = 0.95
         self.message = f"leak test, {self.plan.leak_test:.0f} s"
         yield from self._fill(recorder)
-        yield from hold(len(self.channels), LEAK_SETTLING)
-        return (
-            yield from measure_leaks(
-                len(self.channels), self.volumes, recorder.offsets, self.plan.leak_test
-            )
-        )
+        yield from average(len(self.channels), LEAK_SETTLING)
+        return (yield from measure_leaks(self.volumes, recorder.offsets, self.plan.leak_test))
 
     def _fill(self, recorder: PulseRecorder) -> Step:
-        """Inflate every channel to the see-saw's high pressure."""
-        target = self.plan.see_saw.high_pressure + AMBIENT_PRESSURE
+        """Inflate every channel to the high pressure of the pulses."""
+        target = self.plan.ranges.high_pressure + AMBIENT_PRESSURE
         sample = yield self._closed
         start = sample.time
         while sample.time - start < VENT_LIMIT:
-            wanted = sample.pressures - recorder.offsets < target
+            wanted = sample.pressures_abs - recorder.offsets < target
             if not wanted.any():
                 break
             sample = yield wanted.astype(np.int8)
@@ -298,17 +285,13 @@ class CalibrationRun:
 
     def _fitted(self, recorder: PulseRecorder, leaks: list[Leak]) -> list[ChannelCalibration]:
         result = []
-        for name, outlet, pulses, leak in zip(
-            self.channels, self.outlets, recorder.pulses(), leaks, strict=True
-        ):
+        each = zip(self.channels, recorder.pulses(), leaks, strict=True)
+        for outlet, (name, pulses, leak) in enumerate(each, start=1):
             try:
                 result.append(fit_channel(pulses, leak, outlet))
             except ValueError as error:
                 raise ValueError(f"channel {name}: {error}") from error
         return result
-
-
-UNDER_WAY = ("running", "waiting")
 
 
 class CalibrationSession:
@@ -325,7 +308,7 @@ class CalibrationSession:
     @property
     def under_way(self) -> bool:
         """Whether a calibration answers the samples now."""
-        return self.run is not None and self.run.state in UNDER_WAY
+        return self.run is not None and self.run.under_way
 
     def start(self, run: CalibrationRun) -> str:
         """Begin a calibration of all channels; returns a sentence.
@@ -342,7 +325,7 @@ class CalibrationSession:
 
     def refuse_under_way(self) -> None:
         """Raise ValueError while a calibration is under way: it alone commands the valves."""
-        if self.run is not None and self.run.state in UNDER_WAY:
+        if self.run is not None and self.run.under_way:
             raise ValueError(f"a calibration is under way: {self.run.message}")
 
     def next(self) -> str:
@@ -365,7 +348,7 @@ class CalibrationSession:
         if guard.relieving.any():
             name = self._channels[int(np.argmax(guard.relieving))]
             run.abort(f"channel {name} has reached its pressure limit: raise pressure_limits")
-        return run.on_sample(Sample(time, readings[:-1], float(readings[-1])))
+        return run.on_sample(Sample.of(time, readings))
 
     def abort(self, reason: str) -> None:
         """End a calibration that is under way, without a result."""

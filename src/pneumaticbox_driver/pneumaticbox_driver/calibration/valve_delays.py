@@ -1,14 +1,13 @@
-"""Delays of a valve, read from the pressure: where flow begins and ends the sensor sees a step."""
+"""Delays of a valve, read from the pressure: a step where the flow begins, one where it ends."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.observer.coefficients import NOMINAL_DELAYS, VALVE_DELAY, Delays
 
-Floats = NDArray[np.float64]
 GRID = np.arange(-0.004, 0.0801, 0.001)  # times from the command [s]
 OPEN_FOR_SURE = (0.05, 0.064)  # after switch-on, opened and not closed again yet [s]
 NOT_YET_CLOSED = (0.0, 0.018)  # after switch-off [s]
@@ -21,12 +20,12 @@ MOST = 0.06  # a longer delay is not one of such a valve [s]
 class PulseTrace:
     """Pressure of one channel over a pulse.
 
-    `times` (samples,) from switch-on [s] and `pressures` (samples,) [Pa]; `length` of the command
+    `times` (samples,) from switch-on [s], `pressures_abs` (samples,) [Pa]; `length` of the command
     [s]; `before` and `after` the pressures at rest [Pa] and `direction` +1 or -1.
     """
 
     times: Floats
-    pressures: Floats
+    pressures_abs: Floats
     length: float
     before: float
     after: float
@@ -52,13 +51,13 @@ def valve_delays(traces: Sequence[PulseTrace], noise: float) -> Delays:
     """
     if not traces:
         return NOMINAL_DELAYS
-    opening = _mean_course([(t.times, t.direction * (t.pressures - t.before)) for t in traces])
+    opening = _mean_course([(t.times, t.direction * (t.pressures_abs - t.before)) for t in traces])
     opened = _crossing(opening, OPEN_FOR_SURE, noise / np.sqrt(len(traces)), rising=True)
     if traces[0].direction > 0:
         return opened, opened
     lasting = [t for t in traces if t.length >= ESTABLISHED] or traces
     closing = _mean_course(
-        [(t.times - t.length, t.direction * (t.pressures - t.after)) for t in lasting]
+        [(t.times - t.length, t.direction * (t.pressures_abs - t.after)) for t in lasting]
     )
     closed = _crossing(closing, NOT_YET_CLOSED, noise / np.sqrt(len(lasting)), rising=False)
     return opened, closed

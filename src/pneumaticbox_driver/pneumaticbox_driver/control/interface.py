@@ -1,17 +1,13 @@
-"""What a controller sees of the box, and what it has to answer."""
+"""Interface of the controllers: what one sees of the box, and what it has to answer."""
 
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.observer import MassObserver
 from pneumaticbox_driver.observer.volume_model import VolumeModel
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Valves = NDArray[np.int8]
 
 OPENING_SHARE = 0.55  # of the smallest pulse; above one half, so that a pulse lessens the error
 LEAST_ERROR = 1e-7  # a valve does not open for less [kg]
@@ -19,7 +15,7 @@ LEAST_ERROR = 1e-7  # a valve does not open for less [kg]
 
 @dataclass
 class BoxView:
-    """State of all channels at one sensor sample; arrays (n,), SI, pressures absolute.
+    """State of all channels at one sensor sample; arrays (n,), SI.
 
     `direction` is what the valves are commanded to now, `empty` marks channels known to be at
     ambient pressure since their outlet was last open, `shortest_pulse` [s] is what the valves
@@ -34,38 +30,18 @@ class BoxView:
     ambient: float
     gas: float
     shortest_pulse: float
-    pressures: Floats = field(init=False)
+    pressures_abs: Floats = field(init=False)
     setpoints: Floats = field(init=False)
     direction: Valves = field(init=False)
     empty: Flags = field(init=False)
     mine: Flags = field(init=False)
-    supply: float = field(init=False)
+    supply_abs: float = field(init=False)
     dt: float = field(init=False)
 
-    def or_emptied(self, target: Floats, wanted: Valves) -> Valves:
-        """Valves (n,) as `wanted`, but emptying where the `target` (n,) is zero or below.
-
-        There is no less than empty: the outlet is open until the channel is at ambient pressure,
-        where its mass is known.
-        """
-        emptied = np.where(self.empty, 0, -1)
-        return np.where(target <= 0, emptied, wanted).astype(np.int8)
-
-    def volume_at(self, pressures: Floats) -> Floats:
+    def volume_at(self, pressures_abs: Floats) -> Floats:
         """Volumes by `V = m R_s T/p_abs` of the estimated mass at pressures (n,) [m3]."""
         content = self.observer.mass * self.gas + self.ambient * self.rest_volumes
-        return np.asarray(content / pressures)
-
-    def opened(self, needed: Floats) -> Valves:
-        """Which valves to open for masses (n,) [kg] that are `needed`.
-
-        None opens for less than a good half of what the smallest pulse would move from the present
-        pressures, by equation 4.1: so a pulse always leaves a smaller error than it found.
-        """
-        gain, loss = self.observer.pulse_mass(self.shortest_pulse, self.pressures, self.supply)
-        inflate = needed > np.maximum(OPENING_SHARE * gain, LEAST_ERROR)
-        deflate = -needed > np.maximum(OPENING_SHARE * loss, LEAST_ERROR)
-        return inflate.astype(np.int8) - deflate.astype(np.int8)
+        return np.asarray(content / pressures_abs)
 
 
 class Controller(Protocol):

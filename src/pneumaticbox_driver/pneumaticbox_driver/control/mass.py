@@ -1,25 +1,22 @@
-"""Bang-bang control of the contained air mass (section 4.4) and of the mass flow (4.3).
-
-Control of the mass flow: the wanted flow adds up to an air mass that is followed (4.3).
-"""
+"""Bang-bang control of the air mass (section 4.4) and of the mass flow (section 4.3)."""
 
 import numpy as np
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.control.interface import (
     LEAST_ERROR,
     OPENING_SHARE,
     BoxView,
-    Flags,
-    Floats,
-    Valves,
 )
 from softhand_model.numerics.compiled import compiled
+
+LONGEST_LEAD = 3.0  # of the reference over the estimate, in smallest pulses [-]
 
 
 class MassController:
     """Opens a valve when the error exceeds the threshold, closes it when the error changes sign.
 
-    The threshold is a good half of the smallest pulse (`BoxView.opened`), so the channel ends
+    The threshold is a good half of what the smallest pulse would move, so the channel ends
     within one smallest pulse of its target. The observer's estimate is that of the mass after the
     valve has closed, so the delay of the valve is anticipated.
 
@@ -34,7 +31,7 @@ class MassController:
 def follow_mass(view: BoxView, target: Floats) -> Valves:
     """Valves (n,) that bring the estimated masses to a `target` (n,) [kg], NaN for none."""
     observer = view.observer
-    pulses = observer.pulse_mass(view.shortest_pulse, view.pressures, view.supply)
+    pulses = observer.pulse_mass(view.shortest_pulse, view.pressures_abs, view.supply_abs)
     wanted = np.empty_like(view.direction)
     # a valve closes at the sample that comes nearest to the target
     ahead = 0.5 * view.dt
@@ -77,9 +74,6 @@ def _decide(
             wanted[i] = -1
 
 
-LONGEST_LEAD = 3.0  # of the reference over the estimate, in smallest pulses [-]
-
-
 class MassFlowController:
     """Integrates the wanted flow into a reference and follows it as mass control does.
 
@@ -101,7 +95,9 @@ class MassFlowController:
             self._reference, self._following = mass.copy(), np.zeros_like(following)
         begun = following & ~self._following
         reference = np.where(begun, mass, self._reference) + np.nan_to_num(flow) * view.dt
-        gain, loss = view.observer.pulse_mass(view.shortest_pulse, view.pressures, view.supply)
+        gain, loss = view.observer.pulse_mass(
+            view.shortest_pulse, view.pressures_abs, view.supply_abs
+        )
         lead = LONGEST_LEAD * np.maximum(np.maximum(gain, loss), LEAST_ERROR)
         reference = np.maximum(np.clip(reference, mass - lead, mass + lead), 0.0)
         self._reference, self._following = reference, following

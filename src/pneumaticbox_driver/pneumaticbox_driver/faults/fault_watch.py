@@ -1,14 +1,11 @@
-"""Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures.
-
-Recognises faults of valves, tubes, sensors and supply from what pulses do to the pressures.
-"""
+"""Fault watch: recognises broken valves, tubes, sensors and supply from the pressures."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.faults.pulse_effect import (
     LEAST_DROP,
     RANGE_END,
@@ -16,19 +13,29 @@ from pneumaticbox_driver.faults.pulse_effect import (
     SMOOTHING,
     UNMOVED,
     PulseEffect,
+    Seen,
 )
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import air_mass
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 LESSON = 100  # samples from which a sensor's noise is learnt
 # A sensor whose noise is far below its converter's step stands still in its own right. These mark
 # noise that shows wherever between two steps the pressure lies: it turns back at a fifth of the
 # samples, and reaches four readings. Both together rule out noise at one edge, and a slow drift.
-LEAST_TURNS = 0.2
+LEAST_REVERSALS = 0.2
 LEAST_READINGS = 4
 CHANCE = 1e-12  # of a run of equal readings that is still taken for noise
+PERIOD = 0.008  # between two looks at what pulses do, which takes ten times as long to show [s]
+# A channel at ambient pressure that holds so much more than at rest would have to be pulled open
+# by that share, with nothing in it that pulls.
+SURPLUS = 0.05  # of the fill at rest
+LEAST_SURPLUS = 5e-6  # twice what the estimate drifts within a minute [kg]
+EMPTY_FOR = 0.4  # at ambient pressure, to the noise: a hand that moves only passes through [s]
+# The supply's sensor is good to 2.5 % of 700 kPa: a supply below this may be none at all.
+NO_SUPPLY = 20e3  # gauge [Pa]
+SUPPLY_SEEN = 40e3  # gauge; above it there is one [Pa]
+SUPPLY_PATIENCE = 0.05  # for noise and for the drop of a pulse [s]
+BACKFLOW_PATIENCE = 0.1  # after an inlet was opened; the valve itself takes 40 ms [s]
 
 
 class FrozenReading:
@@ -71,28 +78,14 @@ class FrozenReading:
         self._learnt = True
         steps = np.diff(lesson, axis=0)
         self.noise = np.sqrt(0.5 * np.mean(steps**2, axis=0))
-        turns = np.mean(steps[1:] * steps[:-1] < 0, axis=0)
+        reversals = np.mean(steps[1:] * steps[:-1] < 0, axis=0)
         for sensor in range(lesson.shape[1]):
             readings = len(np.unique(lesson[:, sensor]))
-            if turns[sensor] < LEAST_TURNS or readings < LEAST_READINGS:
+            if reversals[sensor] < LEAST_REVERSALS or readings < LEAST_READINGS:
                 continue
             # half the share that was seen: it varies with where between two steps the pressure is
             share = 0.5 * float(np.mean(steps[:, sensor] != 0))
             self._longest[sensor] = math.log(CHANCE) / math.log1p(-share)
-
-
-Valves = NDArray[np.int8]
-PERIOD = 0.008  # between two looks at what pulses do, which takes ten times as long to show [s]
-# A channel at ambient pressure that holds so much more than at rest would have to be pulled open
-# by that share, with nothing in it that pulls.
-SURPLUS = 0.05  # of the fill at rest
-LEAST_SURPLUS = 5e-6  # twice what the estimate drifts within a minute [kg]
-EMPTY_FOR = 0.4  # at ambient pressure, to the noise: a hand that moves only passes through [s]
-# The supply's sensor is good to 2.5 % of 700 kPa: a supply below this may be none at all.
-NO_SUPPLY = 20e3  # gauge [Pa]
-SUPPLY_SEEN = 40e3  # gauge; above it there is one [Pa]
-SUPPLY_PATIENCE = 0.05  # for noise and for the drop of a pulse [s]
-BACKFLOW_PATIENCE = 0.1  # after an inlet was opened; the valve itself takes 40 ms [s]
 
 
 @dataclass(frozen=True)
@@ -105,7 +98,7 @@ class FaultView:
     have been averaged.
     """
 
-    gauge: Floats
+    pressures: Floats
     supply: float
     valves: Valves
     flow: Floats
@@ -121,12 +114,11 @@ class FaultWatch:
     that neither another volume, nor a push, nor a poor calibration can bring about.
 
     Args:
-        channels: names of the channels.
         settings: of the box.
     """
 
-    def __init__(self, channels: tuple[str, ...], settings: BoxSettings) -> None:
-        self._names = channels
+    def __init__(self, settings: BoxSettings) -> None:
+        self._names = settings.channels
         self._settings = settings
         rest = air_mass(settings.ambient, settings.rest_volumes, settings.temperature)
         self._surplus = np.maximum(SURPLUS * rest, LEAST_SURPLUS)
@@ -179,18 +171,12 @@ class FaultWatch:
             Reasons to vent until reset, none when all is well.
         """
         dt, self._unseen = self._unseen, 0.0
-        self._follow(dt, view.gauge)
+        self._follow(dt, view.pressures)
         if not view.ready:
             return []
-        self._effect.look(
-            dt,
-            self._smooth,
-            self._frozen.noise[:-1] * math.sqrt(self._spread),
-            view.supply,
-            view.valves,
-            view.flow,
-            view.mass,
-        )
+        noise = self._frozen.noise[:-1] * math.sqrt(self._spread)
+        seen = Seen(self._smooth, noise, view.flow, view.mass)
+        self._effect.look(dt, seen, view.supply, view.valves)
         return [
             *self._sensor_faults(),
             *self._supply_faults(dt, view),
@@ -198,11 +184,11 @@ class FaultWatch:
             *self._pressure_losses(dt, view),
         ]
 
-    def _follow(self, dt: float, gauge: Floats) -> None:
+    def _follow(self, dt: float, pressures: Floats) -> None:
         """Low-pass the pressures, and keep account of the noise: lost samples let more through."""
         share = dt / (dt + SMOOTHING)
         fresh = np.isnan(self._smooth)
-        self._smooth = np.where(fresh, gauge, self._smooth + share * (gauge - self._smooth))
+        self._smooth = np.where(fresh, pressures, self._smooth + share * (pressures - self._smooth))
         self._spread = (1 - share) ** 2 * self._spread + share**2
 
     def stuck_outlets(self) -> list[str]:

@@ -1,18 +1,15 @@
-"""Holds the pulses that were commanded against what they did to the pressures."""
+"""Effect of pulses: what was commanded, held against what it did to the pressures."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 from softhand_model.numerics.compiled import compiled
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Valves = NDArray[np.int8]
 SMOOTHING = 0.03  # low-pass of the pressures: 60 Pa of noise become 15 at 500 Hz [s]
 # By how much the walls may give way. Mass is conserved, so a pulse of mass m raises the pressure
 # by at least m R T over the volume plus p dV/dp. Half a litre is ten times what a finger's
@@ -41,6 +38,46 @@ LEAST_DROP = 42e3  # from the supply into a channel [Pa]
 RANGE_END = -3500.0  # gauge [Pa]
 
 
+class Seen(NamedTuple):
+    """What is seen of the channels (n,): low-passed gauge pressures [Pa] and their noise, one
+    sigma [Pa], the flow into them that is predicted for the valves [kg/s], and the estimated mass
+    with what the pulses under way will have moved [kg].
+    """
+
+    pressures: Floats
+    noise: Floats
+    flow: Floats
+    mass: Floats
+
+
+class _Valve(NamedTuple):
+    state: Valves  # as commanded (n,)
+    since: Floats  # it was switched last [s]
+    per_mass: Floats  # pressure of the air that it moves, in the widest channel [Pa/kg]
+
+
+class _Marks(NamedTuple):
+    counting: Flags  # a pulse is under way, or settles
+    acted: Flags  # the pulse has moved the pressure
+    idle: Flags
+    unvented: Flags
+
+
+class _Start(NamedTuple):
+    pressures: Floats  # from which the pulse is judged [Pa]
+    noise: Floats  # of them, one sigma [Pa]
+    mass: Floats  # estimate at that time [kg]
+
+
+class _Sums(NamedTuple):  # all in [Pa]
+    due: Floats  # expected of the pulse so far
+    whole: Floats  # expected of it once it has settled
+    owed: Floats  # expected of the pulses before it
+    shift: Floats  # what those did
+    peak: Floats  # from which an open outlet must lower the pressure
+    outrun: Floats  # expected of the outlet since that peak
+
+
 class PulseEffect:
     """Sums up the change of pressure that pulses must have brought, in the widest channel.
 
@@ -56,141 +93,105 @@ class PulseEffect:
     def __init__(self, settings: BoxSettings) -> None:
         widest = np.array(settings.rest_volumes) + WIDEST_GROWTH
         self._per_mass = GAS_CONSTANT * settings.temperature / widest  # [Pa/kg]
-        self._least_gauge = float(settings.zero_band)
+        self._least_pressure = float(settings.zero_band)
         self._rehearse(np.zeros_like(widest))
         self.restart()
 
     def _rehearse(self, zeros: Floats) -> None:
         """Let the kernel be compiled, or loaded, before a sample waits for it."""
         self.restart()
-        self._counting[:] = True
-        self.look(0.0, zeros, zeros, 0.0, self._valves, zeros, zeros)
+        self._marks.counting[:] = True
+        self.look(0.0, Seen(zeros, zeros, zeros, zeros), 0.0, self._valve.state)
 
     def restart(self) -> None:
         """Forget all evidence."""
         n = len(self._per_mass)
-        self.idle: Flags = np.zeros(n, dtype=bool)
-        self.unvented: Flags = np.zeros(n, dtype=bool)
-        self._valves: Valves = np.zeros(n, dtype=np.int8)
-        self._since: Floats = np.full(n, np.inf)  # the valve was switched last [s]
-        self._counting: Flags = np.zeros(n, dtype=bool)  # a pulse is under way, or settles
-        self._acted: Flags = np.zeros(n, dtype=bool)  # the pulse has moved the pressure
+        self._valve = _Valve(np.zeros(n, dtype=np.int8), np.full(n, np.inf), self._per_mass)
         self._direction: Valves = np.zeros(n, dtype=np.int8)  # of the pulses summed up
-        self._start: Floats = np.zeros(n)  # pressure from which the pulse is judged [Pa]
-        self._start_noise: Floats = np.zeros(n)  # of that pressure, one sigma [Pa]
-        self._mass: Floats = np.zeros(n)  # estimate at that time [kg]
-        self._due: Floats = np.zeros(n)  # expected of the pulse so far [Pa]
-        self._whole: Floats = np.zeros(n)  # expected of it once it has settled [Pa]
-        self._owed: Floats = np.zeros(n)  # expected of the pulses before it [Pa]
-        self._shift: Floats = np.zeros(n)  # what those did [Pa]
-        self._peak: Floats = np.zeros(n)  # from which an open outlet must lower the pressure [Pa]
-        self._outrun: Floats = np.zeros(n)  # expected of the outlet since that peak [Pa]
+        self._marks = _Marks(*np.zeros((4, n), dtype=bool))
+        self._start = _Start(*np.zeros((3, n)))
+        self._sums = _Sums(*np.zeros((6, n)))
+        self._groups = [tuple(g) for g in (self._valve, self._marks, self._start, self._sums)]
+        self.idle, self.unvented = self._marks.idle, self._marks.unvented
 
-    def look(
-        self,
-        dt: float,
-        gauge: Floats,
-        noise: Floats,
-        supply: float,
-        valves: Valves,
-        flow: Floats,
-        mass: Floats,
-    ) -> None:
+    def look(self, dt: float, seen: Seen, supply: float, valves: Valves) -> None:
         """Take one sample.
 
         Args:
             dt: time since the last sample [s].
-            noise: of these pressures, one sigma (n,) [Pa].
-            gauge: pressures, low-passed (n,) [Pa].
+            seen: of the channels.
             supply: gauge pressure of the supply [Pa].
             valves: commanded during `dt` (n,).
-            flow: into the channels, as predicted for these valves (n,) [kg/s].
-            mass: estimated, with what the pulses under way will have moved (n,) [kg].
         """
-        changed = valves != self._valves
+        changed = valves != self._valve.state
         if changed.any():
-            self._switch(changed, gauge, noise, valves, mass)
-        self._since += dt
-        if not self._counting.any():
+            self._switch(changed, seen, valves)
+        np.add(self._valve.since, dt, out=self._valve.since)
+        if not self._marks.counting.any():
             return
-        settled = _weigh(
-            dt,
-            supply,
-            self._least_gauge,
-            (gauge, noise, flow, mass),
-            (self._valves, self._since, self._per_mass),
-            (self._counting, self._acted, self.idle, self.unvented),
-            (self._start, self._start_noise, self._mass),
-            (self._due, self._whole, self._owed, self._shift, self._peak, self._outrun),
-        )
+        settled = _weigh(dt, supply, self._least_pressure, tuple(seen), *self._groups)
         if settled.any():
-            self._close_books(settled, gauge)
+            self._close_books(settled, seen.pressures)
 
-    def _switch(
-        self, changed: Flags, gauge: Floats, noise: Floats, valves: Valves, mass: Floats
-    ) -> None:
+    def _switch(self, changed: Flags, seen: Seen, valves: Valves) -> None:
         begun = changed & (valves != 0)
         if begun.any():
-            self._close_books(begun & self._counting, gauge)
-            turned = begun & (valves != self._direction)
-            self._forget(turned)
-            self._set_start(begun, gauge, noise, mass)
-            self._direction = np.where(begun, valves, self._direction)
-            self._peak = np.where(begun, gauge, self._peak)
-            self._outrun[begun] = 0.0
-            self._acted &= ~begun
-            self._counting |= begun
-        self._since[changed] = 0.0
-        self._valves = valves.copy()
+            self._close_books(begun & self._marks.counting, seen.pressures)
+            for evidence in self._sums[:4]:
+                evidence[begun & (valves != self._direction)] = 0.0
+            for kept, now in zip(self._start, (seen.pressures, seen.noise, seen.mass), strict=True):
+                kept[begun] = now[begun]
+            self._direction[begun] = valves[begun]
+            self._sums.peak[begun] = seen.pressures[begun]
+            self._sums.outrun[begun] = 0.0
+            self._marks.acted[begun] = False
+            self._marks.counting[begun] = True
+        self._valve.since[changed] = 0.0
+        self._valve.state[:] = valves
 
-    def _close_books(self, done: Flags, gauge: Floats) -> None:
+    def _close_books(self, done: Flags, pressures: Floats) -> None:
         """Add pulses that have settled to those before them; one that has acted ends their sum."""
-        self._owed += done * np.maximum(self._due, self._whole)
-        self._shift += np.where(done, gauge - self._start, 0.0)
-        self.idle |= done & (self._owed >= EXPECTED)
-        acted = done & self._acted
-        self._owed[acted] = self._shift[acted] = 0.0
-        self._due[done] = self._whole[done] = 0.0
-        self._counting &= ~done
-
-    def _forget(self, cleared: Flags) -> None:
-        for evidence in (self._owed, self._shift, self._due, self._whole):
-            evidence[cleared] = 0.0
-
-    def _set_start(self, channels: Flags, gauge: Floats, noise: Floats, mass: Floats) -> None:
-        self._start = np.where(channels, gauge, self._start)
-        self._start_noise = np.where(channels, noise, self._start_noise)
-        self._mass = np.where(channels, mass, self._mass)
+        sums, marks = self._sums, self._marks
+        sums.owed[done] += np.maximum(sums.due, sums.whole)[done]
+        sums.shift[done] += (pressures - self._start.pressures)[done]
+        marks.idle[done & (sums.owed >= EXPECTED)] = True
+        acted = done & marks.acted
+        sums.owed[acted] = sums.shift[acted] = 0.0
+        sums.due[done] = sums.whole[done] = 0.0
+        marks.counting[done] = False
 
 
 @compiled
 def _weigh(
     dt: float,
     supply: float,
-    least_gauge: float,
+    least_pressure: float,
     seen: Any,
-    given: Any,
-    flags: Any,
+    commanded: Any,
+    marks: Any,
     start: Any,
     sums: Any,
 ) -> Flags:
-    """Weigh a sample, channel by channel; the state is changed in place.
+    """Weigh a sample, channel by channel; marks, start and sums are changed in place.
+
+    The groups come as plain tuples, in the order of `Seen`, `_Valve`, `_Marks`, `_Start` and
+    `_Sums`: named ones cost more than the kernel itself where they are handed over.
 
     Returns:
         Channels whose pulse has settled (n,).
     """
-    gauges, noises, flows, masses = seen
-    valves, since, per_mass = given
-    counting, acted, idle, unvented = flags
-    start_gauge, start_noise, start_mass = start
+    pressures, noises, flows, masses = seen
+    valves, since, per_mass = commanded
+    counting, acted, idle, unvented = marks
+    start_pressure, start_noise, start_mass = start
     due, whole, owed, shift, peak, outrun = sums
-    settled = np.zeros(len(gauges), dtype=np.bool_)
-    for i in range(len(gauges)):
-        gauge, valve = gauges[i], valves[i]
+    settled = np.zeros(len(pressures), dtype=np.bool_)
+    for i in range(len(pressures)):
+        pressure, valve = pressures[i], valves[i]
         if valve > 0:
-            reach = supply - gauge > LEAST_DROP and gauge > RANGE_END
+            reach = supply - pressure > LEAST_DROP and pressure > RANGE_END
         else:
-            reach = gauge > least_gauge
+            reach = pressure > least_pressure
         expected = 0.0
         if reach and since[i] > LATENCY:
             expected = dt * max(valve * flows[i], 0.0) * per_mass[i]
@@ -201,18 +202,18 @@ def _weigh(
         # a fifth of what is expected is no effect either; see EXPECTED
         share = min((owed[i] + due[i]) * (UNMOVED / EXPECTED), UNMOVED)
         shown = min(max(SIGMAS * math.hypot(noises[i], start_noise[i]), LEAST_NOISE), UNMOVED)
-        moved = abs(shift[i] + gauge - start_gauge[i]) > max(shown, share)
+        moved = abs(shift[i] + pressure - start_pressure[i]) > max(shown, share)
         if counting[i] and moved:
             owed[i] = shift[i] = due[i] = whole[i] = 0.0
             idle[i], acted[i] = False, True
-            start_gauge[i], start_noise[i], start_mass[i] = gauge, noises[i], masses[i]
+            start_pressure[i], start_noise[i], start_mass[i] = pressure, noises[i], masses[i]
         if counting[i] and owed[i] + due[i] >= WHILE_OPEN * EXPECTED:
             idle[i] = True
-        peak[i] = max(peak[i], gauge)
-        falls = gauge < peak[i] - UNMOVED
+        peak[i] = max(peak[i], pressure)
+        falls = pressure < peak[i] - UNMOVED
         if falls:
-            peak[i] = gauge
+            peak[i] = pressure
         outrun[i] = 0.0 if falls or valve >= 0 else outrun[i] + expected
-        unvented[i] = valve < 0 and gauge > least_gauge and outrun[i] >= WHILE_OPEN * EXPECTED
+        unvented[i] = valve < 0 and pressure > least_pressure and outrun[i] >= WHILE_OPEN * EXPECTED
         settled[i] = counting[i] and valve == 0 and since[i] > SETTLING
     return settled

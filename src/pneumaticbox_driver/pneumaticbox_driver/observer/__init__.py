@@ -1,3 +1,1 @@
-"""The observer of air mass: pulses of equation 4.1 summed up, its drift, and where masses are
-known.
-"""
+"""Observer of the air mass: pulses of equation 4.1 summed up, its drift, its zeroing."""

@@ -1,30 +1,30 @@
-"""Equation 4.1: the mass that one valve pulse moves, and a channel's coefficients with their
-uncertainty.
+"""Calibration of a channel: coefficients of equation 4.1, their uncertainty, leak and ranges."""
 
-What a calibration says of one channel: coefficients, their uncertainty, its leak, its ranges.
-"""
-
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from pneumaticbox_driver.arrays import Floats
 from softhand_model.gas import psi
 
-Floats = NDArray[np.float64]
 VALVE_DELAY = 0.03  # from the command to the flow: the middle of Table 4.1's 20 ms to 40 ms [s]
 Delays = tuple[float, float]  # of opening and closing [s]
 NOMINAL_DELAYS: Delays = (VALVE_DELAY, VALVE_DELAY)
+DIRECTIONS = ("inflate", "deflate")
 TERMS = ("bias", "friction", "injector", "switch_in", "switch_out")  # c0 ... c4
+Range = tuple[float, float]
+EVERYTHING: Range = (-1e9, 1e9)
 
 
 @dataclass(frozen=True)
 class PulseCoefficients:
-    """Coefficients of equation 4.1 for one channel and one direction.
+    """Coefficients of equation 4.1 for one channel and one direction, and how well they fit.
 
     `bias` c0 [kg], `friction` c1 [kg/(Pa s)], `injector` c2 [kg/(Pa s)], `switch_in` c3 and
-    `switch_out` c4 [kg/Pa].
+    `switch_out` c4 [kg/Pa]; `covariance` (5, 5) is theirs, in the order of `TERMS`. `residual` is
+    the RMS of what the fit leaves [kg]. `jitter` [s] is the scatter of a pulse's effective
+    duration: times its flow it is what pulses move more or less than equation 4.1 says, one sigma.
+    `delays` [s] are from the commands to the opening and to the closing.
 
     ERRATUM: while deflating the outlet is ambient and constant, its column is collinear with the
     bias; `switch_out` is 0 there (Algorithm 1 lists it).
@@ -35,13 +35,17 @@ class PulseCoefficients:
     injector: float
     switch_in: float
     switch_out: float = 0.0
+    residual: float = 0.0
+    jitter: float = 0.0
+    delays: Delays = NOMINAL_DELAYS
+    covariance: Floats = field(default_factory=lambda: np.zeros((5, 5)), compare=False)
 
     def as_array(self) -> Floats:
         """Return c0 ... c4 in the order of `TERMS` (5,)."""
         return np.array([getattr(self, term) for term in TERMS])
 
 
-def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Floats]:
+def flow_rates(pressure_in_abs: Floats, pressure_out_abs: Floats) -> tuple[Floats, Floats]:
     """Integrands of the friction and the injector term of equation 4.1.
 
     Both change sign with the drop of pressure, for air flows back then. So the noise of a sensor
@@ -49,8 +53,8 @@ def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Float
     would add up to a flow that is not there.
 
     Args:
-        pressure_in: absolute pressure upstream [Pa].
-        pressure_out: absolute pressure downstream [Pa].
+        pressure_in_abs: absolute pressure upstream [Pa].
+        pressure_out_abs: absolute pressure downstream [Pa].
 
     Returns:
         `p_in - p_out` [Pa] and `p_in Psi(p_out/p_in)` [Pa], the latter with the higher pressure
@@ -60,15 +64,12 @@ def flow_rates(pressure_in: Floats, pressure_out: Floats) -> tuple[Floats, Float
     >>> friction.tolist(), injector.round().tolist()
     ([200000.0, -200000.0], [145253.0, -145253.0])
     """
-    drop = pressure_in - pressure_out
-    high, low = np.maximum(pressure_in, pressure_out), np.minimum(pressure_in, pressure_out)
+    drop = pressure_in_abs - pressure_out_abs
+    high, low = (
+        np.maximum(pressure_in_abs, pressure_out_abs),
+        np.minimum(pressure_in_abs, pressure_out_abs),
+    )
     return drop, np.copysign(high * psi(low / high), drop)
-
-
-Matrix = tuple[tuple[float, ...], ...]
-Range = tuple[float, float]
-UNKNOWN: Matrix = ((0.0,) * 5,) * 5
-EVERYTHING: Range = (-1e9, 1e9)
 
 
 @dataclass(frozen=True)
@@ -84,42 +85,16 @@ class Leak:
 
 @dataclass(frozen=True)
 class ChannelCalibration:
-    """Calibration of one channel, inflating and deflating.
+    """Calibration of one channel, inflating and deflating, from `points` recorded pulses.
 
-    `residual_inflate`, `residual_deflate` are RMS [kg] over the `points` recorded pulses;
-    `covariance_inflate`, `covariance_deflate` (5, 5) those of the coefficients in the order of
-    `TERMS`; `jitter_inflate`, `jitter_deflate` [s] the scatter of a pulse's effective duration;
-    `delays_inflate`, `delays_deflate` [s] from the commands to the opening and to the closing.
     `supply_range` and `pressure_range` [Pa gauge] are what the pulses covered, `outlet` is that
     of the box, counted from 1, 0 if unknown.
     """
 
     inflate: PulseCoefficients
     deflate: PulseCoefficients
-    residual_inflate: float
-    residual_deflate: float
-    points: int
-    covariance_inflate: Matrix = UNKNOWN
-    covariance_deflate: Matrix = UNKNOWN
-    jitter_inflate: float = 0.0
-    jitter_deflate: float = 0.0
-    delays_inflate: Delays = NOMINAL_DELAYS
-    delays_deflate: Delays = NOMINAL_DELAYS
+    points: int = 0
     leak: Leak = Leak()
     supply_range: Range = EVERYTHING
     pressure_range: Range = EVERYTHING
     outlet: int = 0
-
-    def covariance(self, direction: str) -> Floats:
-        """Covariance of the coefficients of `inflate` or `deflate` (5, 5)."""
-        return np.array(getattr(self, f"covariance_{direction}"))
-
-    def errors(self, direction: str) -> Floats:
-        """Standard errors of the coefficients of `inflate` or `deflate` (5,), units of theirs."""
-        return np.sqrt(np.diag(self.covariance(direction)))
-
-
-def as_matrix(values: ArrayLike) -> Matrix:
-    """A (5, 5) array as nested tuples, so that calibrations can be compared."""
-    rows: list[list[Any]] = np.asarray(values, dtype=float).tolist()
-    return tuple(tuple(row) for row in rows)

@@ -3,8 +3,6 @@
 The estimate of equation 4.1 drifts with every pulse (section 4.4.4). With valves closed, pressures
 still and the hand in free posture, pressure and volume tell the mass as well, at any pressure:
 `m = (p_abs V(p) - p_0 V_0)/(R_s T)`.
-
-How far an estimate may have drifted: the uncertainty of the coefficients, added up.
 """
 
 from collections.abc import Sequence
@@ -12,18 +10,18 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumaticbox_driver.observer.coefficients import ChannelCalibration
+from pneumaticbox_driver.arrays import Flags, Floats
+from pneumaticbox_driver.observer.coefficients import DIRECTIONS, ChannelCalibration
 from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 # of a zeroed sensor, one sigma: what is left of its offset [Pa], and its gain [of the pressure]
 OFFSET_ERROR = 15.0
 GAIN_ERROR = 0.003
 GROWTH_ERROR = 0.01  # of the model, one sigma, of what a volume has grown from rest [-]
 GATE = 5.0  # standard deviations; beyond it the hand is not free, or the calibration does not fit
+SIGMAS = 2.0
 
 
 class PostureMass:
@@ -40,32 +38,32 @@ class PostureMass:
         self._gas = GAS_CONSTANT * settings.temperature
         self._rest = np.array(settings.rest_volumes)
 
-    def at(self, pressures: Floats) -> tuple[Floats, Floats]:
+    def at(self, pressures_abs: Floats) -> tuple[Floats, Floats]:
         """Masses above the fill at rest [kg] and their variances [kg2], (n,) and (n,).
 
         Args:
-            pressures: absolute, averaged, offsets taken off (n,) [Pa].
+            pressures_abs: absolute, averaged, offsets taken off (n,) [Pa].
         """
-        gauge = pressures - self._ambient
-        volumes = self._model.volumes(gauge)
-        mass = (pressures * volumes - self._ambient * self._rest) / self._gas
-        by_pressure = (volumes + pressures * self._model.slopes(gauge)) / self._gas
-        sensor = by_pressure * np.hypot(OFFSET_ERROR, GAIN_ERROR * gauge)
-        model = GROWTH_ERROR * (volumes - self._rest) * pressures / self._gas
+        pressures = pressures_abs - self._ambient
+        volumes = self._model.volumes(pressures)
+        mass = (pressures_abs * volumes - self._ambient * self._rest) / self._gas
+        by_pressure = (volumes + pressures_abs * self._model.slopes(pressures)) / self._gas
+        sensor = by_pressure * np.hypot(OFFSET_ERROR, GAIN_ERROR * pressures)
+        model = GROWTH_ERROR * (volumes - self._rest) * pressures_abs / self._gas
         return np.asarray(mass), np.asarray(sensor**2 + model**2)
 
-    def bent_at(self, gauge: Floats) -> tuple[Floats, Floats]:
+    def bent_at(self, pressures: Floats) -> tuple[Floats, Floats]:
         """What channels hold above rest at gauge pressures, and bent as far at ambient pressure.
 
         Args:
-            gauge: pressures (n,) [Pa].
+            pressures: pressures (n,) [Pa].
 
         Returns:
             Masses (n,) and (n,) [kg].
         """
-        volumes = self._model.volumes(gauge)
+        volumes = self._model.volumes(pressures)
         kept = self._ambient * (volumes - self._rest) / self._gas
-        return kept + gauge * volumes / self._gas, kept
+        return kept + pressures * volumes / self._gas, kept
 
 
 def combine(
@@ -98,10 +96,6 @@ def combine(
     return mass + gain * (measured - mass), (1.0 - gain) * variance, used, far
 
 
-DIRECTIONS = ("inflate", "deflate")  # rows of the arrays over directions
-SIGMAS = 2.0
-
-
 class DriftBound:
     """Variance of the summed pulses of each channel since its mass was known.
 
@@ -123,12 +117,9 @@ class DriftBound:
         self._take(calibrations)
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
-        self._covariance = np.array(
-            [[c.covariance(direction) for c in calibrations] for direction in DIRECTIONS]
-        )
-        self._jitter = np.array(
-            [[getattr(c, f"jitter_{d}") for c in calibrations] for d in DIRECTIONS]
-        )
+        fits = [[getattr(c, direction) for c in calibrations] for direction in DIRECTIONS]
+        self._covariance = np.array([[fit.covariance for fit in row] for row in fits])
+        self._jitter = np.array([[fit.jitter for fit in row] for row in fits])
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
         """Go on with other coefficients; what has added up so far stays as it is."""

@@ -5,14 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.observer.drift import DriftBound
 from pneumaticbox_driver.observer.pulses import PulseIntegrals, predict_pulses, sum_terms
 from softhand_model.gas import AMBIENT_PRESSURE
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Valves = NDArray[np.int8]
 SHORTEST = 1e-3  # length of a pulse that a mean flow is taken over [s]
 
 
@@ -23,8 +21,8 @@ class MassObserver:
     what still flows during the closing delay and out of the dead volume is in its coefficients.
     So `mass` runs ahead of the true mass by what the valve's delay makes inevitable, which is
     what a controller needs to close in time. After switch-off the estimate still follows the
-    pressures until the valve has closed (`PulseIntegrals`). All arrays have the channels in
-    order (n,).
+    pressures until the valve has closed (`PulseIntegrals`). With `leak_model`, air that leaks by
+    the calibration is taken off. All arrays have the channels in order (n,).
 
     Args:
         calibrations: coefficients of the channels, one each.
@@ -35,6 +33,7 @@ class MassObserver:
         self, calibrations: Sequence[ChannelCalibration], ambient: float = AMBIENT_PRESSURE
     ) -> None:
         n = len(calibrations)
+        self.leak_model = False
         self._take(calibrations)
         self._integrals = PulseIntegrals(n, ambient)
         self._drift = DriftBound(calibrations)
@@ -49,18 +48,19 @@ class MassObserver:
     def _rehearse(self, ambient: float) -> None:
         """Let the kernels be compiled, or loaded, before a sample waits for them."""
         n = len(self.flow)
-        pressures, found = np.full(n, ambient), np.empty((2, n))
+        pressures_abs, found = np.full(n, ambient), np.empty((2, n))
         pulses = PulseIntegrals(n, ambient)
-        pulses.advance(SHORTEST, pressures, ambient)
+        pulses.advance(SHORTEST, pressures_abs, ambient)
         terms = pulses.values, pulses.rates
         sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
-        self.pulse_mass(SHORTEST, pressures, ambient)
+        self.pulse_mass(SHORTEST, pressures_abs, ambient)
 
     def _take(self, calibrations: Sequence[ChannelCalibration]) -> None:
         self._inflate = _columns(c.inflate.as_array() for c in calibrations)
         self._deflate = _columns(c.deflate.as_array() for c in calibrations)
-        self._inflate_delays = _columns(c.delays_inflate for c in calibrations)
-        self._deflate_delays = _columns(c.delays_deflate for c in calibrations)
+        self._inflate_delays = _columns(c.inflate.delays for c in calibrations)
+        self._deflate_delays = _columns(c.deflate.delays for c in calibrations)
+        self._leak = np.array([c.leak.conductance for c in calibrations])  # [kg/(s Pa)]
 
     def set_calibrations(self, calibrations: Sequence[ChannelCalibration]) -> None:
         """Use other coefficients from the next pulses on; the estimates stay.
@@ -92,30 +92,33 @@ class MassObserver:
         """Pulses since `set_mass`, that under way not counted (n,)."""
         return self._drift.pulses.copy()
 
-    def advance(self, dt: float, pressures: Floats, supply: float) -> None:
+    def advance(self, dt: float, pressures_abs: Floats, supply_abs: float) -> None:
         """Integrate the pulses under way over the last `dt` [s], up to these absolute pressures.
 
         Args:
             dt: time since the last sample [s], 0 or above.
-            pressures: absolute channel pressures (n,) [Pa].
-            supply: absolute supply pressure [Pa].
+            pressures_abs: absolute channel pressures (n,) [Pa].
+            supply_abs: absolute supply pressure [Pa].
         """
-        if not self._sign.any():
-            return
-        integrals, c = self._integrals, self._coefficients
-        integrals.advance(dt, pressures, supply)
-        found = np.empty((2, len(pressures)))
-        sum_terms(c, integrals.values, integrals.rates, self._sign, self.direction, found)
-        self.moved, self.flow = found
-        self._settle((self._sign != 0) & ~integrals.flowing)
+        integrals = self._integrals
+        if self._sign.any():
+            integrals.advance(dt, pressures_abs, supply_abs)
+            found = np.empty((2, len(pressures_abs)))
+            terms = integrals.values, integrals.rates
+            sum_terms(self._coefficients, *terms, self._sign, self.direction, found)
+            self.moved, self.flow = found
+            self._settle((self._sign != 0) & ~integrals.flowing)
+        if self.leak_model:
+            pressures = pressures_abs - integrals.ambient
+            self._settled = self._settled - dt * self._leak * np.maximum(pressures, 0.0)
 
-    def switch(self, valves: Valves, pressures: Floats, supply: float) -> None:
+    def switch(self, valves: Valves, pressures_abs: Floats, supply_abs: float) -> None:
         """Take note of the valves commanded from now on; call after `advance` of this sample.
 
         Args:
             valves: +1 inflate, -1 deflate, 0 closed (n,).
-            pressures: absolute channel pressures (n,) [Pa].
-            supply: absolute supply pressure [Pa].
+            pressures_abs: absolute channel pressures (n,) [Pa].
+            supply_abs: absolute supply pressure [Pa].
         """
         changed = valves != self.direction
         if not changed.any():
@@ -131,7 +134,7 @@ class MassObserver:
         fresh = np.where(valves > 0, self._inflate, self._deflate)
         self._coefficients = np.where(begun, fresh, self._coefficients)
         delays = np.where(valves > 0, self._inflate_delays, self._deflate_delays)
-        self._integrals.begin(begun, valves, pressures, supply, delays)
+        self._integrals.begin(begun, valves, pressures_abs, supply_abs, delays)
 
     def _settle(self, ended: Flags) -> None:
         """Add the pulses that have ended to the settled mass."""
@@ -147,7 +150,7 @@ class MassObserver:
         self._sign = np.where(ended, 0.0, self._sign)
 
     def pulse_mass(
-        self, duration: float, pressures: Floats, supply: float
+        self, duration: float, pressures_abs: Floats, supply_abs: float
     ) -> tuple[Floats, Floats]:
         """Predict what a pulse of `duration` [s] from these pressures would move.
 
@@ -157,11 +160,11 @@ class MassObserver:
             Mass that an inflating pulse brings and that a deflating one takes (n,), (n,) [kg],
             both 0 or above.
         """
-        found = np.empty((2, len(pressures)))
-        ends = supply, self._integrals.ambient
+        found = np.empty((2, len(pressures_abs)))
+        ends = supply_abs, self._integrals.ambient
         coefficients = self._inflate, self._deflate
         delays = self._inflate_delays, self._deflate_delays
-        predict_pulses(duration, pressures, ends, coefficients, delays, found)
+        predict_pulses(duration, pressures_abs, ends, coefficients, delays, found)
         gain, loss = found
         return gain, loss
 
@@ -174,10 +177,6 @@ class MassObserver:
         self.moved[channel] = 0.0
         self._coefficients[:, channel] = 0.0
         self._drift.restart(channel)
-
-    def lose(self, mass: Floats) -> None:
-        """Take leaked air off the estimates: `mass` (n,) [kg]."""
-        self._settled = self._settled - mass
 
 
 def _columns(rows: Iterable[Sequence[float] | Floats]) -> Floats:

@@ -1,30 +1,26 @@
-"""The regressors of equation 4.1 for the pulses under way, from samples at any distance, compiled.
+"""Regressors of equation 4.1 for the pulses under way, from samples at any distance.
 
-A sample of 500 Hz leaves the processor cold, so the many small calls of numpy are what it takes
-longest over. All arrays have the channels in order (n,), units as in `PulseIntegrals`.
-
-The regressors of equation 4.1 for the pulses under way, from samples at any distance.
+What runs at every sample is compiled: a sample of 500 Hz leaves the processor cold, so many small
+calls of numpy are what it would take longest over. All arrays have the channels in order (n,).
 """
 
 import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, flow_rates
 from softhand_model.gas import AMBIENT_PRESSURE, CRITICAL_RATIO, HEAT_CAPACITY_RATIO
 from softhand_model.numerics.compiled import compiled
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 ROOT = 1 / HEAT_CAPACITY_RATIO
 EXPONENT = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1)
 
 
 @compiled
 def injector_rate(upstream: float, downstream: float) -> float:
-    """Integrand of the injector term, as `flow_model.flow_rates` has it [Pa]."""
+    """Integrand of the injector term, as `flow_rates` has it [Pa]."""
     high, low = max(upstream, downstream), min(upstream, downstream)
     ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
     root = ratio**ROOT
@@ -34,7 +30,7 @@ def injector_rate(upstream: float, downstream: float) -> float:
 @compiled
 def integrate_pulses(
     dt: float,
-    pressures: Floats,
+    pressures_abs: Floats,
     ends: tuple[float, float],
     is_open: Flags,
     inflating: Flags,
@@ -46,21 +42,21 @@ def integrate_pulses(
 
     Args:
         dt: since the last sample, above 0 [s].
-        pressures: of the channels now, absolute (n,) [Pa].
-        ends: supply and ambient pressure [Pa].
+        pressures_abs: of the channels now (n,) [Pa].
+        ends: supply and ambient pressure, absolute [Pa].
         is_open: channels whose valve is commanded open (n,).
         inflating: channels whose pulse inflates (n,).
         delays: of opening and closing (2, n) [s].
         clock: age and commanded length of the pulses (2, n), brought up to now [s].
         sums: `rates` (2, n), `passed` (2, n) and `values` (5, n), brought up to now.
     """
-    supply, ambient = ends
+    supply_abs, ambient = ends
     rates, passed, values = sums
-    for i in range(len(pressures)):
-        upstream = supply if inflating[i] else pressures[i]
-        downstream = pressures[i] if inflating[i] else ambient
+    for i in range(len(pressures_abs)):
+        upstream = supply_abs if inflating[i] else pressures_abs[i]
+        downstream = pressures_abs[i] if inflating[i] else ambient
         if is_open[i] and inflating[i]:
-            values[3, i] = supply
+            values[3, i] = supply_abs
         start = clock[0, i]
         now = start + dt
         clock[0, i] = now
@@ -105,7 +101,7 @@ def sum_terms(
 @compiled
 def predict_pulses(
     duration: float,
-    pressures: Floats,
+    pressures_abs: Floats,
     ends: tuple[float, float],
     coefficients: Any,
     delays: Any,
@@ -115,7 +111,7 @@ def predict_pulses(
 
     Args:
         duration: of the pulses [s].
-        pressures: of the channels, absolute (n,) [Pa].
+        pressures_abs: of the channels, absolute (n,) [Pa].
         ends: supply and ambient pressure [Pa].
         coefficients: of inflation and of deflation, (5, n) each.
         delays: of opening and closing (2, n), of inflation and of deflation [s].
@@ -123,17 +119,14 @@ def predict_pulses(
     """
     for way in range(2):
         c, delay = coefficients[way], delays[way]
-        for i in range(len(pressures)):
-            upstream = pressures[i] if way else ends[0]
-            downstream = ends[1] if way else pressures[i]
+        for i in range(len(pressures_abs)):
+            upstream = pressures_abs[i] if way else ends[0]
+            downstream = ends[1] if way else pressures_abs[i]
             flow = c[1, i] * (upstream - downstream)
             flow += c[2, i] * injector_rate(upstream, downstream)
             length = max(duration + delay[1, i] - delay[0, i], 0.0)
             mass = c[0, i] + length * flow + c[3, i] * upstream + c[4, i] * downstream
             found[way, i] = max(mass, 0.0)
-
-
-Valves = NDArray[np.int8]
 
 
 class PulseIntegrals:
@@ -184,21 +177,21 @@ class PulseIntegrals:
         self,
         begun: Flags,
         valves: Valves,
-        pressures: Floats,
-        supply: float,
+        pressures_abs: Floats,
+        supply_abs: float,
         delays: Floats | None = None,
     ) -> None:
         """Start pulses on the channels `begun` (n,), now that `valves` (n,) are commanded.
 
-        `pressures` (n,) and `supply` are absolute [Pa]; `delays` (2, n) of opening and closing
-        [s], None for the nominal ones.
+        `pressures_abs` (n,) and `supply_abs` [Pa]; `delays` (2, n) of opening and closing [s],
+        None for the nominal ones.
         """
         given = np.full_like(self._delays, VALVE_DELAY) if delays is None else delays
         self._delays = np.where(begun, given, self._delays)
         self._inflating = np.where(begun, valves > 0, self._inflating)
         self._open = self._open | begun
-        upstream, downstream = self._ends(pressures, supply)
-        zeros = np.zeros_like(pressures)
+        upstream, downstream = self._ends(pressures_abs, supply_abs)
+        zeros = np.zeros_like(pressures_abs)
         start = np.array([zeros + 1.0, zeros, zeros, upstream, downstream])
         self.values = np.where(begun, start, self.values)
         self._passed = np.where(begun, 0.0, self._passed)
@@ -209,14 +202,14 @@ class PulseIntegrals:
         """Take note that the valves of the channels `ended` (n,) are switched off now."""
         self._open = self._open & ~ended
 
-    def advance(self, dt: float, pressures: Floats, supply: float) -> None:
+    def advance(self, dt: float, pressures_abs: Floats, supply_abs: float) -> None:
         """Integrate over the last `dt` [s], rates linear in between, up to these pressures."""
         if dt <= 0:
             return
         integrate_pulses(
             dt,
-            pressures,
-            (supply, self.ambient),
+            pressures_abs,
+            (supply_abs, self.ambient),
             self._open,
             self._inflating,
             self._delays,
@@ -224,6 +217,6 @@ class PulseIntegrals:
             (self.rates, self._passed, self.values),
         )
 
-    def _ends(self, pressures: Floats, supply: float) -> tuple[Floats, Floats]:
-        upstream = np.where(self._inflating, supply, pressures)
-        return upstream, np.where(self._inflating, pressures, self.ambient)
+    def _ends(self, pressures_abs: Floats, supply_abs: float) -> tuple[Floats, Floats]:
+        upstream = np.where(self._inflating, supply_abs, pressures_abs)
+        return upstream, np.where(self._inflating, pressures_abs, self.ambient)

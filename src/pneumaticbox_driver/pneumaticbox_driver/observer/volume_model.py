@@ -1,15 +1,14 @@
-"""What a channel's volume does when its pressure changes and nothing touches the hand."""
+"""Volumes of the channels over their pressures while nothing touches the hand."""
 
 from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Floats
 from softhand_model.chain.volumes import FreeVolumes
 from softhand_model.hand.hand import load_hand
 
-Floats = NDArray[np.float64]
 NEWTON_STEPS = 4  # the volume of a free actuator is nearly linear in its pressure
 LEAST_SLOPE = 1e-13  # below it a volume is fixed [m3/Pa]
 
@@ -17,11 +16,11 @@ LEAST_SLOPE = 1e-13  # below it a volume is fixed [m3/Pa]
 class VolumeModel(Protocol):
     """Volumes (n,) [m3] and their derivatives (n,) [m3/Pa] at gauge pressures (n,) [Pa]."""
 
-    def volumes(self, gauge: Floats) -> Floats:
+    def volumes(self, pressures: Floats) -> Floats:
         """Volumes in free posture, tubes included (n,) [m3]."""
         ...
 
-    def slopes(self, gauge: Floats) -> Floats:
+    def slopes(self, pressures: Floats) -> Floats:
         """Derivatives by the pressure in the same channel (n,) [m3/Pa]."""
         ...
 
@@ -32,11 +31,11 @@ class FixedVolumes:
     def __init__(self, volumes: Sequence[float]) -> None:
         self._volumes: Floats = np.array(volumes, dtype=float)
 
-    def volumes(self, gauge: Floats) -> Floats:
+    def volumes(self, pressures: Floats) -> Floats:
         """Volumes (n,) [m3], whatever the pressures."""
         return self._volumes
 
-    def slopes(self, gauge: Floats) -> Floats:
+    def slopes(self, pressures: Floats) -> Floats:
         """Zeros (n,) [m3/Pa]."""
         return np.zeros_like(self._volumes)
 
@@ -62,13 +61,13 @@ class HandVolumes:
             )
         self._more: Floats = np.array(rest_volumes) - self._free.rest
 
-    def volumes(self, gauge: Floats) -> Floats:
+    def volumes(self, pressures: Floats) -> Floats:
         """Volumes in free posture (n,) [m3]."""
-        return self._more + self._free.volumes(gauge)
+        return self._more + self._free.volumes(pressures)
 
-    def slopes(self, gauge: Floats) -> Floats:
+    def slopes(self, pressures: Floats) -> Floats:
         """Derivatives by the pressure in the same channel (n,) [m3/Pa]."""
-        return self._free.slopes(gauge)
+        return self._free.slopes(pressures)
 
 
 def make_volume_model(kind: str, hand: str, rest_volumes: Sequence[float]) -> VolumeModel:
@@ -76,24 +75,24 @@ def make_volume_model(kind: str, hand: str, rest_volumes: Sequence[float]) -> Vo
     return HandVolumes(hand, rest_volumes) if kind == "hand" else FixedVolumes(rest_volumes)
 
 
-def pressure_after(model: VolumeModel, gauge: Floats, growth: Floats) -> Floats:
+def pressure_after(model: VolumeModel, pressures: Floats, growth: Floats) -> Floats:
     """Find the gauge pressures (n,) [Pa] at which the model's volumes have grown by `growth`.
 
     A channel whose volume is fixed, or that would need suction, stays or ends at 0.
 
     Args:
         model: of the volumes.
-        gauge: pressures to start from (n,) [Pa].
+        pressures: pressures to start from (n,) [Pa].
         growth: of the volumes (n,) [m3].
 
     >>> class Linear(FixedVolumes):
-    ...     def volumes(self, gauge): return 1e-5 + 1e-10 * gauge
-    ...     def slopes(self, gauge): return np.full_like(gauge, 1e-10)
+    ...     def volumes(self, pressures): return 1e-5 + 1e-10 * pressures
+    ...     def slopes(self, pressures): return np.full_like(pressures, 1e-10)
     >>> pressure_after(Linear([1e-5]), np.array([1e4]), np.array([1e-6])).round(6).tolist()
     [20000.0]
     """
-    target = model.volumes(gauge) + growth
-    found = gauge
+    target = model.volumes(pressures) + growth
+    found = pressures
     for _ in range(NEWTON_STEPS):
         slopes = model.slopes(found)
         step = (target - model.volumes(found)) / np.maximum(slopes, LEAST_SLOPE)

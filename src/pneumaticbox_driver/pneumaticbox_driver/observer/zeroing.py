@@ -1,22 +1,27 @@
-"""Zeroing of the air-mass estimate: at the start, at ambient pressure, in free posture, and by a
-tare.
-
-Where air masses are known: at the start, at ambient pressure, in free posture, and by a tare.
-"""
+"""Zeroing of the air-mass estimate: at the start, at ambient, in free posture, on tare."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
 from pneumaticbox_driver.observer.drift import PostureMass, combine
 from pneumaticbox_driver.observer.observer import MassObserver
 from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 WINDOW = 0.1  # over which a pressure is averaged [s]
 LEAST_SAMPLES = 25  # in a window, whatever the sampling: less would leave noise in the mean
 STILL_TOLERANCE = 45.0  # between the means of two windows in a row [Pa]
+UNEXPLAINED_PRESSURE = 5e3  # in an emptied channel: it was held away from rest when zeroed [Pa]
+LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
+MISFIT = 3.0  # times the drift bound: more drift means that the calibration does not fit [-]
+FAR_PULSES = 5  # after which an estimate far from what the posture tells is drift, and no push
+LEAST_MISFIT = 0.5e-6  # drift that is nothing to speak of [kg]
+# An actuator is held away from rest that has this much left at ambient pressure, of what it held in
+# free posture at its highest pressure; it cannot hold more than it would when bent as far as then.
+HELD_SHARE = 0.15
+HELD_VOLUME = 1.2
+TINY = 1e-9  # of a time that has begun [s]
+HELD_PATIENCE = 5.0  # at ambient pressure, after which that is drift all the same [s]
 
 
 class StillPressure:
@@ -40,9 +45,9 @@ class StillPressure:
         self.mean[channels] = np.nan
         self.still[channels] = False
 
-    def add(self, dt: float, pressures: Floats) -> bool:
+    def add(self, dt: float, pressures_abs: Floats) -> bool:
         """Add a sample (n,) [Pa], `dt` [s] after the one before; True when a window is full."""
-        self._sum += pressures
+        self._sum += pressures_abs
         self._count += 1.0
         self._since += dt
         full = (self._since >= WINDOW - 1e-9) & (self._count >= LEAST_SAMPLES)
@@ -56,21 +61,7 @@ class StillPressure:
         return True
 
 
-Valves = NDArray[np.int8]
-UNEXPLAINED_PRESSURE = 5e3  # in an emptied channel: it was held away from rest when zeroed [Pa]
-LONGEST_START = 1.0  # after which the box no longer waits for pressures to stand still [s]
-MISFIT = 3.0  # times the drift bound: more drift means that the calibration does not fit [-]
-FAR_PULSES = 5  # after which an estimate far from what the posture tells is drift, and no push
-LEAST_MISFIT = 0.5e-6  # drift that is nothing to speak of [kg]
-# An actuator is held away from rest that has this much left at ambient pressure, of what it held in
-# free posture at its highest pressure; it cannot hold more than it would when bent as far as then.
-HELD_SHARE = 0.15
-HELD_VOLUME = 1.2
-TINY = 1e-9  # of a time that has begun [s]
-HELD_PATIENCE = 5.0  # at ambient pressure, after which that is drift all the same [s]
-
-
-class KnownMasses:
+class Zeroing:
     """Sets the estimated masses and the offsets of the sensors where they are known; arrays (n,).
 
     `ready` says that the sensors have been averaged, `empty` marks channels known to be at ambient
@@ -142,40 +133,40 @@ class KnownMasses:
     def _total_variance(self) -> Floats:
         return np.asarray(self._variance + (0.5 * self._observer.drift_bound) ** 2)
 
-    def steady(self, pressures: Floats) -> Floats:
+    def steady(self, pressures_abs: Floats) -> Floats:
         """Pressures (n,) [Pa], averaged over 0.1 s where the valve has rested as long."""
-        return np.where(np.isnan(self._still.mean), pressures, self._still.mean)
+        return np.where(np.isnan(self._still.mean), pressures_abs, self._still.mean)
 
     def switched(self, changed: Flags, valves: Valves) -> None:
         """Take note of the valves (n,) that have `changed` with this sample."""
         self.empty &= valves <= 0
         self._still.restart(changed)
 
-    def look(self, dt: float, pressures: Floats, valves: Valves) -> None:
+    def look(self, dt: float, pressures_abs: Floats, valves: Valves) -> None:
         """Set what is known by now: at the start, at ambient pressure, in free posture.
 
         Args:
             dt: since the last sample [s].
-            pressures: absolute, offsets taken off (n,) [Pa]; a found offset is taken off in place.
+            pressures_abs: offsets taken off (n,) [Pa]; a found offset is taken off in place.
             valves: commanded until now (n,).
         """
         self._waited += dt
-        gauge = pressures - self._settings.ambient
-        self._peak = np.maximum(self._peak, gauge)
+        pressures = pressures_abs - self._settings.ambient
+        self._peak = np.maximum(self._peak, pressures)
         self._held_for += dt * (self._held_for > 0)
-        self.empty &= gauge < UNEXPLAINED_PRESSURE
-        if not self._still.add(dt, pressures):
+        self.empty &= pressures < UNEXPLAINED_PRESSURE
+        if not self._still.add(dt, pressures_abs):
             return
         if self.ready:
-            self._set_known(pressures, valves)
+            self._set_known(pressures_abs, valves)
         elif self._still.still.all() or self._waited > LONGEST_START:
-            self.tare(pressures)
+            self.tare(pressures_abs)
             self.ready = True
 
-    def _set_known(self, pressures: Floats, valves: Valves) -> None:
+    def _set_known(self, pressures_abs: Floats, valves: Valves) -> None:
         at_ambient = self._still.still & self._within_zero_band()
         for channel in np.flatnonzero((valves < 0) & at_ambient & ~self.empty).tolist():
-            self._take_offset(channel, pressures)
+            self._take_offset(channel, pressures_abs)
             self.empty[channel] = True
             if self.drift_correction or self._doubted[channel]:
                 self._zero(channel)
@@ -184,13 +175,15 @@ class KnownMasses:
         if self._held_for.any():
             self._wait_for_rest()
         if self.drift_correction:
-            self._correct(self._still.still & (valves == 0) & ~self.empty, self.steady(pressures))
+            self._correct(
+                self._still.still & (valves == 0) & ~self.empty, self.steady(pressures_abs)
+            )
 
-    def _correct(self, known: Flags, pressures: Floats) -> None:
+    def _correct(self, known: Flags, pressures_abs: Floats) -> None:
         """Weigh the estimates of the channels `known` to be in free posture."""
         if not known.any():
             return
-        measured, noise = self._posture.at(pressures)
+        measured, noise = self._posture.at(pressures_abs)
         estimate, variance = self._observer.mass, self._total_variance()
         mass, variance, used, far = combine(estimate, variance, measured, noise)
         pulses = self._observer.pulses
@@ -239,11 +232,11 @@ class KnownMasses:
         reading = self._still.mean + self.offsets - self._settings.ambient
         return np.abs(reading) < self._settings.zero_band
 
-    def _take_offset(self, channel: int, pressures: Floats) -> None:
+    def _take_offset(self, channel: int, pressures_abs: Floats) -> None:
         """Take the channel's averaged pressure as ambient."""
         error = float(self._still.mean[channel]) - self._settings.ambient
         self.offsets[channel] += error
-        pressures[channel] -= error
+        pressures_abs[channel] -= error
 
     def _zero(self, channel: int, posture: float = 0.0) -> None:
         """Take the channel's mass as that at rest, and say when it has drifted more than it may.
@@ -275,18 +268,18 @@ class KnownMasses:
 
     # tare
 
-    def tare(self, pressures: Floats) -> list[str]:
+    def tare(self, pressures_abs: Floats) -> list[str]:
         """Set all masses from the averaged pressures; returns the channels not at ambient.
 
-        Those have the volume of their free posture. `pressures` (n,) [Pa] are absolute; a found
+        Those have the volume of their free posture. `pressures_abs` (n,) [Pa] are absolute; a found
         offset is taken off in place.
         """
         at_ambient = self._within_zero_band()
-        masses, variances = self._posture.at(self.steady(pressures))
+        masses, variances = self._posture.at(self.steady(pressures_abs))
         under_pressure = []
         for channel, name in enumerate(self._settings.channels):
             if at_ambient[channel]:
-                self._take_offset(channel, pressures)
+                self._take_offset(channel, pressures_abs)
                 self._zero(channel)
                 self.empty[channel] = True
                 continue

@@ -128,7 +128,7 @@ class StateTopics:
         state.header.stamp = stamp
         state.position = array.array("d", box.observer.mass.tolist())
         state.velocity = array.array("d", box.observer.flow.tolist())
-        state.effort = array.array("d", box.gauge.tolist())
+        state.effort = array.array("d", box.pressures.tolist())
         self._state_out.publish(state)
 
     def _publish_pressures(self, stamp: Time, pressures: NDArray[np.float64]) -> None:

@@ -8,15 +8,15 @@ import numpy as np
 
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.diagnostics import Level, Report
-from pneumaticbox_driver.calibration.calibration import (
+from pneumaticbox_driver.calibration.file import (
     BoxNote,
-    ChannelCalibration,
     check_calibration,
     load_box_note,
     load_calibration,
     save_calibration,
 )
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.settings import outlet_numbers
 
 Value = Callable[[str], Any]
@@ -83,7 +83,7 @@ class Calibrating:
 
     def next(self) -> str:
         """Go on at another supply pressure; raises ValueError when none is waited for."""
-        return self._box.calibrate_next()
+        return self._box.calibration.next()
 
     def look(self) -> None:
         """When a calibration has ended: save it and have it used, or say why it has failed."""
@@ -99,7 +99,7 @@ class Calibrating:
 
     def _use(self, run: CalibrationRun) -> None:
         self._calibrations = run.result
-        self._box.set_calibrations(self._calibrations)
+        self._box.observer.set_calibrations(self._calibrations)
         box, volume = self._value("box") or UNNAMED, self._value("calibration_volume")
         ambient = self._box.settings.ambient
         try:
@@ -120,7 +120,9 @@ class Calibrating:
             "version": self._note.version,
         }
         box, expected = self._note.box, self._value("box")
-        supply = self._box.supply - self._box.settings.ambient if self._box.ready else None
+        supply = (
+            self._box.supply_abs - self._box.settings.ambient if self._box.zeroing.ready else None
+        )
         names = self._box.settings.channels
         for warning in check_calibration(names, self._calibrations, box, expected, supply):
             report.raise_to(Level.WARN, warning)

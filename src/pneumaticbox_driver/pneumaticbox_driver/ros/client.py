@@ -28,7 +28,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from pneumaticbox_driver.box.commands import FIELDS
+from pneumaticbox_driver.modes import MODES as CONTROL_MODES
 from softhand_ros.client_link import ClientLink
 from softhand_ros.parameters import SIM_TIME
 from softhand_ros.topics import seconds, stamp_of_seconds
@@ -355,7 +355,7 @@ class PneumaticboxClient:
     ) -> JointTrajectoryPoint:
         """A point with the fields that the channels' modes read."""
         self._check_channels(names)
-        fields = {FIELDS[self.modes[name]] for name in names}
+        fields = {CONTROL_MODES[self.modes[name]].field for name in names}
         filled = dict.fromkeys(fields, values)
         return JointTrajectoryPoint(time_from_start=_duration(moment), **filled)
 

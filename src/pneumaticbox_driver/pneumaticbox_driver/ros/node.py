@@ -46,7 +46,8 @@ SWITCH_INTERVAL = 0.001
 SERVE_PERIOD = 0.01  # wall time between looks at commands and services, when none wait [s]
 SERVE_SLICE = 0.001  # for which they are served at most, the message under way apart [s]
 WAIT = 0.01  # for a sample, before others are served [s]
-SWITCHES = {"drift_correction", "leak_model"}  # of the box, set by parameters of their names
+# part of the box that a parameter of the name of its attribute switches
+SWITCHES = {"drift_correction": "zeroing", "leak_model": "observer"}
 VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
 PURPOSE = "Controls the air of a soft hand's channels over ROS 2."
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
@@ -64,8 +65,8 @@ class PneumaticBoxNode(Node):
         calibrations = calibrations_of(self._value, len(channels))
         self.box = PneumaticBox(settings, calibrations)
         self._calibrating = Calibrating(self.box, calibrations, self._value)
-        for name in SWITCHES:
-            setattr(self.box, name, self._value(name))
+        for name, part in SWITCHES.items():
+            setattr(getattr(self.box, part), name, self._value(name))
         self.board = open_board(self.backend, settings, self._value)
         self.link = LinkState(clock_warning=choose_clock(self, self.backend))
         self.steady = SteadyClock()
@@ -144,12 +145,13 @@ class PneumaticBoxNode(Node):
         try:
             self._check_change(values)
             if "control_mode" in values:
-                given = per_channel("control_mode", values["control_mode"], len(self.box.modes))
+                channels = len(self.box.settings.channels)
+                given = per_channel("control_mode", values["control_mode"], channels)
                 self.box.set_modes(given)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         for name in SWITCHES & values.keys():
-            setattr(self.box, name, values[name])
+            setattr(getattr(self.box, SWITCHES[name]), name, values[name])
         if "embedded_supply" in values:
             self.board.set_supply(values["embedded_supply"])
         return SetParametersResult(successful=True)

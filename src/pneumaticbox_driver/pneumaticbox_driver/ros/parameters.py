@@ -8,7 +8,8 @@ from typing import Any
 import rclpy
 from rclpy.node import Node
 
-from pneumaticbox_driver.settings import MODES, VOLUME_MODELS, BoxSettings, per_channel
+from pneumaticbox_driver.modes import MODES
+from pneumaticbox_driver.settings import VOLUME_MODELS, BoxSettings, per_channel
 from softhand_model.hand.hand import load_hand
 from softhand_ros.parameters import SIM_TIME, Parameter, follow_simulated_time
 
@@ -36,7 +37,7 @@ PARAMETERS = (
         "control_mode",
         ["mass"],
         "what is controlled; one a channel, or one for all",
-        choices=MODES,
+        choices=tuple(MODES),
         read_only=False,
     ),
     Parameter(

@@ -8,12 +8,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.backends.hardware.bench import HardwareBench
-from pneumaticbox_driver.backends.hardware.board import Floats, HardwareError
-from pneumaticbox_driver.backends.hardware.hardware_file import OtherHardware, read_hardware
+from pneumaticbox_driver.backends.hardware.hardware_file import (
+    HardwareError,
+    OtherHardware,
+    read_hardware,
+)
 from pneumaticbox_driver.backends.hardware.lines import GpioLines
-from pneumaticbox_driver.backends.hardware.linux_board import LinuxBoard
 from pneumaticbox_driver.backends.hardware.opening import (
+    LinuxBoard,
     MakeLines,
     check_outlets,
     open_bench,

@@ -1,16 +1,44 @@
-"""A real box on the driver's side: commands in, pressures out, and outlets open at the end."""
+"""Bench of a real box: commands in, pressures out, outlets open in silence and at the end."""
 
 import atexit
 import contextlib
 import math
 import threading
 import time
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pneumaticbox_driver.backends.hardware.board import Floats, HardwareError, ValveBoard, Valves
+from pneumaticbox_driver.arrays import Floats, Valves
+from pneumaticbox_driver.backends.hardware.hardware_file import HardwareError
 from pneumaticbox_driver.safety import SILENCE_LIMIT
+
+
+class ValveBoard(Protocol):
+    """A board with n channels; before anything else its valves are commanded closed.
+
+    Boards named in a hardware file are called with `outlets` (n,), the numbers of the outlets
+    that the channels use, from 1, with `ambient` [Pa], and with the file's `settings`.
+    """
+
+    def set_valves(self, valves: Valves) -> None:
+        """Switch the valves (n,): +1 inflate, -1 deflate, 0 closed; at once, without waiting.
+
+        Raises:
+            OSError: the board cannot be reached (HardwareError will do, too).
+        """
+
+    def read(self) -> tuple[float, Floats]:
+        """Read the time [s], of a clock that is never set back, and the pressures then.
+
+        Returns:
+            The time and absolute pressures of the channels, then of the supply (n + 1,) [Pa];
+            NaN for a sensor that cannot be read.
+        """
+
+    def close(self) -> None:
+        """Give the board back; the valves were commanded before."""
 
 
 class HardwareBench:

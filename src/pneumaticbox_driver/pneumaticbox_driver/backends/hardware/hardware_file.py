@@ -1,4 +1,4 @@
-"""How a box is wired, read from one YAML file and checked."""
+"""Hardware file: how a box is wired, read from YAML and checked."""
 
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
@@ -12,6 +12,10 @@ LINUX = "linux"
 REFERENCES = ("gauge", "absolute")
 MOST_OUTLETS = 8
 LONGEST_VENT = 10.0  # [s]
+
+
+class HardwareError(ValueError):
+    """A device that is not there, may not be used or has failed."""
 
 
 @dataclass(frozen=True)

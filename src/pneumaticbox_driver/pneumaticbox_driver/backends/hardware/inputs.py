@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneumaticbox_driver.backends.hardware.board import HardwareError
-from pneumaticbox_driver.backends.hardware.hardware_file import Converter, Sensor
+from pneumaticbox_driver.arrays import Floats
+from pneumaticbox_driver.backends.hardware.hardware_file import Converter, HardwareError, Sensor
 
-Floats = NDArray[np.float64]
 MILLIVOLT = 1e-3  # IIO gives a scale in millivolts per count
 
 

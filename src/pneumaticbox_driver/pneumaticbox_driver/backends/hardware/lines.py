@@ -4,8 +4,7 @@ from collections.abc import Container, Mapping, Sequence
 from types import ModuleType
 from typing import Any, Protocol
 
-from pneumaticbox_driver.backends.hardware.board import HardwareError
-from pneumaticbox_driver.backends.hardware.hardware_file import Coil
+from pneumaticbox_driver.backends.hardware.hardware_file import Coil, HardwareError
 
 CONSUMER = "pneumaticbox"  # that gpioinfo shows as the user of the lines
 

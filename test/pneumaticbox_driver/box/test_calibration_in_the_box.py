@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bottle_rig import BottleRig
 
-from pneumaticbox_driver.calibration.recording import SeeSawPlan
+from pneumaticbox_driver.calibration.recording import PulseRanges
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 
 MG = 1e-6
@@ -13,8 +13,8 @@ BOTTLE = 0.1e-3  # [m3]
 
 def begun(limit=150e3, supplies=2, **plan):
     rig = BottleRig(volume=BOTTLE, channels=2, limit=limit).started()
-    pulses = SeeSawPlan(high_pressure=60e3, longest=0.4)
-    plan = {"points": 24, "settling": 0.2, "leak_test": 0.0, "see_saw": pulses, **plan}
+    pulses = PulseRanges(high_pressure=60e3, longest=0.4)
+    plan = {"points": 24, "settling": 0.2, "leak_test": 0.0, "ranges": pulses, **plan}
     volumes = np.full(2, BOTTLE)
     run = CalibrationRun(rig.names, volumes, CalibrationPlan(supplies=supplies, **plan))
     rig.box.start_calibration(run)
@@ -34,10 +34,10 @@ def test_a_calibration_runs_to_its_end_and_its_coefficients_are_good_for_control
     assert not rig.box.valves.any()
     rig.plant.set_supply(260e3)
     rig.run(1.0, 4e-3)
-    rig.box.calibrate_next()
+    rig.box.calibration.next()
     run_until(rig, run, "done")
     assert not rig.box.latch
-    rig.box.set_calibrations(run.result)
+    rig.box.observer.set_calibrations(run.result)
     rig.command(0.0, 0.0)
     rig.run(6.0, 4e-3)
     rig.command(40 * MG, 20 * MG)
@@ -58,8 +58,8 @@ def test_meanwhile_commands_modes_tare_and_a_second_calibration_are_refused():
         with pytest.raises(ValueError, match="a calibration is under way"):
             call()
     with pytest.raises(ValueError, match="does not wait"):
-        rig.box.calibrate_next()
-    assert run.state == "running" and rig.box.calibration is run
+        rig.box.calibration.next()
+    assert run.state == "running" and rig.box.calibration.run is run
 
 
 def test_it_is_not_begun_vented_or_disabled_or_for_other_channels():
@@ -68,7 +68,7 @@ def test_it_is_not_begun_vented_or_disabled_or_for_other_channels():
     with pytest.raises(ValueError, match=r"expected channels \['a', 'b'\], got \['a', 'c'\]"):
         rig.box.start_calibration(run)
     with pytest.raises(ValueError, match="no calibration is under way"):
-        rig.box.calibrate_next()
+        rig.box.calibration.next()
     rig.box.enable(False)
     with pytest.raises(ValueError, match="disabled: no calibration is begun"):
         rig.box.start_calibration(run)
@@ -82,7 +82,7 @@ def test_a_pressure_limit_that_is_reached_ends_it_and_is_held():
     run_until(rig, run, "failed", 40.0)
     assert "has reached its pressure limit" in run.message
     rig.run(1.0, 4e-3)
-    assert (rig.box.gauge < 20e3).all()
+    assert (rig.box.pressures < 20e3).all()
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def rig_for(mode, volume, compliance, believed=1.0, channels=2, **options):
 
 
 def ask(rig, value):
-    field = "effort" if rig.box.modes[0] == "pressure" else "positions"
+    field = "effort" if rig.box.control.modes[0] == "pressure" else "positions"
     rig.openings[:] = 0
     point = TrajectoryPoint(0.0, **{field: [value] * len(rig.names)})
     rig.box.command(rig.names, [point], 0.0, rig.box.time)
@@ -121,7 +121,7 @@ def test_a_pressure_of_zero_empties_the_channel():
     ask(rig, 0.0)
     rig.run(SETTLING, 4e-3)
     np.testing.assert_allclose(rig.mass, 0.0, atol=0.05 * MG)
-    assert rig.box.empty.all() and not rig.box.valves.any()
+    assert rig.box.zeroing.empty.all() and not rig.box.valves.any()
 
 
 # volume

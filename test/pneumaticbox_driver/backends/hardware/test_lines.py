@@ -8,8 +8,7 @@ import gpiod_stand_in
 import pytest
 from gpiod_stand_in import FakeChip, Gpiod
 
-from pneumaticbox_driver.backends.hardware.board import HardwareError
-from pneumaticbox_driver.backends.hardware.hardware_file import Coil
+from pneumaticbox_driver.backends.hardware.hardware_file import Coil, HardwareError
 from pneumaticbox_driver.backends.hardware.lines import CONSUMER, GpioLines
 
 ONE, TWO = "/dev/gpiochip1", "/dev/gpiochip2"

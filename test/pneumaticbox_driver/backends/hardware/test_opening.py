@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from wired_box import AnalogTree, RememberedLines, hardware_file
 
-from pneumaticbox_driver.backends.hardware.board import HardwareError
+from pneumaticbox_driver.backends.hardware.hardware_file import HardwareError
 from pneumaticbox_driver.backends.hardware.opening import open_bench
 
 OWN_BOARD = "boards_of_the_test:Board"

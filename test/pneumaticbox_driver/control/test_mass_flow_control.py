@@ -64,7 +64,7 @@ def test_a_flow_outwards_ends_in_an_empty_channel_with_closed_valves():
     ask(rig, -8 * MG, 8 * MG)
     rig.run(5.0, 4e-3)
     assert rig.mass[0] == pytest.approx(0.0, abs=0.05 * MG)
-    assert rig.box.empty[0] and rig.box.valves[0] == 0
+    assert rig.box.zeroing.empty[0] and rig.box.valves[0] == 0
 
 
 def test_few_pulses_make_a_slow_flow():

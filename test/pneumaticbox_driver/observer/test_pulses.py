@@ -1,4 +1,4 @@
-"""Compiled, the observer's sums are those of equation 4.1 as `flow_model` and numpy have them."""
+"""Compiled, the observer's sums are those of equation 4.1 as `flow_rates` and numpy have them."""
 
 import numpy as np
 import pytest

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pneumaticbox_driver.backends.hardware.bench import HardwareBench
-from pneumaticbox_driver.backends.hardware.board import HardwareError
+from pneumaticbox_driver.backends.hardware.hardware_file import HardwareError
 
 
 class RememberingBoard:

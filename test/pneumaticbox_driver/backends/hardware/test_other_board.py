@@ -10,7 +10,7 @@ import pytest
 
 from pneumaticbox_driver.backends.hardware.opening import open_bench
 
-PAGE = Path(__file__).parents[2] / "docs" / "use" / "hardware.md"
+PAGE = Path(__file__).parents[4] / "docs" / "use" / "hardware.md"
 
 
 def shown(first_line):

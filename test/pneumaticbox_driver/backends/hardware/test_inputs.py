@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from wired_box import SHIPPED, AnalogTree
 
-from pneumaticbox_driver.backends.hardware.board import HardwareError
-from pneumaticbox_driver.backends.hardware.hardware_file import read_hardware
+from pneumaticbox_driver.backends.hardware.hardware_file import HardwareError, read_hardware
 from pneumaticbox_driver.backends.hardware.inputs import IioInputs
 
 AMBIENT = 101.3e3

@@ -1,0 +1,118 @@
+"""Control of all channels, each in its own mode, within what slow valves can follow."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from pneumaticbox_driver.control.interface import BoxView, Controller
+from pneumaticbox_driver.control.mass import (
+    MassController,
+    MassFlowController,
+    rehearse_mass_control,
+)
+from pneumaticbox_driver.control.pulsewise import Pressure, PulsewiseController, Volume
+from pneumaticbox_driver.modes import check_mode
+
+
+class TimeController:
+    """Commands what the schedule says: setpoints +1 inflate, -1 deflate, 0 or none closed."""
+
+    def update(self, view: BoxView) -> Valves:
+        """Return the wanted valves (n,)."""
+        return np.nan_to_num(view.setpoints).astype(np.int8)
+
+
+CONTROLLERS: dict[str, Callable[[], Controller]] = {
+    "mass": MassController,
+    "mass_flow": MassFlowController,
+    "pressure": lambda: PulsewiseController(Pressure()),
+    "volume": lambda: PulsewiseController(Volume()),
+    "time": TimeController,
+}
+# the setpoint (n,) that holds what is now, by pressures averaged over a while (n,) [Pa]
+PRESENT: dict[str, Callable[[BoxView, Floats], Floats]] = {
+    "mass": lambda view, steady_abs: view.observer.mass,
+    "pressure": lambda view, steady_abs: steady_abs - view.ambient,
+    "volume": lambda view, steady_abs: view.volume_at(steady_abs) - view.rest_volumes,
+}
+
+
+class ChannelControl:
+    """One controller per mode in use; each sees all channels and decides on those in its mode.
+
+    `modes` (n,) are those of the channels now.
+
+    Args:
+        modes: of the channels at the start (n,).
+
+    Raises:
+        ValueError: a mode that does not exist.
+    """
+
+    def __init__(self, modes: Sequence[str]) -> None:
+        self.modes: tuple[str, ...] = ()
+        self._controllers: dict[str, Controller] = {}
+        self._masks: dict[str, Flags] = {}
+        self._closed: Valves = np.zeros(len(modes), dtype=np.int8)
+        self.switch(modes)
+        rehearse_mass_control(len(modes))
+
+    def switch(self, modes: Sequence[str]) -> None:
+        """Put the channels into these modes (n,); raises ValueError and changes nothing then."""
+        before = self._controllers
+        controllers = {
+            mode: before.get(mode) or CONTROLLERS[check_mode(mode).name]() for mode in modes
+        }
+        self.modes, self._controllers = tuple(modes), controllers
+        self._masks = {mode: np.array([m == mode for m in modes]) for mode in controllers}
+
+    def update(self, view: BoxView) -> Valves:
+        """Return the wanted valves (n,): +1 inflate, -1 deflate, 0 closed."""
+        wanted = self._closed
+        for mode, controller in self._controllers.items():
+            view.mine = self._masks[mode]
+            wanted = np.where(view.mine, controller.update(view), wanted)
+        return wanted
+
+
+class PulseTiming:
+    """Keeps a valve open for the shortest pulse and closed for the shortest pause.
+
+    A pulse shorter than the delays of the valve (20-40 ms) may move no air at all, and one that
+    follows too soon begins before the last one has ended: equation 4.1 holds for neither. One
+    outlet follows the other only through a pause.
+
+    Args:
+        channels: number of channels.
+        shortest_pulse: least time a valve stays open [s].
+        shortest_pause: least time it stays closed [s].
+    """
+
+    def __init__(self, channels: int, shortest_pulse: float, shortest_pause: float) -> None:
+        self._pulse, self._pause = shortest_pulse, shortest_pause
+        self._switched: Floats = np.full(channels, -np.inf)  # when each valve switched last [s]
+
+    def follow(self, time: float, valves: Valves, wanted: Valves) -> Valves:
+        """Return the valves to command at `time` [s].
+
+        Args:
+            time: of the sample [s].
+            valves: commanded until now (n,).
+            wanted: by control (n,).
+        """
+        if (wanted == valves).all():
+            return valves
+        is_open = valves != 0
+        through_pause = np.where(is_open & (wanted != valves), 0, wanted)
+        least = np.where(is_open, self._pulse, self._pause)
+        ready = time - self._switched >= least - 1e-6
+        return np.where(ready, through_pause, valves).astype(np.int8)
+
+    def note(self, time: float, changed: Flags) -> None:
+        """Note that the valves of the channels `changed` (n,) are switched at `time` [s]."""
+        self._switched[changed] = time
+
+    def restart(self) -> None:
+        """Forget the past: time has been set back."""
+        self._switched[:] = -np.inf
