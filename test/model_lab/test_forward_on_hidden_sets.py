@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden.cases import all_cases
 
+from bench.hidden.cases import all_cases
 from model_lab.experiments.forward import Forward
 from model_lab.measurements.load import load_measurements
 from softhand_model.effects import effect_classes

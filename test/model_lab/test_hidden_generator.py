@@ -5,18 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from hidden import balance, flow, rubber, sensing
-from hidden.case import visible
-from hidden.cases import all_cases
-from hidden.design import PlannedRun, Scene, specimen
-from hidden.laws import build
-from hidden.measure import measure
-from hidden.memory import BoucWen, Loop, Modes, Plays
-from hidden.plant import Plant
-from hidden.protocols import Protocol, standard, through, triangles
-from hidden.sets import Options, make_set, plan
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+
+from bench.hidden import balance, flow, rubber, sensing
+from bench.hidden.cases import all_cases, visible
+from bench.hidden.design import PlannedRun, Scene, specimen
+from bench.hidden.laws.registry import build
+from bench.hidden.measure import measure
+from bench.hidden.plant import Plant
+from bench.hidden.protocols import Protocol, standard, through, triangles
+from bench.hidden.rubber import BoucWen, Loop, Modes, Plays
+from bench.hidden.sets.driven import Options, make_set, plan
 
 STEADY = Protocol("steady", 1.0, through([0.0, 1.0], [0.0, 1.0]))
 

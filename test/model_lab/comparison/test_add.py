@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from hidden import make_set
 
+from bench.hidden import make_set
 from model_lab.cli.main import main
 from model_lab.comparison.add import add_effect
 from model_lab.experiments.forward import Forward

@@ -5,15 +5,14 @@ from scipy.stats import kstest
 from toy_forward import toy_forward, toy_set
 
 from model_lab.diagnosis.candidates import Signature, null_maxima, p_value
-from model_lab.fitting.spectrum import make_spectrum
-from model_lab.measurements.measurement_set import series_of
+from model_lab.fitting.noise_floor import make_spectrum
 
 
 def test_chances_of_the_best_of_several_candidates_are_even_in_noise():
     data = toy_set(np.random.default_rng(0))
-    spectrum = make_spectrum(series_of(data), toy_forward(data).measured)
+    spectrum = make_spectrum(data.table, toy_forward(data).measured)
     random = np.random.default_rng(1)
-    samples = spectrum.layout.samples
+    samples = spectrum.table.samples
     shapes = random.standard_normal((5, samples)).cumsum(axis=1)
     shapes /= np.linalg.norm(shapes, axis=1, keepdims=True)
     one = np.ones(5)
@@ -32,7 +31,7 @@ def test_chances_of_the_best_of_several_candidates_are_even_in_noise():
 
 def test_a_candidate_that_changes_nothing_achieves_nothing():
     data = toy_set(np.random.default_rng(0))
-    spectrum = make_spectrum(series_of(data), toy_forward(data).measured)
+    spectrum = make_spectrum(data.table, toy_forward(data).measured)
     none = np.zeros(1)
     idle = Signature(none[:, None], np.zeros((2, 1)), np.zeros((1, 1200)), none, none)
     assert np.all(null_maxima([idle], spectrum, seed=0) == 0.0)

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 import yaml
-from hidden.cases_tied import tied
-from hidden.design import ExtraRun
-from hidden.writing import append_runs
 
+from bench.hidden.cases import tied
+from bench.hidden.design import ExtraRun
+from bench.hidden.sets.writing import append_runs
 from model_lab.cli.main import main
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import (

@@ -8,15 +8,14 @@ from toy_forward import toy_forward, toy_set
 
 from model_lab.diagnosis.black_boxes import fit_rivals
 from model_lab.fitting.fit import Problem, fit
-from model_lab.fitting.noise_floor import noise_floor
-from model_lab.fitting.spectrum import make_spectrum
-from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen, series_of
+from model_lab.fitting.noise_floor import make_spectrum, noise_floor
+from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 
 
 def best(data):
     """The best rival of the fitted toy model, and the error of that model."""
     forward = toy_forward(data)
-    spectrum = make_spectrum(series_of(data), forward.measured)
+    spectrum = make_spectrum(data.table, forward.measured)
     floor = noise_floor(data, spectrum, forward.measured - forward.predict(np.array([[2, 0.5]]))[0])
     found = fit(Problem(forward, spectrum, floor.variance), np.array([[1.0, 0.1]]))
     rivals = fit_rivals(found, data, forward.measured - found.residual)

@@ -3,17 +3,15 @@ import pytest
 from toy_forward import ToyForward, ToyParameter, toy_forward, toy_set
 
 from model_lab.fitting.fit import Problem, Scales, fit
-from model_lab.fitting.noise_floor import noise_floor
+from model_lab.fitting.noise_floor import make_spectrum, noise_floor
 from model_lab.fitting.problem import hold_out
-from model_lab.fitting.spectrum import make_spectrum
-from model_lab.measurements.measurement_set import series_of
 
 
 def problem_of(data, forward=None):
     forward = forward or toy_forward(data)
     design = np.stack([forward.x ** (k + 1) for k in range(len(forward.parameters))], axis=1)
     ordinary = np.linalg.lstsq(design, forward.measured, rcond=None)[0]
-    spectrum = make_spectrum(series_of(data), design @ ordinary)
+    spectrum = make_spectrum(data.table, design @ ordinary)
     floor = noise_floor(data, spectrum, forward.measured - design @ ordinary)
     return Problem(forward, spectrum, floor.variance), floor
 
@@ -50,7 +48,7 @@ def test_held_out_predictions_equal_refits_for_a_linear_model():
     problem, _ = problem_of(data)
     found = fit(problem, np.array([[0.5, 0.1]]))
     design = np.stack([problem.forward.x, problem.forward.x**2], axis=1)
-    fold_of = problem.spectrum.layout.fold_of()
+    fold_of = problem.spectrum.table.fold
     held = hold_out(found)
     for fold in range(6):
         kept = fold_of != fold
@@ -71,7 +69,7 @@ def test_noise_floor_has_its_two_parts():
 def test_noise_floor_does_not_see_what_repeats_share():
     data = toy_set(np.random.default_rng(5), gain=0.0, noise=0.02)
     forward = toy_forward(data)
-    spectrum = make_spectrum(series_of(data), 1.5 * forward.x)
+    spectrum = make_spectrum(data.table, 1.5 * forward.x)
     wrong = forward.measured - 1.5 * forward.x
     assert noise_floor(data, spectrum, wrong).total == pytest.approx(0.02, rel=0.1)
 
@@ -79,7 +77,7 @@ def test_noise_floor_does_not_see_what_repeats_share():
 def test_without_repeats_the_floor_is_what_a_smoothing_spline_leaves():
     data = toy_set(np.random.default_rng(6), gain=0.0, noise=0.02, repeats=1)
     forward = toy_forward(data)
-    spectrum = make_spectrum(series_of(data), 1.5 * forward.x)
+    spectrum = make_spectrum(data.table, 1.5 * forward.x)
     floor = noise_floor(data, spectrum, forward.measured - 1.5 * forward.x)
     assert floor.source == "spline"
     assert floor.total == pytest.approx(0.02, rel=0.15)
@@ -88,7 +86,7 @@ def test_without_repeats_the_floor_is_what_a_smoothing_spline_leaves():
 def test_the_spectrum_keeps_squares_and_turns_a_gain_error_into_one_coefficient():
     data = toy_set(np.random.default_rng(7))
     forward = toy_forward(data)
-    spectrum = make_spectrum(series_of(data), forward.measured)
+    spectrum = make_spectrum(data.table, forward.measured)
     random = np.random.default_rng(0).standard_normal((2, len(forward.x)))
     assert np.sum(spectrum.coefficients(random) ** 2) == pytest.approx(np.sum(random**2))
     gained = spectrum.coefficients(forward.measured[None])[0]

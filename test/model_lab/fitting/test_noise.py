@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from toy_forward import toy_forward, toy_set
 
-from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED, noise_floor
-from model_lab.fitting.spectrum import make_spectrum
-from model_lab.measurements.measurement_set import series_of
+from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED, make_spectrum, noise_floor
 
 
 def floor_of(data):
     """The floor below the true model."""
     forward = toy_forward(data)
     predicted = forward.predict(np.array([[2.0, 0.5]]))[0]
-    spectrum = make_spectrum(series_of(data), predicted)
+    spectrum = make_spectrum(data.table, predicted)
     return noise_floor(data, spectrum, forward.measured - predicted)
 
 
@@ -39,7 +37,7 @@ def test_a_wrong_model_does_not_raise_the_floor():
     data = toy_set(np.random.default_rng(1))
     forward = toy_forward(data)
     right = forward.predict(np.array([[2.0, 0.5]]))[0]
-    spectrum = make_spectrum(series_of(data), right)
+    spectrum = make_spectrum(data.table, right)
     wrong = forward.measured - right + 0.3 * np.sin(4.0 * forward.x)
     assert noise_floor(data, spectrum, wrong).total == pytest.approx(floor_of(data).total, rel=0.02)
 

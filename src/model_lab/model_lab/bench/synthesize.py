@@ -156,13 +156,12 @@ class _Bench:
     def measured(self, effects: Sequence[Effect]) -> MeasurementSet:
         """The set with its outputs: the model with these effects, scatter of runs and noise."""
         true = self._predicted(effects)
-        runs, start = [], 0
-        for run in self.empty.runs:
+        runs = []
+        for index, run in enumerate(self.empty.runs):
             factor = 1.0 + self._scatter * self._random.standard_normal()
             columns = dict(run.columns)
-            for output in self.empty.outputs:
-                part = true[start : start + run.samples]
-                start += run.samples
+            parts = self.empty.table.of_run(true, index)
+            for output, part in zip(self.empty.outputs, parts, strict=True):
                 columns[output] = factor * part + self.noise * self._random.standard_normal(
                     run.samples
                 )

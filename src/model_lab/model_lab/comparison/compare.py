@@ -22,6 +22,7 @@ from model_lab.fitting.problem import pose_question
 from model_lab.localisation.input_relation import InputRelation, input_relation
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.sample_table import SampleTable
 from softhand_model.model_file import Model
 
 Array = NDArray[np.float64]
@@ -74,8 +75,8 @@ class Errors:
     standard errors, fitted anew, so that every protocol (or block, as `holdout` says) is predicted
     without its own data. calibration: the one of as_is.
 
-    measured, residual_as_is, residual (samples,): run by run and output by output, as run_of and
-    output_of say; residual is the held-out one.
+    table: of the samples as they were judged. residual_as_is, residual (samples,): residual is the
+    held-out one.
     """
 
     model: Model
@@ -85,11 +86,9 @@ class Errors:
     as_is: Accuracy
     held_out: Accuracy
     floor: NoiseFloor
-    measured: Array
+    table: SampleTable
     residual_as_is: Array
     residual: Array
-    run_of: IntArray
-    output_of: IntArray
 
 
 def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -> Errors:
@@ -111,15 +110,13 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -
         model=model,
         calibration=calibration_of(scored) if calibrated else model.calibration,
         calibrated=calibrated,
-        holdout=question.spectrum.layout.holdout,
-        as_is=accuracy(forward.measured, as_is, forward.output_of),
-        held_out=accuracy(forward.measured, held_out, forward.output_of),
+        holdout=data.table.holdout,
+        as_is=accuracy(data.table.value, as_is, data.table.output),
+        held_out=accuracy(data.table.value, held_out, data.table.output),
         floor=question.floor,
-        measured=forward.measured,
+        table=data.table,
         residual_as_is=as_is,
         residual=held_out,
-        run_of=forward.run_of,
-        output_of=forward.output_of,
     )
 
 
@@ -174,13 +171,13 @@ def compare(
     found = localise(data, errors.residual, seed)
     tell(0.95)
     specimens = list(dict.fromkeys(run.specimen for run in data.runs))
-    specimen_of = np.array([specimens.index(run.specimen) for run in data.runs])[errors.run_of]
+    specimen_of = np.array([specimens.index(run.specimen) for run in data.runs])[errors.table.run]
     return Comparison(
         data,
         errors,
-        _parts(errors, [run.name for run in data.runs], errors.run_of),
+        _parts(errors, [run.name for run in data.runs], errors.table.run),
         _parts(errors, specimens, specimen_of),
-        _parts(errors, data.outputs, errors.output_of),
+        _parts(errors, data.outputs, errors.table.output),
         found,
         input_relation(data, errors.residual),
     )
@@ -198,7 +195,7 @@ def _parts(errors: Errors, names: Sequence[str], index: IntArray) -> tuple[Part,
 
 
 def _part(errors: Errors, name: str, samples: IntArray) -> Part:
-    measured, output = errors.measured[samples], errors.output_of[samples]
+    measured, output = errors.table.value[samples], errors.table.output[samples]
     return Part(
         name,
         accuracy(measured, errors.residual_as_is[samples], output),

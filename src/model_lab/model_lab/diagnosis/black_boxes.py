@@ -65,15 +65,6 @@ def fit_rivals(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Rival]:
     return sorted(found, key=lambda rival: rival.rmse)
 
 
-def driving_input(run: Run, experiment: str) -> Array:
-    """What drives a run (samples,): pressure [Pa], stretch [-] or pressure drop of a pulse [Pa]."""
-    if experiment == "uniaxial":
-        return run.columns["stretch"]
-    if experiment == "valve_pulse":
-        return run.columns["p_in"] - run.columns["p_out"]
-    return run.columns["pressure"]
-
-
 @dataclass(frozen=True)
 class _Inputs:
     """One output of one run as features see it; driving and predicted relative to their scale."""
@@ -93,21 +84,18 @@ def _collect(
     feature: Callable[[_Inputs], Array | None], data: MeasurementSet, predicted: Array
 ) -> Array | None:
     """Feature columns (samples, features) scaled to unit mean square, without the constant ones."""
-    parts, start = [], 0
+    parts = []
     scale = np.sqrt(np.mean(predicted**2)) or 1.0
-    driving = [driving_input(run, data.experiment) for run in data.runs]
+    driving = [data.driving(run) for run in data.runs]
     low, high = min(d.min() for d in driving), max(d.max() for d in driving)
-    outputs = len(data.outputs)
-    for index, run in enumerate(data.runs):
-        for output in range(outputs):
-            part = predicted[start : start + run.samples] / scale
-            start += run.samples
-            relative = (driving[index] - low) / ((high - low) or 1.0)
-            inputs = _Inputs(data, index, relative, part, run.columns.get("time"))
-            columns = feature(inputs)
-            if columns is None:
-                return None
-            parts.append(_in_block(columns, output, outputs))
+    for course in data.table.courses:
+        relative = (driving[course.run] - low) / ((high - low) or 1.0)
+        part = predicted[course.samples] / scale
+        time = data.runs[course.run].columns.get("time")
+        columns = feature(_Inputs(data, course.run, relative, part, time))
+        if columns is None:
+            return None
+        parts.append(_in_block(columns, course.output, len(data.outputs)))
     stacked = np.concatenate(parts)
     size: Array = np.sqrt(np.mean(stacked**2, axis=0))
     used = size > 1e-9
@@ -133,10 +121,9 @@ def _held_out(fit: Fit, columns: Array) -> Array:
     for _ in range(REWEIGHTED):
         left = fit.coefficients - _solved(fit, rows, weight) @ rows
         weight = 1.0 / fit.problem.variance(spectrum.power(left[None]))[0][spectrum.bands]
-    fold_of = spectrum.layout.fold_of()
     residual = fit.residual.copy()
-    for fold in range(len(spectrum.layout.folds)):
-        mine = fold_of == fold
+    for fold in range(len(spectrum.table.folds)):
+        mine = spectrum.table.fold == fold
         residual[mine] -= design[mine] @ _solved(fit, rows, np.where(mine, 0.0, weight))
     return residual
 
@@ -229,13 +216,13 @@ def _play(values: Array, width: float) -> Array:
 def _largest(inputs: _Inputs) -> Array | None:
     """How far the input is below the largest that the specimen has seen."""
     earlier = [
-        driving_input(run, inputs.data.experiment).max()
+        inputs.data.driving(run).max()
         for run in inputs.data.runs[: inputs.index]
         if run.specimen == inputs.run.specimen
     ]
-    raw = driving_input(inputs.run, inputs.data.experiment)
+    raw = inputs.data.driving(inputs.run)
     largest = np.maximum.accumulate(np.maximum(raw, max(earlier, default=raw.min())))
-    top = max(driving_input(run, inputs.data.experiment).max() for run in inputs.data.runs)
+    top = max(inputs.data.driving(run).max() for run in inputs.data.runs)
     below = (largest - raw) / (top or 1.0)
     return np.stack([below, below**2, below * inputs.predicted], axis=1)
 

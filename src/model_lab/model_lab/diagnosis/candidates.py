@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.fitting.fit import Fit, Problem
-from model_lab.fitting.spectrum import Spectrum
+from model_lab.fitting.noise_floor import Spectrum
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect, Parameter
 

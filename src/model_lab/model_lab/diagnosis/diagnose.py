@@ -111,7 +111,7 @@ def _outcome(
     diagnosis = Diagnosis(
         experiment=question.data.experiment,
         verdict=verdict,
-        holdout=question.spectrum.layout.holdout,
+        holdout=question.data.table.holdout,
         effects=tuple(named_effect(named, name) for name in added),
         tied=selection.ties if added else (),
         ranking=tuple(_ranked(question, base, s, selection) for s in selection.singles),
@@ -134,7 +134,7 @@ def _outcome(
 
 def _ranked(question: Question, base: Scored, scored: Scored, selection: Selection) -> Ranked:
     more = len(scored.fit.values) - len(base.fit.values)
-    bic = scored.fit.deviance - base.fit.deviance + more * np.log(question.spectrum.layout.samples)
+    bic = scored.fit.deviance - base.fit.deviance + more * np.log(question.data.table.samples)
     return Ranked(
         scored.added,
         scored.held_out.rmse,

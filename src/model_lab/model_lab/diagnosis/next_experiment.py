@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from model_lab.bench.trial_runs import Trial, run_of, trials
 from model_lab.diagnosis.search import Scored, score_with, score_without
 from model_lab.fitting.fit import DIFFERENCE
+from model_lab.fitting.noise_floor import Spectrum, make_spectrum
 from model_lab.fitting.problem import Question
-from model_lab.fitting.spectrum import Spectrum, make_spectrum
-from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run, series_of
+from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run
 from softhand_model.effects import InputEffect
 
 Array = NDArray[np.float64]
@@ -174,10 +174,8 @@ class _Planned:
             runs += [replace(before, specimen=name)] if before is not None else []
             runs.append(replace(run, specimen=name))
         self.data = replace(data, specimens=specimens, runs=tuple(runs))
-        layout = series_of(self.data)
-        self._layout = layout
         self._parts = [
-            np.concatenate([np.arange(p.start, p.stop) for p in layout.series if p.run == index])
+            np.flatnonzero(self.data.table.run == index)
             for index, run in enumerate(self.data.runs)
             if run.name.startswith("trial ")
         ]
@@ -185,7 +183,7 @@ class _Planned:
     def separations(self, group: Sequence[Scored]) -> Array:
         """Separation (trials,) of the worst pair of explanations."""
         predicted = [self._predicted(scored) for scored in group]
-        spectrum = make_spectrum(self._layout, predicted[0][0])
+        spectrum = make_spectrum(self.data.table, predicted[0][0])
         level = np.sqrt(self._levels(spectrum))
         whitened = [spectrum.coefficients(rows) / level for rows in predicted]
         pairs = [

@@ -136,7 +136,7 @@ def estimate(scored: Scored, index: int) -> Estimate:
     fitted, scales = scored.fit, scored.fit.problem.scales
     parameter = fitted.problem.forward.parameters[index]
     spread = float(np.sqrt(max(fitted.covariance[index, index], 0.0)))
-    runs = len({part.run for part in fitted.problem.spectrum.layout.series})
+    runs = fitted.problem.spectrum.table.runs
     factor = float(student.ppf(CONFIDENCE, max(runs - len(fitted.values), 3)))
     center = scales.inward(fitted.values)
     ends = []

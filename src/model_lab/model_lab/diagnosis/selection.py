@@ -109,7 +109,7 @@ def select(
 
 def has_few_folds(question: Question) -> bool:
     """Whether what is held out is extrapolated: of two protocols one says little of the other."""
-    return len(question.spectrum.layout.folds) < FEWEST_FOLDS
+    return len(question.data.table.folds) < FEWEST_FOLDS
 
 
 def error_of(question: Question, scored: Scored) -> float:
@@ -122,7 +122,7 @@ def shape_error(question: Question, scored: Scored) -> float:
     residual = scored.fit.residual if has_few_folds(question) else scored.held_out.residual
     spectrum = question.spectrum
     power = spectrum.power(spectrum.coefficients(residual[None]))[0]
-    return float(np.sqrt(power[~_gains(question)].sum() / spectrum.layout.samples))
+    return float(np.sqrt(power[~_gains(question)].sum() / question.data.table.samples))
 
 
 def _gains(question: Question) -> NDArray[np.bool_]:
@@ -141,7 +141,7 @@ def share_left(question: Question, after: Scored, before: Scored) -> float:
     whichever is less. Where runs scatter in gain, the shape tells more.
     """
     counts = question.spectrum.counts() * ~_gains(question)
-    shape = float(np.sqrt(counts @ question.floor.variance / question.spectrum.layout.samples))
+    shape = float(np.sqrt(counts @ question.floor.variance / question.data.table.samples))
     left = [
         (excess(question, after), excess(question, before)),
         (

@@ -215,7 +215,8 @@ class BaseTorque:
             )[:, :, 0]
             for name, part in zip(OUTPUTS["base_torque"], torque, strict=True)
         ]
-        return self._in_order(shown)
+        table, stacked = self._data.table, np.stack(shown, axis=1)
+        return np.ascontiguousarray(stacked[:, table.output, table.row])
 
     def _free_angles(self, staged: StagedEffects, shape: SectionShape, pressure: Array) -> Array:
         """Free angles (lanes, rows, segments or 1) [rad] at chamber pressures (lanes, rows, 1)."""
@@ -287,15 +288,6 @@ class BaseTorque:
         down = np.reshape(DOWN[self._data.specimens[specimen].mount], (3, 1))
         pull = STANDARD_GRAVITY * np.broadcast_to(np.ravel(scale), lanes)
         return np.asarray(down * np.repeat(pull, len(rows)))
-
-    def _in_order(self, torques: list[Array]) -> Array:
-        """Torques (lanes, samples): per run, and output after output within a run."""
-        stacked = np.stack(torques)
-        parts = []
-        for run in range(len(self._data.runs)):
-            of_run = stacked[:, :, self._rows.run == run]
-            parts.append(of_run.swapaxes(0, 1).reshape(of_run.shape[1], -1))
-        return np.concatenate(parts, axis=1)
 
     def _check(self, quaternion: Array) -> None:
         """Refuse poses that no actuator can have."""

@@ -15,7 +15,7 @@ from model_lab.experiments.free_bending import FreeBending
 from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
-from model_lab.measurements.measurement_set import INPUTS, MeasurementSet, Run
+from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from softhand_model.bending.balance import grows
 from softhand_model.effects import Effect, Parameter
 from softhand_model.effects.effect import BASES
@@ -70,7 +70,7 @@ class FreeParameter:
 
 
 class Forward:
-    """A model's predictions for a set, in the order of its runs (of outputs within a run).
+    """A model's predictions for a set, in the order of its table.
 
     effects: classes whose parameters are free; fixed: effects that stay as they are, as far as they
     act in the experiment. calibration: of a model file; where a search starts, or with
@@ -78,8 +78,7 @@ class Forward:
     of a held chain.
 
     parameters: the free ones, calibration first, then those of effects in the order of stages.
-    measured (samples,): the outputs in SI units, NaN in runs that lack them.
-    run_of, output_of (samples,): indices of the run and of the output they belong to.
+    measured (samples,): the values of the set's table.
 
     Raises ValueError for an effect that cannot act in the set, an unknown base, and whatever the
     set lacks.
@@ -106,22 +105,11 @@ class Forward:
         self._calibration = {**known, **_named(calibration or {}, known)}
         calibrated = _calibrated(self._calibration, _unit(data)) if free_calibration else []
         self.parameters = (*calibrated, *(p for e in self._free for p in _free_parameters(e)))
-        series = [(r, o) for r in range(len(data.runs)) for o in range(len(data.outputs))]
-        counts = [data.runs[run].samples for run, _ in series]
-        self.run_of = np.repeat([run for run, _ in series], counts)
-        self.output_of = np.repeat([output for _, output in series], counts)
-        self.measured = np.concatenate(
-            [_measured(data.runs[run], data.outputs[output]) for run, output in series]
-        )
+        self.measured = data.table.value
 
     def start(self) -> Array:
         """Values (k,) from which a search starts."""
         return np.array([parameter.start for parameter in self.parameters])
-
-    def series(self, name: str) -> Array:
-        """An input column (samples,) laid out like `measured`; KeyError if a run lacks it."""
-        repeats = range(len(self._data.outputs))
-        return np.concatenate([run.columns[name] for run in self._data.runs for _ in repeats])
 
     def predict(self, values: Array) -> Array:
         """Predictions (lanes, samples) for parameter values (lanes, k)."""
@@ -182,11 +170,6 @@ def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> N
         reason = "it depends on what was before, and the set has no column time"
     if reason is not None:
         raise ValueError(f"effect {effect.name}: {reason}")
-
-
-def _measured(run: Run, output: str) -> Array:
-    missing = np.full(run.samples, np.nan)
-    return np.asarray(run.columns.get(output, missing), float)
 
 
 def _unit(data: MeasurementSet) -> str:

@@ -1,6 +1,6 @@
 """Fitting of a forward model: bounded Levenberg-Marquardt on the likelihood of banded noise.
 
-The errors of a band (see `spectrum`) are taken as Gaussian with a variance of their own that is
+The errors of a band (see `noise_floor`) are taken as Gaussian with a variance of their own that is
 fitted along; what is minimised is minus twice the log likelihood,
 
     sum over bands of n*log(variance) + calibration prior,  variance = (SS + nu*v0)/(n + nu),
@@ -19,8 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from model_lab.fitting.noise_floor import falling
-from model_lab.fitting.spectrum import Spectrum
+from model_lab.fitting.noise_floor import Spectrum, falling
 
 Array = NDArray[np.float64]
 
@@ -313,5 +312,5 @@ def _finished(problem: Problem, point: _Point) -> Fit:
 
 def _lost_freedom(problem: Problem, parameters: int) -> float:
     """Factor on the covariance for the runs that the parameters have used up."""
-    runs = len({part.run for part in problem.spectrum.layout.series})
+    runs = problem.spectrum.table.runs
     return runs / max(runs - parameters, 1.0)

@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.fit import Fit, Problem, fit, held, inverse
-from model_lab.fitting.noise_floor import NoiseFloor, noise_floor
-from model_lab.fitting.spectrum import Spectrum, make_spectrum
-from model_lab.measurements.measurement_set import MeasurementSet, series_of
+from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
+from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import steadied
 from softhand_model.effects import Effect
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
@@ -71,12 +70,11 @@ def pose_question(
     free = [type(effect) for effect in given]
     forward = Forward(data, model.base, free, fixed, joints=model.springs)
     starts = base_starts(forward.parameters)
-    layout = series_of(data)
     predicted = forward.predict(starts[:1])[0]
-    spectrum = make_spectrum(layout, predicted)
+    spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
     better = fit(Problem(forward, spectrum, rough.variance, rough.gain_known), starts)
-    spectrum = make_spectrum(layout, forward.measured - better.residual)
+    spectrum = make_spectrum(data.table, forward.measured - better.residual)
     floor = noise_floor(data, spectrum, better.residual)
     names = [parameter.name for parameter in forward.parameters]
     fitted = dict(zip(names, better.values.tolist(), strict=True))
@@ -120,9 +118,9 @@ class HeldOut:
 
 
 def hold_out(fit: Fit) -> HeldOut:
-    """Predict every fold of the layout without its own data."""
-    layout = fit.problem.spectrum.layout
-    fold_of, folds = layout.fold_of(), len(layout.folds)
+    """Predict every fold without its own data."""
+    table = fit.problem.spectrum.table
+    fold_of, folds = table.fold, len(table.folds)
     count = np.maximum(np.bincount(fold_of, minlength=folds), 1)
     if not len(fit.values):
         return HeldOut(fit.residual, np.bincount(fold_of, fit.residual**2, folds) / count)
@@ -133,8 +131,8 @@ def hold_out(fit: Fit) -> HeldOut:
 
 def _held_out(fit: Fit, weighted: bool) -> Array:
     """Held-out residual (samples,) by steps with, or without, the weights of banded noise."""
-    layout = fit.problem.spectrum.layout
-    fold_of, folds = layout.fold_of(), len(layout.folds)
+    table = fit.problem.spectrum.table
+    fold_of, folds = table.fold, len(table.folds)
     values = np.stack([_values_without(fit, fold_of != fold, weighted) for fold in range(folds)])
     residuals = fit.problem.residuals(values.reshape(-1, len(fit.values)))
     residuals = residuals.reshape(folds, len(STEP_SHARES), -1)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.localisation.axes import Axis
-from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.sample_table import SampleTable
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -89,9 +89,6 @@ def _few_values(values: Array) -> Array | None:
 
 DRAWS = 999
 BAND = 95.0  # [percent]
-FEWEST_RUNS = 8  # below it runs are cut into blocks ...
-BLOCKS = 24  # ... so many in all
-SMALLEST_BLOCK = 8  # samples
 
 
 @dataclass(frozen=True)
@@ -108,34 +105,6 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class SampleLayout:
-    """Run, block and output (samples,) of every sample; blocks are runs or parts of runs."""
-
-    run: IntArray
-    block: IntArray
-    output: IntArray
-    blocks_are_runs: bool
-
-
-def layout_of(data: MeasurementSet) -> SampleLayout:
-    """The layout of a set: run by run, output by output."""
-    whole = len(data.runs) >= FEWEST_RUNS
-    each = 1 if whole else -(-BLOCKS // len(data.runs))
-    runs, blocks, outputs, first = [], [], [], 0
-    for index, run in enumerate(data.runs):
-        pieces = max(min(each, run.samples // SMALLEST_BLOCK), 1)
-        block = first + np.arange(run.samples) * pieces // run.samples
-        first += pieces
-        for output in range(len(data.outputs)):
-            runs.append(np.full(run.samples, index))
-            blocks.append(block)
-            outputs.append(np.full(run.samples, output))
-    return SampleLayout(
-        np.concatenate(runs), np.concatenate(blocks), np.concatenate(outputs), whole
-    )
-
-
-@dataclass(frozen=True)
 class BlockSums:
     """Sums of the residual and numbers of samples (blocks, outputs, bins)."""
 
@@ -143,11 +112,11 @@ class BlockSums:
     number: Array
 
     @classmethod
-    def of(cls, bins: Bins, layout: SampleLayout, residual: Array, outputs: int) -> BlockSums:
+    def of(cls, bins: Bins, table: SampleTable, residual: Array, outputs: int) -> BlockSums:
         """Sums of a residual (samples,)."""
         known = bins.index >= 0
-        shape = (int(layout.block[-1]) + 1, outputs, bins.count)
-        cell = (layout.block[known] * outputs + layout.output[known]) * bins.count
+        shape = (int(table.block[-1]) + 1, outputs, bins.count)
+        cell = (table.block[known] * outputs + table.output[known]) * bins.count
         cell += bins.index[known]
         size = int(np.prod(shape))
         value = np.bincount(cell, residual[known], size).astype(float)

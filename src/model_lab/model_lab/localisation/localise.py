@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.localisation.axes import COURSES, Axis, axes_of
-from model_lab.localisation.bins import Bins, BlockSums, Curve, SampleLayout, layout_of, make_bins
+from model_lab.localisation.bins import Bins, BlockSums, Curve, make_bins
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_of
 
@@ -210,26 +210,22 @@ class Localisation:
 def localise(data: MeasurementSet, residual: Array, seed: int = 0) -> Localisation:
     """The residual (samples,) of a model against every axis along which the set varies.
 
-    The samples are laid out run by run, within them output by output. Same seed, same answer.
-    Raises ValueError when the residual does not fit the set.
+    Same seed, same answer. Raises ValueError when the residual does not fit the set.
     """
-    samples = sum(run.samples for run in data.runs) * len(data.outputs)
-    if residual.shape != (samples,):
-        raise ValueError(f"residual: expected shape ({samples},), got {residual.shape}")
-    layout = layout_of(data)
-    axes = [_dependence(data, layout, axis, residual, seed) for axis in axes_of(data)]
+    table = data.table
+    if residual.shape != (table.samples,):
+        raise ValueError(f"residual: expected shape ({table.samples},), got {residual.shape}")
+    axes = [_dependence(data, axis, residual, seed) for axis in axes_of(data)]
     axes.sort(key=lambda axis: -axis.share_of_error)
-    means = np.bincount(layout.output, residual) / np.bincount(layout.output)
+    means = np.bincount(table.output, residual) / np.bincount(table.output)
     mean_square = float(np.mean(residual**2))
-    constant = float(np.mean(means[layout.output] ** 2)) / mean_square if mean_square else 0.0
+    constant = float(np.mean(means[table.output] ** 2)) / mean_square if mean_square else 0.0
     return Localisation(tuple(axes), constant)
 
 
-def _dependence(
-    data: MeasurementSet, layout: SampleLayout, axis: Axis, residual: Array, seed: int
-) -> Dependence:
+def _dependence(data: MeasurementSet, axis: Axis, residual: Array, seed: int) -> Dependence:
     bins = make_bins(axis)
-    sums = BlockSums.of(bins, layout, residual, len(data.outputs))
+    sums = BlockSums.of(bins, data.table, residual, len(data.outputs))
     turned = sums.turned(np.random.default_rng(seed))
     null = sums.explained(turned)
     observed = float(sums.explained(sums.total())[0])
@@ -237,7 +233,7 @@ def _dependence(
     chance = float(null.mean())
     share = (observed - chance) / (total - chance) if total > chance else 0.0
     p_value = (1 + int(np.sum(null >= observed * (1.0 - 1e-9)))) / (1 + len(null))
-    basis = RUNS if layout.blocks_are_runs else RUN_BLOCKS
+    basis = RUNS if data.table.blocks_are_runs else RUN_BLOCKS
     curves = sums.curves(data.outputs, turned)
     counts = np.stack([curve.count for curve in curves.values()])
     means = np.nan_to_num(np.stack([curve.mean for curve in curves.values()]))

@@ -72,13 +72,9 @@ def runs(view: View) -> str:
     head = ["run", "specimen", "protocol", "temperature", "samples"]
     head += ["error before", "error after"] if view.after else ["error"]
     rows = []
-    traces = view.traces()
     for index, run in enumerate(view.data.runs):
-        mine = [trace.samples for trace in traces if trace.run == index]
-        errors = [
-            np.sqrt(np.mean(np.concatenate([scored.held_out.residual[s] for s in mine]) ** 2))
-            for _, scored in view.models
-        ]
+        mine = view.data.table.run == index
+        errors = [np.sqrt(np.mean(s.held_out.residual[mine] ** 2)) for _, s in view.models]
         warm = display_of("K").shown(run.temperature)
         rows.append(
             [run.name, run.specimen, run.protocol, warm, str(run.samples)]

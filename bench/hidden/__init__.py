@@ -6,6 +6,6 @@ code. `make_set` writes a folder in the layout softhand-measurement/1 and return
 the folder does not hold.
 """
 
-from hidden.sets import make_set
+from bench.hidden.sets.driven import make_set
 
 __all__ = ["make_set"]

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from hidden import protocols
-from hidden.plant import Body
-from hidden.protocols import Protocol
+from bench.hidden import protocols
+from bench.hidden.plant import Body
+from bench.hidden.protocols import Protocol
 
 Array = np.ndarray
 ROOM = 293.15

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from hidden import laws_flow  # noqa: F401  (registers its laws)
-from hidden.flow import SUPPLIES, Commands, Valve, drive, joined, planned
-from hidden.laws import LAWS
-from hidden.writing import write_set
+from bench.hidden.flow import SUPPLIES, Commands, Valve, drive, joined, planned
+from bench.hidden.laws import flow as _laws  # noqa: F401  (registers its laws)
+from bench.hidden.laws.registry import LAWS
+from bench.hidden.sets.writing import write_set
 
 Array = np.ndarray
 Entries = list[tuple[str, dict[str, float]]]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hidden import rubber, sensing
-from hidden.laws import law, log_uniform
-from hidden.laws_catalogue import ROOM
-from hidden.memory import BoucWen, Modes, OgdenRoxburgh, Plays
-from hidden.plant import Plant
+from bench.hidden import rubber, sensing
+from bench.hidden.laws.catalogue import ROOM
+from bench.hidden.laws.registry import law, log_uniform
+from bench.hidden.plant import Plant
+from bench.hidden.rubber import BoucWen, Modes, OgdenRoxburgh, Plays
 
 
 @law("ogden", ("share", 0.003, 0.95), lambda rng: {"exponent": rng.uniform(5.0, 9.0)})

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hidden.flow import AMBIENT, Pulse, Valve, simpson
-from hidden.laws import law
+from bench.hidden.flow import AMBIENT, Pulse, Valve, simpson
+from bench.hidden.laws.registry import law
 
 Array = np.ndarray
 Values = dict[str, float]

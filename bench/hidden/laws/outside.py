@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from hidden import sensing
-from hidden.laws import law
-from hidden.plant import Plant
+from bench.hidden import sensing
+from bench.hidden.laws.registry import law
+from bench.hidden.plant import Plant
 
 Array = np.ndarray
 
@@ -134,3 +134,9 @@ def interference(plant: Plant, size: float, frequency: float) -> None:
     plant.sensors.append(
         lambda t, y, p: y + size * y.max() * np.sin(2 * np.pi * frequency * (t - t[:, :1]))
     )
+
+
+@law("crosstalk", ("share", 0.005, 0.8), signed=True)
+def crosstalk(plant: Plant, share: float) -> None:
+    """A torque sensor whose axes answer to one another."""
+    plant.mixing.append(np.eye(3) + share * np.array([[0, 1, 0], [0, 0, -1], [1, 0, 0]]))

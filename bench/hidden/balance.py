@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hidden.plant import Body, Plant
+from bench.hidden.plant import Body, Plant
 
 Array = np.ndarray
 TOLERANCE = 1e-9

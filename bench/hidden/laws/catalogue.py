@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hidden import rubber, sensing
-from hidden.laws import law, log_uniform
-from hidden.memory import Loop, Modes, Softening
-from hidden.plant import Plant
+from bench.hidden import rubber, sensing
+from bench.hidden.laws.registry import law, log_uniform
+from bench.hidden.plant import Plant
+from bench.hidden.rubber import Loop, Modes, Softening
 
 ROOM = 293.15
 
@@ -165,3 +165,15 @@ def angle_offset(plant: Plant, offset: float) -> None:
 def force_offset(plant: Plant, offset: float) -> None:
     """The force gauge's zero is off."""
     plant.sensors.append(lambda t, y, p: y + offset)
+
+
+@law("bend_twist_coupling", ("k45", 0.01, 0.7), signed=True)
+def bend_twist_coupling(plant: Plant, k45: float) -> None:
+    """A finger that twists when it is bent sideways."""
+    plant.bend_twist = k45
+
+
+@law("passive_layer_slack", ("ratio", 0.99, 0.15))
+def passive_layer_slack(plant: Plant, ratio: float) -> None:
+    """A passive layer that hangs loose while it is straightened."""
+    plant.slack = ratio

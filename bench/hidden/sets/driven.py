@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from hidden import laws_catalogue, laws_other_forms, laws_outside  # noqa: F401  (they register)
-from hidden.design import DESIGNS, DRIVES, SECTIONS, ExtraRun, Scene, extended
-from hidden.laws import LAWS, build
-from hidden.measure import Shown, measure
-from hidden.pulse_sets import make_pulse_set
-from hidden.strength import BaseFit, floor_of, mode_of, strength_for
-from hidden.torque_sets import make_torque_set
-from hidden.writing import write_set
+from bench.hidden.design import DESIGNS, DRIVES, SECTIONS, ExtraRun, Scene, extended
+from bench.hidden.laws import catalogue, other_forms, outside  # noqa: F401  (they register)
+from bench.hidden.laws.registry import LAWS, build
+from bench.hidden.measure import BaseFit, Shown, floor_of, measure, mode_of, strength_for
+from bench.hidden.sets.pulses import make_pulse_set
+from bench.hidden.sets.torques import make_torque_set
+from bench.hidden.sets.writing import write_set
 
 Array = np.ndarray
 UNITS = {
@@ -37,9 +36,10 @@ class Options:
 
     noise: sensor noise over full scale. scatter: relative, from run to run. ratio: error before
     over noise floor that each law is given (None: parameters must be given or are at their
-    strongest). design, drives: of `hidden.design`. samples: a run (the total of twelve such runs
-    is kept when a design has more). correlation: of the noise from sample to sample. jitter: of
-    the peak pressure from repeat to repeat, relative. adjacent: repeats follow one another at once.
+    strongest). design, drives: of `bench.hidden.design`. samples: a run (the total of twelve such
+    runs is kept when a design has more). correlation: of the noise from sample to sample. jitter:
+    of the peak pressure from repeat to repeat, relative. adjacent: repeats follow one another at
+    once.
     extra: runs behind those of the design, which have no part in the laws' strength.
     """
 

@@ -24,6 +24,7 @@ class Protocol:
     peak: float = 1.0
 
     def __call__(self, time: Array) -> Array:
+        """Share (n,) of the set's peak at times (n,) [s]."""
         return self.peak * self.drive(np.asarray(time, float))
 
 

@@ -10,13 +10,14 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from hidden import balance, chain, laws_torque  # noqa: F401  (registers its laws)
-from hidden.chain import SEGMENTS, Springs
-from hidden.design import PlannedRun, Scene, specimen
-from hidden.laws import LAWS, build
-from hidden.plant import Plant
-from hidden.protocols import Protocol, through
-from hidden.writing import write_set
+from bench.hidden import balance, chain
+from bench.hidden.chain import SEGMENTS, Springs
+from bench.hidden.design import PlannedRun, Scene, specimen
+from bench.hidden.laws import catalogue, outside  # noqa: F401  (they register)
+from bench.hidden.laws.registry import LAWS, build
+from bench.hidden.plant import Plant
+from bench.hidden.protocols import Protocol, through
+from bench.hidden.sets.writing import write_set
 
 Array = np.ndarray
 Entries = list[tuple[str, dict[str, float]]]

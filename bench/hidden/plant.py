@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hidden import rubber
-from hidden.memory import Loop, Modes, OgdenRoxburgh, Softening
+from bench.hidden import rubber
+from bench.hidden.rubber import Loop, Modes, OgdenRoxburgh, Softening
 
 Array = np.ndarray
 

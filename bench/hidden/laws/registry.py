@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hidden.plant import Plant
+from bench.hidden.plant import Plant
 
 Parameters = Mapping[str, float]
 
