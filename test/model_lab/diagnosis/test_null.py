@@ -4,7 +4,8 @@ import numpy as np
 from scipy.stats import kstest
 from toy_forward import toy_forward, toy_set
 
-from model_lab.diagnosis.candidates import Signature, null_maxima, p_value
+from model_lab.diagnosis.search import Signature
+from model_lab.diagnosis.selection import null_maxima, p_value
 from model_lab.fitting.noise_floor import make_spectrum
 
 

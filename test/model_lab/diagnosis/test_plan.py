@@ -72,7 +72,7 @@ def test_loops_of_one_rate_are_separated_by_another_rate(outcome, planned):
     assert planned["changes"] == []
     rates = [
         np.abs(np.diff(run.columns["pressure"]) / np.diff(run.columns["time"])).max()
-        for run in outcome.question.data.runs
+        for run in outcome.problem.data.runs
     ]
     rate = np.abs(np.diff(planned["inputs"]["pressure"]) / np.diff(planned["inputs"]["time"])).max()
     assert rate > 3.0 * max(rates)
@@ -92,7 +92,7 @@ def test_done_and_added_it_breaks_the_tie(one_rate, outcome, planned, tmp_path):
     case.make(tmp_path / "longer", 0, 0.006, (extra, extra))
     append_runs(folder, tmp_path / "longer")
     data = load_measurements(folder)
-    assert len(data.runs) == len(outcome.question.data.runs) + 2
+    assert len(data.runs) == len(outcome.problem.data.runs) + 2
     after = names_of(diagnose(data, load_model("base")).diagnosis)
     assert "tube_lag" in after
     assert len(after) < len(names_of(outcome.diagnosis))
@@ -100,8 +100,8 @@ def test_done_and_added_it_breaks_the_tie(one_rate, outcome, planned, tmp_path):
 
 def test_nothing_is_proposed_where_nothing_is_tied(outcome):
     final = outcome.selection.final
-    assert proposal(outcome.question, final, ((),)) is None
-    assert proposal(outcome.question, final, ()) is None
+    assert proposal(outcome.problem, final, ((),)) is None
+    assert proposal(outcome.problem, final, ()) is None
 
 
 def test_readings_that_an_offset_rules_out_separate_nothing(tmp_path):
@@ -119,7 +119,7 @@ def test_readings_that_an_offset_rules_out_separate_nothing(tmp_path):
 def test_the_template_becomes_runs_of_the_set(one_rate, outcome, planned, tmp_path):
     place = tmp_path / "set"
     one_rate[1].make(place, 0, 0.006)
-    files = write_template(planned, outcome.question.data, tmp_path)
+    files = write_template(planned, outcome.problem.data, tmp_path)
     course = np.genfromtxt(files[0], delimiter=",", names=True)
     np.testing.assert_allclose(course["pressure"] * 1e3, planned["inputs"]["pressure"], rtol=1e-6)
     np.testing.assert_allclose(course["time"], planned["inputs"]["time"], rtol=1e-6)
@@ -150,7 +150,7 @@ def test_it_is_told_in_the_units_of_the_bench(outcome):
 
 def test_a_new_specimen_is_entered_like_the_first(outcome, planned, tmp_path):
     new = {**planned, "specimen": "finger_base_up", "mount": "base_up", "wall": 0.004}
-    files = write_template(new, outcome.question.data, tmp_path)
+    files = write_template(new, outcome.problem.data, tmp_path)
     part = yaml.safe_load(files[1].read_text())
     entry = part["specimens"]["finger_base_up"]
     assert (entry["mount"], entry["wall"], entry["length"]) == ("base_up", 0.004, 0.09)

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from toy_forward import toy_forward, toy_set
 
-from model_lab.diagnosis.black_boxes import fit_rivals
-from model_lab.fitting.fit import Problem, fit
+from model_lab.diagnosis.black_boxes import fit_black_boxes
+from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.noise_floor import make_spectrum, noise_floor
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 
 
 def best(data):
-    """The best rival of the fitted toy model, and the error of that model."""
+    """The best black_box of the fitted toy model, and the error of that model."""
     forward = toy_forward(data)
     spectrum = make_spectrum(data.table, forward.measured)
     floor = noise_floor(data, spectrum, forward.measured - forward.predict(np.array([[2, 0.5]]))[0])
-    found = fit(Problem(forward, spectrum, floor.variance), np.array([[1.0, 0.1]]))
-    rivals = fit_rivals(found, data, forward.measured - found.residual)
-    return rivals[0], found.rmse
+    found = fit(Likelihood(forward, spectrum, floor.variance), np.array([[1.0, 0.1]]))
+    black_boxes = fit_black_boxes(found, data, forward.measured - found.residual)
+    return black_boxes[0], found.rmse
 
 
 def waves(random):
@@ -60,14 +60,14 @@ def changed(data, change):
     ],
 )
 def test_the_best_black_box_is_the_one_with_the_input_that_matters(axis, change):
-    rival, error = best(changed(waves(np.random.default_rng(0)), change))
-    assert rival.against == axis
-    assert rival.rmse < 0.7 * error
+    black_box, error = best(changed(waves(np.random.default_rng(0)), change))
+    assert black_box.against == axis
+    assert black_box.rmse < 0.7 * error
 
 
 def test_no_black_box_is_better_than_the_model_in_noise():
     shares = []
     for seed in range(20):
-        rival, error = best(toy_set(np.random.default_rng(seed)))
-        shares.append(rival.rmse / error)
+        black_box, error = best(toy_set(np.random.default_rng(seed)))
+        shares.append(black_box.rmse / error)
     assert min(shares) > 0.9

@@ -1,8 +1,7 @@
-"""Measurement sets before anything is measured: runs driven by an input, held tips, valve pulses.
+"""Planned sets, before anything is measured: runs driven by an input, held tips, valve pulses.
 
-An actuator whose tip is held in ever other poses, its base on a force-torque sensor.
-
-Valve pulses from many pressures: of a channel whose vessel is set anew before each pulse.
+A held tip is in ever other poses, the base on a force-torque sensor. Valve pulses start from many
+pressures: of a channel whose vessel is set anew before each pulse.
 """
 
 from __future__ import annotations

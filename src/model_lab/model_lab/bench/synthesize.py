@@ -1,6 +1,4 @@
-"""Measurement sets made by the model itself with one effect sealed in: for demonstration.
-
-Measurement sets made by the model itself with one effect sealed in: for demonstration.
+"""Synthesised sets: made by the model itself with one effect sealed in, for demonstration.
 
 The lab's tests do not use them (they would test the lab with its own code); the demonstration and a
 person who wants to try the lab do.
@@ -19,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_lab.bench.layouts import driven_set, held_tip_set, pulse_set
-from model_lab.diagnosis.candidates import inapplicable
-from model_lab.experiments.forward import Forward
+from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.experiments.valve_pulse import USUAL
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.save import write_set

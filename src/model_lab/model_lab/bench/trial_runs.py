@@ -1,4 +1,4 @@
-"""Experiments that could come next: runs within the limits of a set's bench, one change at a time.
+"""Trial runs that could be measured next, within the limits of a set's bench, one change at a time.
 
 A change is another mount, a warmer room, another specimen of the set, or a new one of another wall;
 protocols and durations cost nothing.

@@ -28,12 +28,12 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Compare the models, print the rungs, and write the JSON."""
     from model_lab.cli.options import Progress
-    from model_lab.comparison.ladder import climb, ladder_json, ladder_text
+    from model_lab.comparison.ladder import compare_models, ladder_json, ladder_text
 
     options.check_json(arguments)
     models = {name: options.named_model(arguments, name) for name in arguments.models}
     data = options.measurements(arguments)
     with Progress("comparing") as progress:
-        ladder = climb(data, models, progress)
+        ladder = compare_models(data, models, progress)
     print(ladder_text(ladder), end="")
     options.save_json(arguments, ladder_json(ladder))

@@ -1,7 +1,4 @@
-"""Options that several commands share, and progress on standard error.
-
-Progress on the standard error, for whatever takes longer than two seconds.
-"""
+"""Options that several commands share."""
 
 from __future__ import annotations
 

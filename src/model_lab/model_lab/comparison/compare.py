@@ -1,9 +1,4 @@
-"""Comparison of a model with a measurement set: how large the error is, and where it lies.
-
-Errors of a model on a measurement set: on all of it, and on runs that were held out.
-
-Comparison of a model with a measurement set: how large the error is, and where it lies.
-"""
+"""Comparison of a model with a measurement set: how large the error is, and where it lies."""
 
 from __future__ import annotations
 
@@ -18,7 +13,7 @@ from model_lab.diagnosis.result import calibration_of
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.noise_floor import NoiseFloor
-from model_lab.fitting.problem import pose_question
+from model_lab.fitting.problem import pose_problem
 from model_lab.localisation.input_relation import InputRelation, input_relation
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -96,10 +91,10 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -
 
     tell: is told the part that is done. Raises ValueError for data that the model cannot use.
     """
-    question, given = pose_question(data, model, {})
-    data = question.data
+    problem, given = pose_problem(data, model, {})
+    data = problem.data
     tell(0.4)
-    scored = score_base(question, [effect.name for effect in given])
+    scored = score_base(problem, [effect.name for effect in given])
     tell(0.9)
     forward = Forward(data, model.base, (), model.effects, model.calibration, joints=model.springs)
     calibrated = not all(_given(model, parameter.name) for parameter in forward.parameters)
@@ -113,7 +108,7 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -
         holdout=data.table.holdout,
         as_is=accuracy(data.table.value, as_is, data.table.output),
         held_out=accuracy(data.table.value, held_out, data.table.output),
-        floor=question.floor,
+        floor=problem.floor,
         table=data.table,
         residual_as_is=as_is,
         residual=held_out,
@@ -122,7 +117,7 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -
 
 def _fitted(forward: Forward, scored: Scored) -> Array:
     """Fitted values (k,) of a forward model's parameters, which are the calibration."""
-    names = [parameter.name for parameter in scored.fit.problem.forward.parameters]
+    names = [parameter.name for parameter in scored.fit.likelihood.parameters]
     fitted = dict(zip(names, scored.fit.values, strict=True))
     return np.array([fitted[parameter.name] for parameter in forward.parameters])
 

@@ -1,4 +1,4 @@
-"""Several models against one measurement set: the ladder of errors."""
+"""Ladder of errors: several models against one measurement set."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Ladder:
         return self.best.errors.floor
 
 
-def climb(
+def compare_models(
     data: MeasurementSet, models: Mapping[str, Model], tell: Tell = lambda part, step: None
 ) -> Ladder:
     """Compare each of the models (by name) with the set.

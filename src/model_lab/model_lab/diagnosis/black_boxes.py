@@ -1,4 +1,4 @@
-"""Generic black boxes that a physical effect must keep up with: what the rest can depend on at all.
+"""Black-box baselines: how much of the residual any effect of this input could explain.
 
 Each is a set of features, linear in their coefficients, of one class of inputs. Fitted to what a
 model leaves (together with that model's own parameters, held out like any model) it says how much
@@ -29,7 +29,7 @@ RIDGE = 1e-4  # of the coefficients, with features scaled to unit mean square
 
 
 @dataclass(frozen=True)
-class Rival:
+class BlackBox:
     """A black box fitted to a model's rest: held-out residual (samples,) and number of features."""
 
     name: str
@@ -52,8 +52,8 @@ class Rival:
         return float(np.sqrt(np.mean(self.residual**2)))
 
 
-def fit_rivals(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Rival]:
-    """All rivals that these data feed, fitted to the rest of `fit`; the best first.
+def fit_black_boxes(fit: Fit, data: MeasurementSet, predicted: Array) -> list[BlackBox]:
+    """All black boxes that these data feed, fitted to the rest of `fit`; the best first.
 
     predicted (samples,) is what the base model says.
     """
@@ -61,8 +61,8 @@ def fit_rivals(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Rival]:
     for name, feature in FEATURES.items():
         columns = _collect(feature, data, predicted)
         if columns is not None:
-            found.append(Rival(name, _held_out(fit, columns), columns.shape[1]))
-    return sorted(found, key=lambda rival: rival.rmse)
+            found.append(BlackBox(name, _held_out(fit, columns), columns.shape[1]))
+    return sorted(found, key=lambda black_box: black_box.rmse)
 
 
 @dataclass(frozen=True)
@@ -114,13 +114,13 @@ def _held_out(fit: Fit, columns: Array) -> Array:
 
     Weighted by what both together leave, which is found by turns.
     """
-    spectrum = fit.problem.spectrum
+    spectrum = fit.likelihood.spectrum
     design = np.hstack([fit.jacobian, columns])
     rows = spectrum.coefficients(np.ascontiguousarray(design.T))
     weight = 1.0 / fit.variance[spectrum.bands]
     for _ in range(REWEIGHTED):
         left = fit.coefficients - _solved(fit, rows, weight) @ rows
-        weight = 1.0 / fit.problem.variance(spectrum.power(left[None]))[0][spectrum.bands]
+        weight = 1.0 / fit.likelihood.variance(spectrum.power(left[None]))[0][spectrum.bands]
     residual = fit.residual.copy()
     for fold in range(len(spectrum.table.folds)):
         mine = spectrum.table.fold == fold
@@ -134,7 +134,7 @@ def _solved(fit: Fit, rows: Array, weight: Array) -> Array:
     """
     own = len(fit.values)
     size = np.sum(rows**2 * weight, axis=1)
-    ridge = np.concatenate([1.0 / fit.problem.prior**2, RIDGE * size[own:]])
+    ridge = np.concatenate([1.0 / fit.likelihood.prior**2, RIDGE * size[own:]])
     normal = (rows * weight) @ rows.T + np.diag(ridge)
     return np.asarray(inverse(normal, 1e-12) @ (rows @ (weight * fit.coefficients)))
 

@@ -1,8 +1,6 @@
-"""Prediction of the torque on the base of an actuator whose tip is held (section 5.2.4).
+"""Base torque of an actuator whose tip is held (section 5.2.4): its prediction.
 
-Springs of a chain at many samples and trial values, with what the structure's effects do.
-
-Prediction of the torque on the base of an actuator whose tip is held (section 5.2.4).
+The actuator is a chain of segments with springs, at many samples and trial values at once.
 """
 
 from __future__ import annotations

@@ -159,6 +159,19 @@ def experiment_of(
     return EXPERIMENTS[data.experiment](data)
 
 
+def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str | None:
+    """Why an effect cannot show in this set, before any calculation; None if it may."""
+    if effect.unseen_in.get(data.experiment):
+        return effect.unseen_in[data.experiment]
+    if data.experiment not in effect.experiments:
+        return f"does not act in {data.experiment}"
+    if effect.has_memory and not data.has_time:
+        return "the set has no time column, and it depends on what was before"
+    if base not in effect.bases:
+        return f"has no meaning beside the base {base}"
+    return None
+
+
 def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> None:
     """Raise ValueError unless an effect can act in a set's experiment beside a base model."""
     reason = None

@@ -1,8 +1,4 @@
-"""Samples of a set as rows of arrays, all at once or step by step, and the calibration of their
-rubber.
-
-Samples of a set as rows of arrays: all at once, or step by step where effects remember.
-"""
+"""Rows of a set's runs, all at once or step by step, and the calibration of their rubber."""
 
 from __future__ import annotations
 

@@ -1,10 +1,4 @@
-"""The specimens of a set as the model sees them: their sections, their segment chains, what they
-remember.
-
-Sections of the specimens of a set: where the model is evaluated along each.
-
-Specimens of a set as the segment chains of the simulator.
-"""
+"""Models of the specimens of a set: sections, segment chains, and what they remember."""
 
 from __future__ import annotations
 

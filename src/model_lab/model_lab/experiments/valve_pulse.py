@@ -1,4 +1,4 @@
-"""Prediction of valve pulses: the air mass that each moves (eq. 4.1 and what it leaves out)."""
+"""Valve pulses: the air mass that each moves (eq. 4.1 and what it leaves out)."""
 
 from __future__ import annotations
 

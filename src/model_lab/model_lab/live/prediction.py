@@ -1,7 +1,5 @@
 """Live prediction of a hand's free tip angles from its pressures, sample by sample.
 
-Live prediction of a hand's free tip angles from its pressures, sample by sample.
-
 The kernel is that of simulator and lab: the chains' free rotation under the model's effects, whose
 memory is stepped from one angle sample to the next, with the pressure of its stamp.
 """

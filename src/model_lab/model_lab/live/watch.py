@@ -1,7 +1,4 @@
-"""Residuals of the last seconds by actuator, and what they say about model and hand (REP-107).
-
-What the monitor says about model and hand in /diagnostics, as levels of REP-107.
-"""
+"""Watch over a running hand: residuals of the last seconds, and their levels of REP-107."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Bins along an axis, and sums of a residual in them when blocks are drawn at random.
-
-Sums of a residual by block and bin, and what they become when blocks are drawn at random.
-"""
+"""Bins along an axis, and the sums of a residual in them under a bootstrap of blocks."""
 
 from __future__ import annotations
 

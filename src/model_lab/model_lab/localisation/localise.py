@@ -1,12 +1,9 @@
-"""Where a model fails: its residual against every axis, with bands, a test by runs, and words for
-the part of an axis.
-
-Where a model fails: its residual against every axis, with bands and a test by runs.
+"""Localisation of a misfit: the residual against every axis, with bands, a test and a phrase.
 
 The residual is averaged in bins along each axis. Runs are the units that are drawn: the bands, and
-the test whether the means differ by more than chance, come from a wild bootstrap that turns the
-signs of whole runs. With few runs each is cut into blocks, and `basis`
-says so: then what differs between runs by mere scatter counts as found.
+the test whether the means differ by more than chance, come from a wild bootstrap that flips the
+signs of whole runs. With few runs each is cut into blocks, and `basis` says so: then what differs
+between runs by mere scatter counts as found.
 """
 
 from __future__ import annotations

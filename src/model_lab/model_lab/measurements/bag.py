@@ -1,7 +1,4 @@
-"""Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS.
-
-Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS.
-"""
+"""Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS."""
 
 from __future__ import annotations
 

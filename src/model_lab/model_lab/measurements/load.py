@@ -1,7 +1,4 @@
-"""Reading of measurement sets: `experiment.yaml` with one CSV file or rosbag2 folder per run.
-
-Checks of what a run holds, by row: time rises, and no value lies where none can.
-"""
+"""Loading of measurement sets: `experiment.yaml` with one CSV file or rosbag2 folder per run."""
 
 from __future__ import annotations
 

@@ -1,13 +1,11 @@
-"""Recordings made ready for a fit: long ones thinned, the noise of a recorded input taken off.
+"""Preprocessing of recordings: long ones thinned, the noise of a recorded input taken off.
 
-A search tries some hundred models on every sample. Beyond some ten thousand of them the errors of
+A search tries some hundred models on every sample; beyond some ten thousand of them the errors of
 what it finds come from the few runs there are, not from the noise of samples.
 
-Noise of a recorded input, taken off before it passes for memory.
-
 A lag, a play and a viscous branch all average the noise of the pressure that drives them, so a
-model with one of them predicts better than one without, though nothing lags. Here every sample of
-the input is replaced by the middle of a parabola through its neighbours: through as many as the
+model with one of them predicts better than one without, though nothing lags. Therefore every sample
+of the input is replaced by the middle of a parabola through its neighbours: through as many as the
 noise, which is known from fourth differences, allows. Steps, kinks and inputs without noise stay.
 """
 
@@ -56,7 +54,7 @@ OPPOSED = -0.5  # correlation of neighbouring fourth differences, of which noise
 ALIKE = 8.0  # autocorrelation of fourth differences, over its error, that noise never has
 
 
-def steadied(data: MeasurementSet) -> MeasurementSet:
+def without_input_noise(data: MeasurementSet) -> MeasurementSet:
     """The set with the noise of the input taken off, in experiments that an input drives."""
     if not data.has_time:
         return data

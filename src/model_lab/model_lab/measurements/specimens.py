@@ -1,4 +1,4 @@
-"""Specimens of a measurement set, and what a model asks of them."""
+"""Specimens of a measurement set: reading their entries, and what a model requires of them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Units of measured columns, any that pint knows, converted to SI, and units in which people read.
-
-Units in which people read: degrees, kilopascal, milligram.
-"""
+"""Units of measured columns, any that pint knows, and units in which people read."""
 
 from __future__ import annotations
 

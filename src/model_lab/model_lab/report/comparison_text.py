@@ -1,4 +1,4 @@
-"""A comparison as text that a person reads, and as JSON."""
+"""Text and JSON of a comparison."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""The page: verdict, tables and figures in one HTML file that needs neither network nor scripts.
-
-The next experiment, as a course to drive.
-
-The page: verdict, tables and figures in one HTML file that needs neither network nor scripts.
-"""
+"""Report page: verdict, tables and figures in one HTML file without network or scripts."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def _cell(text: str) -> str:
 
 def before_and_after(view: View) -> str:
     """Errors of both models beside the floor."""
-    floor = view.outcome.question.floor
+    floor = view.outcome.problem.floor
     shown = view.display.shown
     found = [view.accuracy(scored) for _, scored in view.models]
     rows = [
@@ -61,7 +61,7 @@ def _ratio(value: float) -> str:
 
 def _floor_parts(view: View) -> str:
     """The parts of the floor, as far as the set tells them."""
-    floor, shown = view.outcome.question.floor, view.display.shown
+    floor, shown = view.outcome.problem.floor, view.display.shown
     if floor.source != REPEATS:
         return "; what differs from run to run is not known"
     return f"; {shown(floor.within)} within a run, {shown(floor.between)} between runs"
@@ -141,7 +141,7 @@ def not_visible(view: View) -> str:
 
 def detectable(view: View) -> str:
     """The weakest value of each effect that would have shown."""
-    classes = view.outcome.question.classes
+    classes = view.outcome.problem.classes
     rows = []
     for entry in view.diagnosis.detectable:
         units = {parameter.name: parameter.unit for parameter in classes[entry.name].parameters}

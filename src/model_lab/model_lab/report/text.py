@@ -1,9 +1,4 @@
-"""A diagnosis, and an effect that was added, as text that a person reads.
-
-A diagnosis as text that a person reads.
-
-What `add` says of the effect that it added.
-"""
+"""Text and JSON of a diagnosis, of an addition and of a proposed experiment."""
 
 from __future__ import annotations
 
@@ -129,9 +124,9 @@ FORMAT = "softhand-addition/1"
 
 def addition_text(addition: Addition, path: Path) -> str:
     """What is printed."""
-    display = display_of(addition.question.data.unit)
+    display = display_of(addition.problem.data.unit)
     before, after = addition.before.held_out.rmse, addition.after.held_out.rmse
-    floor = display.shown(addition.question.floor.total)
+    floor = display.shown(addition.problem.floor.total)
     if after < before:
         error = (
             f"The held-out error falls from {display.shown(before)} to {display.shown(after)}; "
@@ -148,7 +143,7 @@ def addition_text(addition: Addition, path: Path) -> str:
 def _added(addition: Addition) -> str:
     """The effect with its values; of a generic term they say nothing."""
     name = addition.effect.name
-    if addition.question.classes[name].physical:
+    if addition.problem.classes[name].physical:
         return effect_words(addition.effect)
     return f"{name}, {NOT_PHYSICS}: it says how far the model is off, not why"
 
@@ -159,12 +154,12 @@ def addition_json(addition: Addition, path: str) -> dict[str, Any]:
         "format": FORMAT,
         "model": path,
         "effect": asdict(addition.effect),
-        "physical": addition.question.classes[addition.effect.name].physical,
+        "physical": addition.problem.classes[addition.effect.name].physical,
         "calibration": addition.model.calibration,
         "rmse_before": addition.before.held_out.rmse,
         "rmse_after": addition.after.held_out.rmse,
-        "noise_floor": addition.question.floor.total,
-        "unit": addition.question.data.unit,
+        "noise_floor": addition.problem.floor.total,
+        "unit": addition.problem.data.unit,
     }
 
 

@@ -11,7 +11,7 @@ from model_lab.comparison.compare import Accuracy, accuracy
 from model_lab.diagnosis.diagnose import Outcome
 from model_lab.diagnosis.result import EFFECTS_MISSING, Diagnosis
 from model_lab.diagnosis.search import Scored, Unseen, score_with
-from model_lab.fitting.problem import Question
+from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import resting_share
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet
 from model_lab.measurements.sample_table import Series
@@ -50,13 +50,13 @@ class View:
     steps: tuple[Step, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        steps = _ladder(self.outcome.question, self.before, self.after)
+        steps = _ladder(self.outcome.problem, self.before, self.after)
         object.__setattr__(self, "steps", steps)
 
     @property
     def data(self) -> MeasurementSet:
         """The set; of long recordings as many samples as were searched."""
-        return self.outcome.question.data
+        return self.outcome.problem.data
 
     @property
     def diagnosis(self) -> Diagnosis:
@@ -153,7 +153,7 @@ class View:
         named = [entry.name for entry in self.diagnosis.effects]
         for names in self.diagnosis.tied:
             named += names
-        classes = self.outcome.question.classes
+        classes = self.outcome.problem.classes
         rest = set(self.diagnosis.unexplained.against)
         return bool(rest & TIME_SHOWS) or any(classes[name].has_memory for name in named)
 
@@ -163,19 +163,17 @@ def _signed(direction: Array, durations: Array) -> Array:
     return np.where(direction == DEFLATE, DEFLATE, INFLATE) * durations
 
 
-def _ladder(question: Question, before: Scored, after: Scored | None) -> tuple[Step, ...]:
+def _ladder(problem: FitProblem, before: Scored, after: Scored | None) -> tuple[Step, ...]:
     """Errors of the model as it was and with each missing effect in turn."""
     naive = {"valve_pulse": "naive flow", "base_torque": "static chain"}
-    base = naive.get(
-        question.data.experiment, "linear base" if question.base == "linear" else "base"
-    )
+    base = naive.get(problem.data.experiment, "linear base" if problem.base == "linear" else "base")
     steps = [Step(" + ".join([base, *before.effects]), before.held_out.rmse)]
     if after is None:
         return tuple(steps)
     added = [name for name in after.effects if name not in before.effects]
     between = before
     for effect in added[:-1]:
-        scored = score_with(question, between, effect)
+        scored = score_with(problem, between, effect)
         if isinstance(scored, Unseen):  # seen only together with the next
             return (*steps, Step("+ " + " + ".join(added), after.held_out.rmse))
         between = scored
