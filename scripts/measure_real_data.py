@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from model_lab.cli.options import Progress
+from model_lab.cli.progress import Progress
 from model_lab.comparison.compare import Comparison, compare
 from model_lab.diagnosis.diagnose import Outcome, diagnose
 from model_lab.diagnosis.result import NamedEffect, named_effect
@@ -176,10 +176,14 @@ def main(arguments: list[str]) -> int:
         return 1
     rows, where, laws, compared = [], [], [], {}
     for path in sets_in(given.folder):
-        data = load_measurements(path)
+        try:
+            data = load_measurements(path)
+        except DocumentError as reason:  # such as an experiment that the lab does not know
+            print(f"left out: {reason}", file=sys.stderr)
+            continue
         name, model = fitting_model(data)
-        with Progress(f"diagnosing {path.name}"):
-            outcome = diagnose(data, model, jobs=given.jobs)
+        with Progress(f"diagnosing {path.name}") as progress:
+            outcome = diagnose(data, model, jobs=given.jobs, tell=progress)
         report = given.reports / path.name / "report.html"
         report.parent.mkdir(parents=True, exist_ok=True)
         command = f"model-lab diagnose {path} --model {name} --report {report.parent}"

@@ -7,9 +7,9 @@ pressures: of a channel whose vessel is set anew before each pulse.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from model_lab.aliases import Array, Mask
 from model_lab.bench.protocols import BANK
 from model_lab.experiments.specimen_models import SpecimenSegments
 from model_lab.measurements.measurement_set import (
@@ -23,8 +23,6 @@ from model_lab.measurements.measurement_set import (
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.gas import AMBIENT_PRESSURE, psi
 from softhand_model.hand.section import free_curvature
-
-Array = NDArray[np.float64]
 
 DURATION = 24.0  # [s] of a run
 SAMPLES = 200
@@ -214,7 +212,7 @@ def pulse_columns(
     }
 
 
-def _integrals(inflating: NDArray[np.bool_], p_in: Array, p_out: Array) -> tuple[Array, Array]:
+def _integrals(inflating: Mask, p_in: Array, p_out: Array) -> tuple[Array, Array]:
     """Means (pulses,) [Pa] of p_in - p_out and of p_in*Psi while the channel's pressure moves."""
     along = DRIFT * np.linspace(0.0, 1.0, POINTS)[:, None]
     into = np.where(inflating, p_in, p_in * (1.0 - along))

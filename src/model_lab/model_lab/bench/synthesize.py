@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.bench.layouts import driven_set, held_tip_set, pulse_set
 from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.experiments.valve_pulse import USUAL
@@ -49,8 +49,6 @@ def open_seal(folder: Path) -> dict[str, Any]:
     return truth
 
 
-Array = NDArray[np.float64]
-
 EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
     "free_bending": lambda random: driven_set("free_bending"),
     "blocked_tip": lambda random: driven_set("blocked_tip"),
@@ -80,14 +78,13 @@ def synthesize(
     hide: bool,
     classes: Mapping[str, type[Effect]] | None = None,
     noise: float = NOISE,
-    progress: Callable[[float], None] = lambda part: None,
+    tell: Tell = tell_nobody,
 ) -> Synthesised:
     """A set of two repeats of six protocols, with one random effect if `hide`.
 
     classes: effects from which it is drawn, the built-in ones if None. noise: one sigma of a sample
-    over the largest reading, and of the scatter of whole runs, relative. progress is told the part
-    that is done. truth: effects with their parameters, calibration as in a model file, noise (one
-    sigma in SI units), seed.
+    over the largest reading, and of the scatter of whole runs, relative. truth: effects with their
+    parameters, calibration as in a model file, noise (one sigma in SI units), seed.
 
     Raises ValueError for an experiment that is not among EXPERIMENTS, a noise that is not above 0,
     and when none of the effects shows in it.
@@ -101,7 +98,7 @@ def synthesize(
     random = np.random.default_rng(seed)
     bench = _Bench(EMPTY[experiment](random), random, noise)
     known = effect_classes() if classes is None else classes
-    chosen = (bench.hidden_effect(known, progress),) if hide else ()
+    chosen = (bench.hidden_effect(known, tell),) if hide else ()
     truth = {
         "effects": [{"name": effect.name, "parameters": dict(effect.values)} for effect in chosen],
         "calibration": bench.calibration,
@@ -127,9 +124,7 @@ class _Bench:
         self.noise = noise * float(np.abs(self._base).max())
         self._floor = float(np.hypot(self.noise, noise * np.sqrt(np.mean(self._base**2))))
 
-    def hidden_effect(
-        self, classes: Mapping[str, type[Effect]], progress: Callable[[float], None]
-    ) -> Effect:
+    def hidden_effect(self, classes: Mapping[str, type[Effect]], tell: Tell) -> Effect:
         """An effect that changes the readings by so many noise floors, unlike the calibration."""
         able = [
             effect
@@ -139,7 +134,7 @@ class _Bench:
         given_way = np.linalg.qr(self._nudges())[0]
         order = self._random.permutation(len(able))
         for attempt in range(TRIES if able else 0):
-            progress(attempt / TRIES)
+            tell("drawing an effect that shows", attempt + 1, TRIES)
             effect = self._drawn(able[order[attempt % len(able)]])
             change = self._predicted((effect,)) - self._base
             change = change - given_way @ (given_way.T @ change)

@@ -11,13 +11,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.bench.layouts import PUSHES, held_columns, pulse_columns
 from model_lab.bench.protocols import BANK
 from model_lab.measurements.measurement_set import INFLATE, MeasurementSet, Run, Specimen
-
-Array = NDArray[np.float64]
 
 SAMPLES = 200
 LONGER = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows

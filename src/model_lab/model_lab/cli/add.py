@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from model_lab.cli import options
+from model_lab.cli.progress import Progress
 
 HELP = "add an effect to the model, fitted to the data"
 DESCRIPTION = (
@@ -35,7 +36,6 @@ def run(arguments: argparse.Namespace) -> None:
     """Fit, print what was found, and write the model file and the JSON."""
     from dataclasses import replace
 
-    from model_lab.cli.options import Progress
     from model_lab.comparison.add import add_effect, check_model_file, write_model
     from model_lab.report.text import addition_json, addition_text
 
@@ -44,8 +44,8 @@ def run(arguments: argparse.Namespace) -> None:
     model = options.model(arguments)
     classes = options.classes(arguments, model)
     data = options.measurements(arguments)
-    with Progress(f"fitting the model with {arguments.effect}"):
-        addition = add_effect(arguments.effect, data, model, classes)
+    with Progress("adding") as progress:
+        addition = add_effect(arguments.effect, data, model, classes, progress)
     known = {effect.name for effect in addition.model.effects}
     own = {name: path for name, path in options.files(arguments).items() if name in known}
     written = replace(addition.model, files={**model.files, **own})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from model_lab.cli import options
+from model_lab.cli.progress import Progress
 
 HELP = "how far a model is off, and where"
 DESCRIPTION = (
@@ -30,7 +31,6 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Compare, print, and write the JSON."""
-    from model_lab.cli.options import Progress
     from model_lab.comparison.compare import compare
     from model_lab.report.comparison_text import comparison_json, comparison_text
 

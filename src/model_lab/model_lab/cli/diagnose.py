@@ -7,6 +7,7 @@ import shlex
 from pathlib import Path
 
 from model_lab.cli import options
+from model_lab.cli.progress import Progress
 
 HELP = "which physical effect is missing"
 DESCRIPTION = (
@@ -37,7 +38,6 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Diagnose, print the verdict, and write JSON and report."""
-    from model_lab.cli.options import Progress
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.report.text import diagnosis_text
     from softhand_model.output_file import check_new
@@ -48,8 +48,8 @@ def run(arguments: argparse.Namespace) -> None:
     model = options.model(arguments)
     classes = options.classes(arguments, model)
     data = options.measurements(arguments)
-    with Progress("diagnosing"):
-        outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs)
+    with Progress("diagnosing") as progress:
+        outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     print(diagnosis_text(outcome.diagnosis), end="")
     options.save_json(arguments, outcome.diagnosis.as_json())
     if arguments.report is not None:

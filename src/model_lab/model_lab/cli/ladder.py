@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from model_lab.cli import options
+from model_lab.cli.progress import Progress
 
 HELP = "the errors of several models, side by side"
 DESCRIPTION = (
@@ -27,7 +28,6 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Compare the models, print the rungs, and write the JSON."""
-    from model_lab.cli.options import Progress
     from model_lab.comparison.ladder import compare_models, ladder_json, ladder_text
 
     options.check_json(arguments)

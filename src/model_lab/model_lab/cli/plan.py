@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from model_lab.cli import options
+from model_lab.cli.progress import Progress
 
 HELP = "the next experiment, which would separate what is still tied"
 DESCRIPTION = (
@@ -33,7 +34,6 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Diagnose, print what to do next, and write template and JSON."""
-    from model_lab.cli.options import Progress
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.measurements.save import check_folder
     from model_lab.report.text import plan_json, plan_text, write_template
@@ -44,8 +44,9 @@ def run(arguments: argparse.Namespace) -> None:
     model = options.model(arguments)
     classes = options.classes(arguments, model)
     data = options.measurements(arguments)
-    with Progress("diagnosing and planning"):
-        diagnosis = diagnose(data, model, classes, arguments.seed, arguments.jobs).diagnosis
+    with Progress("diagnosing and planning") as progress:
+        outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
+    diagnosis = outcome.diagnosis
     print(plan_text(diagnosis), end="")
     files = []
     if diagnosis.next_experiment is not None and arguments.out is not None:

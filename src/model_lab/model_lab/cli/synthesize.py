@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from model_lab.cli import options
+from model_lab.cli.progress import Progress
 
 NOISE = 0.006
 HELP = "make measurements with a hidden effect, to try the lab on"
@@ -48,7 +49,6 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Make the set and write it."""
     from model_lab.bench.synthesize import synthesize, write_synthesised
-    from model_lab.cli.options import Progress
     from model_lab.measurements.save import check_folder
 
     options.check_json(arguments)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.result import NamedEffect, calibration_of, named_effect
 from model_lab.diagnosis.search import (
     Scored,
@@ -43,7 +44,11 @@ class Addition:
 
 
 def add_effect(
-    name: str, data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
+    name: str,
+    data: MeasurementSet,
+    model: Model,
+    classes: Mapping[str, type[Effect]],
+    tell: Tell = tell_nobody,
 ) -> Addition:
     """Fit calibration, the effects that were fitted before, and the new one, all together.
 
@@ -56,7 +61,9 @@ def add_effect(
     reason = inapplicable(classes[name], data, model.base)
     if reason is not None:
         raise ValueError(f"effect {name}: expected one that these data show, but: {reason}")
+    tell("fitting the model as it is", 1, 2)
     problem, given = pose_problem(data, model, classes)
+    tell(f"fitting {name}", 2, 2)
     problem, before, after = _before_and_after(problem, [effect.name for effect in given], name)
     named = [named_effect(after, effect) for effect in after.effects]
     kept = tuple(effect for effect in model.effects if effect.name not in after.effects)

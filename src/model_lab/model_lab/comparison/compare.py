@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, IntArray, Tell, tell_nobody
 from model_lab.diagnosis.result import calibration_of
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import Forward
@@ -20,8 +20,7 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import SampleTable
 from softhand_model.model_file import Model
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+STEPS = 3  # of a comparison, as they are told
 
 
 @dataclass(frozen=True)
@@ -58,9 +57,6 @@ def _means(values: Array, output: IntArray) -> Array:
     return np.asarray(np.bincount(output, values) / np.maximum(np.bincount(output), 1), float)
 
 
-Tell = Callable[[float], None]
-
-
 @dataclass(frozen=True)
 class Errors:
     """Errors of a model, in SI units.
@@ -86,16 +82,16 @@ class Errors:
     residual: Array
 
 
-def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -> Errors:
+def errors_of(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> Errors:
     """Errors of a model on a set.
 
-    tell: is told the part that is done. Raises ValueError for data that the model cannot use.
+    Raises ValueError for data that the model cannot use.
     """
+    tell("fitting", 1, STEPS)
     problem, given = pose_problem(data, model, {})
     data = problem.data
-    tell(0.4)
+    tell("holding data out", 2, STEPS)
     scored = score_base(problem, [effect.name for effect in given])
-    tell(0.9)
     forward = Forward(data, model.base, (), model.effects, model.calibration, joints=model.springs)
     calibrated = not all(_given(model, parameter.name) for parameter in forward.parameters)
     values = _fitted(forward, scored) if calibrated else forward.start()
@@ -155,16 +151,16 @@ class Comparison:
 
 
 def compare(
-    data: MeasurementSet, model: Model, seed: int = 0, tell: Tell = lambda _: None
+    data: MeasurementSet, model: Model, seed: int = 0, tell: Tell = tell_nobody
 ) -> Comparison:
     """Compare a model with a set.
 
-    seed: of the tests of the localisation; same seed, same answer. tell: is told the part that is
-    done. Raises ValueError for data that the model cannot use.
+    seed: of the tests of the localisation; same seed, same answer. Raises ValueError for
+    data that the model cannot use.
     """
-    errors = errors_of(data, model, lambda part: tell(0.7 * part))
+    errors = errors_of(data, model, tell)
+    tell("localising the error", 3, STEPS)
     found = localise(data, errors.residual, seed)
-    tell(0.95)
     specimens = list(dict.fromkeys(run.specimen for run in data.runs))
     specimen_of = np.array([specimens.index(run.specimen) for run in data.runs])[errors.table.run]
     return Comparison(

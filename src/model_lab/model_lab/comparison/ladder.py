@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from model_lab.aliases import Tell, tell_nobody
 from model_lab.comparison.compare import Errors, errors_of
 from model_lab.fitting.noise_floor import NoiseFloor
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -15,7 +16,6 @@ from softhand_model.model_file import Model
 
 FORMAT = "softhand-ladder/1"
 BAR = 40  # characters of the largest error
-Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -45,16 +45,15 @@ class Ladder:
 
 
 def compare_models(
-    data: MeasurementSet, models: Mapping[str, Model], tell: Tell = lambda part, step: None
+    data: MeasurementSet, models: Mapping[str, Model], tell: Tell = tell_nobody
 ) -> Ladder:
     """Compare each of the models (by name) with the set.
 
-    tell: is told the part that is done and the model at hand. Raises ValueError for data that a
-    model cannot use, naming the model.
+    Raises ValueError for data that a model cannot use, naming the model.
     """
     rungs = []
-    for index, (name, model) in enumerate(models.items()):
-        tell(index / len(models), name)
+    for number, (name, model) in enumerate(models.items(), 1):
+        tell(name, number, len(models))
         try:
             rungs.append(Rung(name, errors_of(data, model)))
         except ValueError as reason:

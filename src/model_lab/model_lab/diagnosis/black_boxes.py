@@ -11,13 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from model_lab.aliases import Array
 from model_lab.fitting.fit import Fit, inverse
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet, Run
-
-Array = NDArray[np.float64]
 
 SPLINE_PIECES = 6
 PLAY_SHARES = (0.05, 0.15, 0.3, 0.6)  # widths of the plays over the range of the input

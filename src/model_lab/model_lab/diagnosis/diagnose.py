@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
@@ -51,6 +52,7 @@ def diagnose(
     classes: Mapping[str, type[Effect]] | None = None,
     seed: int = 0,
     jobs: int = 1,
+    tell: Tell = tell_nobody,
 ) -> Outcome:
     """Compare a model with a set, search the effects for what is missing, and judge the rest.
 
@@ -59,6 +61,7 @@ def diagnose(
     recordings are thinned. Raises ValueError for data that the model cannot use.
     """
     data = thinned(data)
+    tell("fitting the model as it is", 0, 0)
     problem, given = pose_problem(data, model, effect_classes() if classes is None else classes)
     present = {effect.name for effect in model.effects}
     hidden, tried = [], []
@@ -71,11 +74,12 @@ def diagnose(
         else:
             hidden.append(NotVisible(name, reason))
     fitted = [effect.name for effect in given]
-    selection = select(problem, tried, fitted, seed, jobs)
+    selection = select(problem, tried, fitted, seed, jobs, tell)
     proven = [s for s in selection.singles if s.plausible and s.improvement > selection.threshold]
     clearer = with_lower_floor(problem, proven[0].fit) if proven else None
     if clearer is not None:
-        problem, selection = clearer, select(clearer, tried, fitted, seed, jobs)
+        problem, selection = clearer, select(clearer, tried, fitted, seed, jobs, tell)
+    tell("judging what is left", 0, 0)
     return _outcome(problem, selection, hidden, seed)
 
 

@@ -18,8 +18,8 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.bench.trial_runs import Trial, run_of, trials
 from model_lab.diagnosis.search import Scored, score_with, score_without
 from model_lab.fitting.fit import DIFFERENCE
@@ -27,8 +27,6 @@ from model_lab.fitting.noise_floor import Spectrum, make_spectrum
 from model_lab.fitting.problem import FitProblem
 from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run
 from softhand_model.effects import InputEffect
-
-Array = NDArray[np.float64]
 
 ENOUGH = 12.0  # sigma, beyond which experiments count as equally good
 BREAKS = 4.0  # sigma, below which an experiment is not likely to break a tie

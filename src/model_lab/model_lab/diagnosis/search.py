@@ -6,19 +6,17 @@ starts, and whether the effect shows at all.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from multiprocessing import get_context
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, HeldOut, base_starts, hold_out
 from softhand_model.effects import Effect, Parameter
-
-Array = NDArray[np.float64]
 
 GRID = {0: 1, 1: 7, 2: 4, 3: 3}  # trial values of each parameter, by their number
 LARGEST_GRID = 16
@@ -226,7 +224,12 @@ def score_without(problem: FitProblem, before: Scored, effect: str) -> Scored:
 
 
 def score_all(
-    problem: FitProblem, before: Scored, effects: Sequence[str], jobs: int = 1, limit: int = 0
+    problem: FitProblem,
+    before: Scored,
+    effects: Sequence[str],
+    jobs: int = 1,
+    limit: int = 0,
+    tell: Tell = tell_nobody,
 ) -> list[Scored | Unseen]:
     """The model with each of the effects added in turn, by so many processes.
 
@@ -234,9 +237,17 @@ def score_all(
     """
     if limit and len(effects) > limit:
         effects = _most_promising(problem, before, effects, limit)
+
+    def told(effect: str, number: int) -> str:
+        tell(f"fitting {' with '.join([effect, *before.effects])}", number, len(effects))
+        return effect
+
     if jobs < 2 or len(effects) < 2:
-        return [score_with(problem, before, effect) for effect in effects]
-    return _in_processes(problem, before, effects, jobs)
+        return [
+            score_with(problem, before, told(effect, number))
+            for number, effect in enumerate(effects, 1)
+        ]
+    return _in_processes(problem, before, effects, jobs, told)
 
 
 def _most_promising(
@@ -256,13 +267,21 @@ _task: tuple[FitProblem, Scored] | None = (
 
 
 def _in_processes(
-    problem: FitProblem, before: Scored, effects: Sequence[str], jobs: int
+    problem: FitProblem,
+    before: Scored,
+    effects: Sequence[str],
+    jobs: int,
+    told: Callable[[str, int], str],
 ) -> list[Scored | Unseen]:
     """As `score_all`; results come back without their likelihood, which the parent knows."""
     global _task
     _task = (problem, before)
     with get_context("fork").Pool(jobs) as pool:
-        results = pool.map(_work, effects, chunksize=1)
+        coming = pool.imap(_work, effects)
+        results = []
+        for number, effect in enumerate(effects, 1):
+            told(effect, number)
+            results.append(next(coming))
     _task = None
     return [
         result

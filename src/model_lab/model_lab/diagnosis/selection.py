@@ -6,12 +6,13 @@ distribution is drawn. Besides, the smallest value of each effect that would hav
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Mask, Tell, tell_nobody
 from model_lab.diagnosis.result import Detectable
 from model_lab.diagnosis.search import (
     Scored,
@@ -24,7 +25,8 @@ from model_lab.diagnosis.search import (
 from model_lab.fitting.noise_floor import Spectrum
 from model_lab.fitting.problem import FitProblem
 
-Array = NDArray[np.float64]
+Search = Callable[..., list[Scored | Unseen]]
+"""`score_all` with the processes to use, and whom to tell."""
 
 DRAWS = 2000  # sets of mere noise
 SMALLEST_SHOWN = 0.5  # rms of an effect over the floor that makes an error material
@@ -59,18 +61,24 @@ class Selection:
 
 
 def select(
-    problem: FitProblem, effects: Sequence[str], given: Sequence[str], seed: int, jobs: int
+    problem: FitProblem,
+    effects: Sequence[str],
+    given: Sequence[str],
+    seed: int,
+    jobs: int,
+    tell: Tell = tell_nobody,
 ) -> Selection:
     """Search the effects for what is missing in a model that has the given ones."""
     base = score_base(problem, given)
-    tried = score_all(problem, base, effects, jobs)
+    search = partial(score_all, jobs=jobs, tell=tell)
+    tried = search(problem, base, effects)
     singles = tuple(sorted((s for s in tried if isinstance(s, Scored)), key=_criterion))
     unseen = tuple(s for s in tried if isinstance(s, Unseen))
     maxima = null_maxima([s.signature for s in singles if s.signature], problem.spectrum, seed)
     threshold = float(np.quantile(maxima, 1.0 - SIGNIFICANCE))
     p_values = {s.added: p_value(maxima, s.improvement) for s in singles}
-    final = _grow(problem, base, singles, threshold, jobs)
-    ties = _ties(problem, final, base, singles, jobs)
+    final = _grow(problem, base, singles, threshold, search)
+    ties = _ties(problem, final, base, singles, search)
     return Selection(base, singles, unseen, final, p_values, threshold, ties)
 
 
@@ -92,7 +100,7 @@ def shape_error(problem: FitProblem, scored: Scored) -> float:
     return float(np.sqrt(power[~_gains(problem)].sum() / problem.data.table.samples))
 
 
-def _gains(problem: FitProblem) -> NDArray[np.bool_]:
+def _gains(problem: FitProblem) -> Mask:
     """Bands (bands,) of the gains of runs: the first of every output."""
     output = problem.spectrum.band_output
     return np.asarray(np.searchsorted(output, output) == np.arange(len(output)))
@@ -133,7 +141,7 @@ def _criterion(scored: Scored) -> float:
 
 
 def _grow(
-    problem: FitProblem, base: Scored, singles: Sequence[Scored], threshold: float, jobs: int
+    problem: FitProblem, base: Scored, singles: Sequence[Scored], threshold: float, search: Search
 ) -> Scored:
     """The model with the effects that are missing, one or two at a time."""
     good = [s for s in singles if s.plausible and s.improvement > threshold]
@@ -143,7 +151,7 @@ def _grow(
     names = [s.added for s in singles]
     if material(problem, best):
         firsts = [s for s in good[:BEAM] if s.improvement > WORTHWHILE * best.improvement]
-        pairs = _pairs(problem, firsts, names, threshold, jobs)
+        pairs = _pairs(problem, firsts, names, threshold, search)
         if pairs and _is_better(problem, pairs[0], best, threshold):
             return _without_idle(problem, pairs[0])
     return best if share_left(problem, best, base) <= 1.0 - REMOVED else base
@@ -156,7 +164,11 @@ def _is_better(problem: FitProblem, pair: Scored, single: Scored, threshold: flo
 
 
 def _pairs(
-    problem: FitProblem, firsts: Sequence[Scored], names: Sequence[str], threshold: float, jobs: int
+    problem: FitProblem,
+    firsts: Sequence[Scored],
+    names: Sequence[str],
+    threshold: float,
+    search: Search,
 ) -> list[Scored]:
     """Plausible pairs that begin with one of `firsts`, the best first."""
     found: list[Scored] = []
@@ -164,7 +176,7 @@ def _pairs(
         if found and not material(problem, min(found, key=_criterion)):
             break  # they reach the floor
         others = [name for name in names if name not in first.effects]
-        tried = score_all(problem, first, others, jobs, FITTED)
+        tried = search(problem, first, others, limit=FITTED)
         found += [
             s for s in tried if isinstance(s, Scored) and s.plausible and s.improvement > threshold
         ]
@@ -181,7 +193,7 @@ def _without_idle(problem: FitProblem, scored: Scored) -> Scored:
 
 
 def _ties(
-    problem: FitProblem, final: Scored, base: Scored, singles: Sequence[Scored], jobs: int
+    problem: FitProblem, final: Scored, base: Scored, singles: Sequence[Scored], search: Search
 ) -> tuple[tuple[str, ...], ...]:
     added = [name for name in final.effects if name not in base.effects]
     margin = max(TIE, TIE_SHARE * (_criterion(base) - _criterion(final)))
@@ -192,7 +204,7 @@ def _ties(
         else:
             without = score_without(problem, final, effect)
             others = [s.added for s in singles if s.added not in final.effects]
-            tried = score_all(problem, without, others, jobs, FITTED)
+            tried = search(problem, without, others, limit=FITTED)
             rivals = [s for s in tried if isinstance(s, Scored)]
         near = [
             s

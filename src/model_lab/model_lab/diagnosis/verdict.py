@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import f as variance_ratio
 
+from model_lab.aliases import Array
 from model_lab.diagnosis.black_boxes import BlackBox
 from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, UNEXPLAINED
 from model_lab.diagnosis.search import Scored
@@ -23,8 +23,6 @@ from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import axes_of
 from model_lab.localisation.localise import Localisation
 from model_lab.measurements.measurement_set import MeasurementSet
-
-Array = NDArray[np.float64]
 
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Indices, Mask
 from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegments
 from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, MeasurementSet
@@ -26,9 +26,6 @@ from softhand_model.equilibrium.joint_springs import Factor, JointSprings, sprin
 from softhand_model.equilibrium.spatial import BaseLoad, HeldChain, Hold
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.numerics.rotations import matrices
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 
 def lane_values(calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
@@ -298,9 +295,7 @@ class BaseTorque:
         expected = "a quaternion of length {:g}"
         self._refuse(~(size > 0.5), "tip_qx ... tip_qw", expected, size, np.ones_like(size))
 
-    def _refuse(
-        self, wrong: NDArray[np.bool_], columns: str, expected: str, got: Array, wanted: Array
-    ) -> None:
+    def _refuse(self, wrong: Mask, columns: str, expected: str, got: Array, wanted: Array) -> None:
         """Raise ValueError for the first wrong sample, if there is one."""
         if wrong.any():
             row = int(np.argmax(wrong))

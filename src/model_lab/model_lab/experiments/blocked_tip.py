@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Indices
 from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSections, circumference
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
@@ -19,8 +19,6 @@ from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 from softhand_model.hand import section
-
-Array = NDArray[np.float64]
 
 SPRINGS = ("exact", "linear")
 NO_TIME = np.zeros(1)
@@ -91,7 +89,7 @@ class _Fingers:
     blocked: Blocked
     edge: Array
 
-    def of_rows(self, rows: NDArray[np.intp]) -> _Fingers:
+    def of_rows(self, rows: Indices) -> _Fingers:
         """Some of the rows, or rows that repeat."""
         return _Fingers(self.shape.of_rows(rows), self.blocked.of_rows(rows), self.edge[:, rows])
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Mask
 from model_lab.experiments.base_torque import BaseTorque
 from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
@@ -22,8 +22,6 @@ from softhand_model.effects.effect import BASES
 from softhand_model.effects.pipeline import in_order
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Calibration = Mapping[str, float | Mapping[str, float]]
 """As in a model file: numbers, or numbers by batch, specimen or direction."""
 
@@ -121,7 +119,7 @@ class Forward:
         found = self._experiment.predict(calibration, [*self._fixed, *self.effects_at(values)])
         return np.broadcast_to(found, (len(values), self.measured.size))
 
-    def grows(self, values: Array) -> NDArray[np.bool_]:
+    def grows(self, values: Array) -> Mask:
         """Whether the elastic side grows up to a stretch of 4, (lanes,) for values (lanes, k).
 
         Other values are out of bounds, though predictions stay finite there.

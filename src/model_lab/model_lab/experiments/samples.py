@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
-
-Array = NDArray[np.float64]
 
 
 def batches(data: MeasurementSet) -> list[str]:
@@ -29,7 +27,6 @@ def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> A
     return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
 
 
-Indices = NDArray[np.intp]
 Step = Callable[[Array, Array], Array]
 """Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
 duration (runs, 1) [s].

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.experiments.samples import LONG, SampleRows, Step
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.specimens import require_keys
@@ -21,7 +21,6 @@ from softhand_model.hand.hand import ChainDescription, Mount
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile
 
-Array = NDArray[np.float64]
 Entry = tuple[str, str]  # name of an effect and of what it keeps
 Largest = Mapping[Entry, Array]
 """Largest values (lanes, runs, sections) so far."""

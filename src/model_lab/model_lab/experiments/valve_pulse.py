@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import in_order
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import psi
-
-Array = NDArray[np.float64]
 
 DIRECTIONS = {"inflate": INFLATE, "deflate": DEFLATE}  # name of the calibration: column's value
 USUAL = {"inflate": 7e-11, "deflate": 6e-10}  # [kg/(s Pa)] of the chokes of section 4.3

@@ -17,11 +17,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Mask
 from model_lab.fitting.noise_floor import Spectrum, falling
-
-Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-4  # step of the Jacobian in units of a parameter's scale
 ITERATIONS = 15
@@ -59,7 +57,7 @@ class Scales:
     low: Array
     high: Array
     width: Array
-    logarithmic: NDArray[np.bool_]
+    logarithmic: Mask
 
     @classmethod
     def of(cls, parameters: Sequence[Any]) -> Scales:
@@ -168,7 +166,7 @@ class Fit:
     variance: Array
     jacobian: Array
     covariance: Array
-    at_limit: NDArray[np.bool_]
+    at_limit: Mask
 
     @property
     def rmse(self) -> float:
@@ -302,7 +300,7 @@ def inverse(normal: Array, singular: float = 1e-14) -> Array:
     return np.asarray(np.linalg.pinv(scaled, rcond=singular, hermitian=True) / np.outer(size, size))
 
 
-def held(scales: Scales, coordinates: Array, gradient: Array) -> NDArray[np.bool_]:
+def held(scales: Scales, coordinates: Array, gradient: Array) -> Mask:
     """Parameters on a bound that want to go beyond it."""
     below = (coordinates <= scales.low) & (gradient < 0.0)
     return below | ((coordinates >= scales.high) & (gradient > 0.0))

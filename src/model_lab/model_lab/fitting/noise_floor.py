@@ -14,16 +14,13 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import dct
 from scipy.interpolate import make_smoothing_spline
 from scipy.stats import chi2
 
+from model_lab.aliases import Array, IntArray, Mask
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import SampleTable, Series
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 BAND_WIDTH = 3  # each band reaches to this many times the frequency of the one before
 REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
@@ -241,14 +238,14 @@ def _scatter(spectrum: Spectrum, coefficients: Array, repeats: list[Series]) -> 
     return np.asarray(power, float), np.asarray(freedom, float)
 
 
-def _slow(spectrum: Spectrum) -> NDArray[np.bool_]:
+def _slow(spectrum: Spectrum) -> Mask:
     """Bands (bands,) of slow errors, without those of a run's gain."""
     first = np.searchsorted(spectrum.band_output, spectrum.band_output)
     order = np.arange(spectrum.band_count) - first
     return np.asarray((order >= 1) & (order <= SLOW_BANDS))
 
 
-def _alike(power: Array, dof: Array) -> NDArray[np.bool_]:
+def _alike(power: Array, dof: Array) -> Mask:
     """Groups (groups,) to keep: all, unless the upper half scatters too much for one level.
 
     The null distribution of the ratio of the halves is drawn; it depends on nothing but the degrees

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Mask
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.fit import Fit, Likelihood, fit, held, inverse
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
@@ -24,8 +24,6 @@ from model_lab.measurements.preprocess import without_input_noise
 from softhand_model.effects import Effect
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
-
-Array = NDArray[np.float64]
 
 LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
 
@@ -142,7 +140,7 @@ def _held_out(fit: Fit, weighted: bool) -> Array:
     return residual
 
 
-def _values_without(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> Array:
+def _values_without(fit: Fit, kept: Mask, weighted: bool) -> Array:
     """Parameters (shares, k) fitted to the kept samples, by shares of one step."""
     likelihood, scales = fit.likelihood, fit.likelihood.scales
     rows, rest = _equations(fit, kept, weighted)
@@ -160,7 +158,7 @@ def _values_without(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> Array:
     return scales.outward(np.clip(tried, scales.low, scales.high))
 
 
-def _equations(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> tuple[Array, Array]:
+def _equations(fit: Fit, kept: Mask, weighted: bool) -> tuple[Array, Array]:
     """Jacobian (n, k) and residual (n,) of what is kept, over their errors.
 
     A fold is whole series, and so are its coefficients.

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, IntArray
 from model_lab.localisation.axes import Axis
 from model_lab.measurements.sample_table import SampleTable
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 BINS = 12
 SMALLEST_BIN = 5  # samples, on the average

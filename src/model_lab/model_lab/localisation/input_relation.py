@@ -10,11 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Run
-
-Array = NDArray[np.float64]
 
 STEPS = 500  # of the longest run
 FARTHEST = 50  # lag in steps

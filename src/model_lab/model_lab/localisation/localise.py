@@ -12,15 +12,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, IntArray
 from model_lab.localisation.axes import COURSES, Axis, axes_of
 from model_lab.localisation.bins import Bins, BlockSums, Curve, make_bins
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_of
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 CLEAR = 0.2  # share of the error less share of the samples, from which a part stands out
 INNER_MARGIN = 0.1  # by which a part in the middle must be better than one at an end

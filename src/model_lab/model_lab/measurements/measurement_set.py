@@ -8,11 +8,9 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.sample_table import SampleTable, make_table
-
-Array = NDArray[np.float64]
 
 OUTPUTS = {
     "free_bending": ("tip_angle",),

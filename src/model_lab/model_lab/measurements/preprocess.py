@@ -15,8 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 
 LARGEST_SET = 30000  # samples that are searched
@@ -39,8 +39,6 @@ def _thin(run: Run, wanted: float) -> Run:
     step = max(min(int(wanted + 0.5), run.samples // SHORTEST_RUN), 1)
     return replace(run, columns={name: values[::step] for name, values in run.columns.items()})
 
-
-Array = NDArray[np.float64]
 
 DRIVING = ("pressure", "stretch")
 WINDOWS = (5, 7, 11, 17, 25)  # samples; the widest that fits is taken

@@ -12,10 +12,8 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from model_lab.aliases import Array, IntArray
 
 PROTOCOLS, BLOCKS = "protocols", "blocks"
 BLOCKS_A_RUN = 10  # where there are fewer than two protocols; every fifth is held out together

@@ -6,13 +6,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from softhand_model.hand.actuator import read_profile
 from softhand_model.yaml_document import DocumentError, Node, named_entries, open_fields
-
-Array = NDArray[np.float64]
 
 DOCUMENT = "experiment.yaml"
 UNITS = {

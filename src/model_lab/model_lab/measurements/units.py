@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 import pint
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from model_lab.aliases import Array
 
 COLUMN_UNITS = {
     "time": "s",

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.sample_table import Series
 from model_lab.report.drawing import COLOURS, Drawing, by_rows, light_grid, line_handle, thinned
 from model_lab.report.view import Panel, View
-
-Array = NDArray[np.float64]
 
 MOST_PANELS = 36
 SHAPES = (

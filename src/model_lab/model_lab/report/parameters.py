@@ -6,13 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.diagnosis.result import Estimate, estimate
 from model_lab.report.drawing import COLOURS, Drawing
 from model_lab.report.view import View
-
-Array = NDArray[np.float64]
 
 MOST = 14  # parameters in the figure: one factor a specimen may be many
 ROW = 0.55  # [in]

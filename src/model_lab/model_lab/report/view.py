@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.comparison.compare import Accuracy, accuracy
 from model_lab.diagnosis.diagnose import Outcome
 from model_lab.diagnosis.result import EFFECTS_MISSING, Diagnosis
@@ -16,8 +16,6 @@ from model_lab.localisation.axes import resting_share
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet
 from model_lab.measurements.sample_table import Series
 from model_lab.measurements.units import Display, display_of
-
-Array = NDArray[np.float64]
 
 MOSTLY = 0.5  # share of samples at rest, from which curves over pressure are heaps of dots
 TIME_SHOWS = {"time_since_step", "time_in_run", "pressure_rate", "direction"}
