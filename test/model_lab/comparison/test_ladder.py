@@ -3,7 +3,8 @@
 import pytest
 from tensile_set import tensile_set
 
-from model_lab.comparison.ladder import compare_models, ladder_json, ladder_text
+from model_lab.comparison.ladder import compare_models
+from model_lab.report.comparison_text import ladder_json, ladder_text
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 

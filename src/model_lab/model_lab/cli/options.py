@@ -16,70 +16,76 @@ from softhand_model.effects.effect import EXPERIMENTS
 from softhand_model.model_file import Model, load_model
 from softhand_model.output_file import check_new, write_json
 
-DEFAULT_MODEL = "base"
+Argument = tuple[tuple[str, ...], dict[str, Any]]
+"""What `ArgumentParser.add_argument` takes."""
+
+
+def argument(*flags: str, **given: Any) -> Argument:
+    """An argument of a command."""
+    return flags, given
+
+
+def _positive(text: str) -> int:
+    return _whole(text, 1)
+
+
+def _seed(text: str) -> int:
+    return _whole(text, 0)
+
+
+def _whole(text: str, least: int) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = least - 1
+    if value < least:
+        raise argparse.ArgumentTypeError(f"expected a whole number from {least}, got {text}")
+    return value
+
+
+def _processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 # ---------------------------------------------------------------------- declared
-def add_data(parser: argparse.ArgumentParser) -> None:
-    """The measurement set, by place."""
-    parser.add_argument(
-        "data", type=Path, metavar="DATA", help="folder of the measurements, with experiment.yaml"
-    )
-
-
-def add_model(parser: argparse.ArgumentParser) -> None:
-    """The model, `base` if it is not named."""
-    parser.add_argument(
-        "--model",
-        default=DEFAULT_MODEL,
-        metavar="M",
-        help="model file, or the name of a shipped one (default: %(default)s)",
-    )
-
-
-def add_effects(parser: argparse.ArgumentParser) -> None:
-    """A user's own effects."""
-    parser.add_argument(
-        "--effects",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="Python file with effects of your own, which then take part; may be given again",
-    )
-
-
-def add_results(parser: argparse.ArgumentParser) -> None:
-    """Where results go."""
-    parser.add_argument("--json", type=Path, metavar="OUT", help="write the result as JSON, too")
-    add_force(parser)
-
-
-def add_force(parser: argparse.ArgumentParser) -> None:
-    """Whether results may overwrite what is there."""
-    parser.add_argument("--force", action="store_true", help="overwrite files that exist")
-
-
-def add_seed(parser: argparse.ArgumentParser) -> None:
-    """What is drawn at random; same seed, same answer."""
-    parser.add_argument(
-        "--seed",
-        type=_seed,
-        default=0,
-        metavar="N",
-        help="of all that is drawn at random (default: %(default)s)",
-    )
-
-
-def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Number of processes."""
-    parser.add_argument(
-        "--jobs",
-        type=_positive,
-        default=_processors(),
-        metavar="N",
-        help="processes (default: %(default)s)",
-    )
+DATA = argument(
+    "data", type=Path, metavar="DATA", help="folder of the measurements, with experiment.yaml"
+)
+MODEL = argument(
+    "--model",
+    default="base",
+    metavar="M",
+    help="model file, or the name of a shipped one (default: %(default)s)",
+)
+EFFECTS = argument(
+    "--effects",
+    type=Path,
+    action="append",
+    default=[],
+    metavar="FILE",
+    help="Python file with effects of your own, which then take part; may be given again",
+)
+RESULTS = (
+    argument("--json", type=Path, metavar="OUT", help="write the result as JSON, too"),
+    argument("--force", action="store_true", help="overwrite files that exist"),
+)
+SEED = argument(
+    "--seed",
+    type=_seed,
+    default=0,
+    metavar="N",
+    help="of all that is drawn at random (default: %(default)s)",
+)
+JOBS = argument(
+    "--jobs",
+    type=_positive,
+    default=_processors(),
+    metavar="N",
+    help="processes (default: %(default)s)",
+)
 
 
 # ---------------------------------------------------------------------- used
@@ -142,28 +148,3 @@ def save_json(arguments: argparse.Namespace, content: dict[str, Any]) -> None:
     """Write the result as JSON if asked for."""
     if arguments.json is not None:
         write_json(arguments.json, content, arguments.force)
-
-
-def _positive(text: str) -> int:
-    return _whole(text, 1)
-
-
-def _seed(text: str) -> int:
-    return _whole(text, 0)
-
-
-def _whole(text: str, least: int) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = least - 1
-    if value < least:
-        raise argparse.ArgumentTypeError(f"expected a whole number from {least}, got {text}")
-    return value
-
-
-def _processors() -> int:
-    """Processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.bench.trial_runs import Trial, run_of, trials
+from model_lab.bench.trial_runs import TrialRun, run_of, trial_runs
 from model_lab.diagnosis.search import Scored, score_with, score_without
 from model_lab.fitting.fit import DIFFERENCE
 from model_lab.fitting.noise_floor import Spectrum, make_spectrum
@@ -41,7 +41,7 @@ class Experiment:
     that it tells apart.
     """
 
-    trial: Trial
+    trial: TrialRun
     separation: float
     separates: tuple[tuple[str, ...], ...]
 
@@ -102,7 +102,7 @@ def next_experiment(
     """The experiment that separates the explanations in each group best; None without a group or
     where no experiment can be thought of.
     """
-    bank = trials(problem.data, problem.base)
+    bank = trial_runs(problem.data, problem.base)
     if not groups or not bank:
         return None
     lowest = max(_lowest_reading(problem, s) for group in groups for s in group.values())
@@ -134,17 +134,16 @@ def _lowest_reading(problem: FitProblem, scored: Scored) -> float:
     return float(vented[-1]) if len(vented) else 0.0
 
 
-def _from(trial: Trial, lowest: float) -> Trial:
+def _from(trial: TrialRun, lowest: float) -> TrialRun:
     """The trial with readings from a lowest one [Pa]."""
     if "pressure" not in trial.columns:
         return trial
     return replace(
-        trial,
-        columns={**trial.columns, "pressure": np.maximum(trial.columns["pressure"], lowest)},
+        trial, columns={**trial.columns, "pressure": np.maximum(trial.columns["pressure"], lowest)}
     )
 
 
-def _named_anew(trial: Trial, data: MeasurementSet) -> Trial:
+def _named_anew(trial: TrialRun, data: MeasurementSet) -> TrialRun:
     """The trial under a name that no protocol of the set has: it is no repeat of one."""
     name = trial.protocol
     while name in data.protocols():
@@ -155,7 +154,7 @@ def _named_anew(trial: Trial, data: MeasurementSet) -> Trial:
 class _Planned:
     """All trials as runs of one set, each of a specimen of its own, behind what came before."""
 
-    def __init__(self, problem: FitProblem, bank: Sequence[Trial]) -> None:
+    def __init__(self, problem: FitProblem, bank: Sequence[TrialRun]) -> None:
         self._question = problem
         data = problem.data
         earlier = data.runs if problem.base == "linear" else ()
@@ -226,7 +225,7 @@ def _separation(first: Array, second: Array) -> float:
     return float(np.sqrt(max(square, 0.0)))
 
 
-def _history(data: MeasurementSet, trial: Trial, name: str) -> Run | None:
+def _history(data: MeasurementSet, trial: TrialRun, name: str) -> Run | None:
     """A quick run to the largest input of the trial's specimen so far, which it remembers; None for
     a specimen that is new or that nothing drives.
     """

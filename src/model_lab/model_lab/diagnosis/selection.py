@@ -119,10 +119,7 @@ def share_left(problem: FitProblem, after: Scored, before: Scored) -> float:
     shape = float(np.sqrt(counts @ problem.floor.variance / problem.data.table.samples))
     left = [
         (excess(problem, after), excess(problem, before)),
-        (
-            _beyond(shape_error(problem, after), shape),
-            _beyond(shape_error(problem, before), shape),
-        ),
+        (_beyond(shape_error(problem, after), shape), _beyond(shape_error(problem, before), shape)),
     ]
     return min(part / whole if whole > 0.0 else 1.0 for part, whole in left)
 

@@ -23,10 +23,7 @@ RESTING = 0.1  # of span over duration: below this rate the input rests
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
 COURSES = ("rises", "rests", "falls")
 DIRECTIONS = ("inflating", "deflating")
-DRIVING = {
-    "uniaxial": ("stretch", ""),
-    "valve_pulse": ("pressure drop", "Pa"),
-}  # others: pressure
+DRIVING = {"uniaxial": ("stretch", ""), "valve_pulse": ("pressure drop", "Pa")}  # others: pressure
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from bending_set import bending_set
 from browser import overlapping, render
 
 from model_lab.bench.protocols import protocol
-from model_lab.bench.trial_runs import Trial
+from model_lab.bench.trial_runs import TrialRun
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import Experiment
 from model_lab.report import write_report
@@ -33,7 +33,7 @@ def missing():
     outcome = diagnosed(data)
     time, course = protocol("step_and_hold").course(48.0, 45e3, 200)
     columns = {"time": time, "pressure": course}
-    trial = Trial("step_and_hold", "a step, held", data.specimens["thin"], 313.15, columns)
+    trial = TrialRun("step_and_hold", "a step, held", data.specimens["thin"], 313.15, columns)
     step = Experiment(trial, 7.0, (("viscoelasticity", "tube_lag"),))
     diagnosis = replace(outcome.diagnosis, tied=(("tube_lag",),), next_experiment=step.as_json())
     return data, replace(outcome, diagnosis=diagnosis)
