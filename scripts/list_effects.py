@@ -10,9 +10,10 @@ from softhand_model.effects import STAGES, Effect, effect_classes
 PAGE = Path(__file__).parents[1] / "docs" / "effects.md"
 HEAD = """# Effects: what acts beyond the base model
 
-One class in one file each, under `src/softhand_model/softhand_model/effects`; simulator, live
-monitor and lab run the same code. A model file names those that take part ([change the hand or the
-object](hands-and-objects.md)). This page is made from the classes by `make docs`.
+One class each, in the file of its family under `src/softhand_model/softhand_model/effects`;
+simulator, live monitor and lab run the same code. A model file names those that take part
+([change the hand or the object](hands-and-objects.md)). This page is made from the classes by
+`make docs`.
 
 ## An effect of your own
 

@@ -39,6 +39,31 @@ SETTINGS = (  # temperature [K] and mount of each protocol in turn
     (293.15, "base_up"),
     (313.15, "bending_plane_level"),
 )
+HELD_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
+SEGMENTS = 10
+PEAK = 40e3  # [Pa]
+# protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
+# bending, twist), and the share of it that a force does instead of a moment, nearer the base
+PUSHES = {
+    "sideways": (0.5, 0.0, 0.0, 1.0),
+    "up_and_down": (0.0, 0.5, 0.0, 1.0),
+    "rolled": (0.0, 0.0, 0.5, 0.0),
+    "turned": (0.4, -0.3, 0.0, 0.0),
+    "pushed_and_rolled": (0.3, 0.3, -0.4, 0.5),
+    "pumped": (-0.3, 0.0, 0.3, 0.5),
+}
+TURNS = ((0.0, 0.0), (0.2, 0.0), (0.35, 1.0), (0.5, 0.0), (0.65, -1.0), (0.8, 0.0), (1.0, 0.7))
+PRESSURES = {  # share of the peak over share of the duration
+    "pumped": ((0.0, 0.0), (0.2, 1.0), (0.4, 0.4), (0.6, 0.9), (0.8, 0.3), (1.0, 0.7)),
+    "held": ((0.0, 0.0), (0.1, 0.4), (0.5, 0.4), (0.6, 1.0), (0.95, 1.0), (1.0, 0.8)),
+}
+PULSES = 200
+SUPPLIES = {"supply_150_kPa": 150e3, "supply_250_kPa": 250e3, "supply_350_kPa": 350e3}  # gauge
+LENGTHS = {"short": (0.05, 0.3), "long": (0.2, 1.2)}  # [s] inflating, shortest and longest
+QUICKER = 6.0  # times shorter deflating
+LEAST, MOST = 10e3, 150e3  # [Pa] gauge pressure of the channel
+DRIFT = 0.05  # of the pressures within a pulse, falling on the one side and rising on the other
+POINTS = 9  # of the integrals over a pulse
 
 
 def driven_set(experiment: str) -> MeasurementSet:
@@ -71,26 +96,6 @@ def _specimen(experiment: str, order: int, mount: str) -> Specimen:
         return Specimen(kind, {**SPECIMENS[kind], **SHARED}, batch="A")
     name = kind if mount == "bending_plane_level" else f"{kind}_{mount}"
     return Specimen(name, {**SPECIMENS[kind], **SHARED}, mount, "A")
-
-
-HELD_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
-SEGMENTS = 10
-PEAK = 40e3  # [Pa]
-# protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
-# bending, twist), and the share of it that a force does instead of a moment, nearer the base
-PUSHES = {
-    "sideways": (0.5, 0.0, 0.0, 1.0),
-    "up_and_down": (0.0, 0.5, 0.0, 1.0),
-    "rolled": (0.0, 0.0, 0.5, 0.0),
-    "turned": (0.4, -0.3, 0.0, 0.0),
-    "pushed_and_rolled": (0.3, 0.3, -0.4, 0.5),
-    "pumped": (-0.3, 0.0, 0.3, 0.5),
-}
-TURNS = ((0.0, 0.0), (0.2, 0.0), (0.35, 1.0), (0.5, 0.0), (0.65, -1.0), (0.8, 0.0), (1.0, 0.7))
-PRESSURES = {  # share of the peak over share of the duration
-    "pumped": ((0.0, 0.0), (0.2, 1.0), (0.4, 0.4), (0.6, 0.9), (0.8, 0.3), (1.0, 0.7)),
-    "held": ((0.0, 0.0), (0.1, 0.4), (0.5, 0.4), (0.6, 1.0), (0.95, 1.0), (1.0, 0.8)),
-}
 
 
 def held_tip_set() -> MeasurementSet:
@@ -159,15 +164,6 @@ def _pose(
     return named | dict(
         zip(("tip_qx", "tip_qy", "tip_qz", "tip_qw"), turn.as_quat().T, strict=True)
     )
-
-
-PULSES = 200
-SUPPLIES = {"supply_150_kPa": 150e3, "supply_250_kPa": 250e3, "supply_350_kPa": 350e3}  # gauge
-LENGTHS = {"short": (0.05, 0.3), "long": (0.2, 1.2)}  # [s] inflating, shortest and longest
-QUICKER = 6.0  # times shorter deflating
-LEAST, MOST = 10e3, 150e3  # [Pa] gauge pressure of the channel
-DRIFT = 0.05  # of the pressures within a pulse, falling on the one side and rising on the other
-POINTS = 9  # of the integrals over a pulse
 
 
 def pulse_set(random: np.random.Generator) -> MeasurementSet:

@@ -24,6 +24,19 @@ from model_lab.measurements.save import write_set
 from softhand_model.effects import Effect, effect_classes
 
 SEAL = ".seal"
+EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
+    "free_bending": lambda random: driven_set("free_bending"),
+    "blocked_tip": lambda random: driven_set("blocked_tip"),
+    "uniaxial": lambda random: driven_set("uniaxial"),
+    "valve_pulse": pulse_set,
+    "base_torque": lambda random: held_tip_set(),
+}
+EXPERIMENTS = tuple(EMPTY)
+NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
+FLOORS = (3.0, 10.0)  # change of the readings by the effect, root mean square, least and most
+MODULUS = (0.93, 1.07)  # calibration, over its nominal value
+NUDGE = 1.05  # of the calibration, to see what it takes up
+TRIES = 100  # effects that are drawn at the most
 
 
 def seal(folder: Path, truth: dict[str, Any]) -> None:
@@ -47,21 +60,6 @@ def open_seal(folder: Path) -> dict[str, Any]:
     if not isinstance(truth, dict):
         raise ValueError(f"{path}: expected the truth of a synthesised set, got {truth!r}")
     return truth
-
-
-EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
-    "free_bending": lambda random: driven_set("free_bending"),
-    "blocked_tip": lambda random: driven_set("blocked_tip"),
-    "uniaxial": lambda random: driven_set("uniaxial"),
-    "valve_pulse": pulse_set,
-    "base_torque": lambda random: held_tip_set(),
-}
-EXPERIMENTS = tuple(EMPTY)
-NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
-FLOORS = (3.0, 10.0)  # change of the readings by the effect, root mean square, least and most
-MODULUS = (0.93, 1.07)  # calibration, over its nominal value
-NUDGE = 1.05  # of the calibration, to see what it takes up
-TRIES = 100  # effects that are drawn at the most
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,8 @@ from softhand_model.hand.joint_stiffness import THESIS
 from softhand_model.model_file import FORMAT, Model
 from softhand_model.output_file import check_new, plain, write_new
 
+NOT_PHYSICS = "a generic term, not physics"
+
 
 @dataclass(frozen=True)
 class Addition:
@@ -120,9 +122,6 @@ def _with_generic_term(problem: FitProblem, before: Scored, name: str) -> Scored
 def _instance(problem: FitProblem, named: NamedEffect) -> Effect:
     values = {key: estimate.value for key, estimate in named.parameters.items()}
     return problem.classes[named.name](**values)
-
-
-NOT_PHYSICS = "a generic term, not physics"
 
 
 def write_model(path: Path, model: Model, comment: str = "", force: bool = False) -> None:

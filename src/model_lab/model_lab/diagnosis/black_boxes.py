@@ -24,6 +24,8 @@ FEWEST_RUNS, WAVES = 6, 6  # for a drift over the session; half periods in it
 FEWEST_SAMPLES = 3  # of a run, for slopes
 REWEIGHTED = 4  # times
 RIDGE = 1e-4  # of the coefficients, with features scaled to unit mean square
+AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are axes themselves
+REMEMBERING = ("pressure_rate", "time_since_step", "direction", "largest_pressure")
 
 
 @dataclass(frozen=True)
@@ -274,5 +276,3 @@ FEATURES: dict[str, Callable[[_Inputs], Array | None]] = {
     "run_order": _run_order,
     "time_in_run": _time,
 }
-AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are axes themselves
-REMEMBERING = ("pressure_rate", "time_since_step", "direction", "largest_pressure")

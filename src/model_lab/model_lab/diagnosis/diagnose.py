@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -60,27 +61,36 @@ def diagnose(
     standard errors are fitted along, the others stay as they are. Same seed, same answer. Long
     recordings are thinned. Raises ValueError for data that the model cannot use.
     """
-    data = thinned(data)
     tell("fitting the model as it is", 0, 0)
-    problem, given = pose_problem(data, model, effect_classes() if classes is None else classes)
-    present = {effect.name for effect in model.effects}
-    hidden, tried = [], []
-    for name, effect in problem.classes.items():
-        if name in present or not effect.physical:
-            continue
-        reason = inapplicable(effect, data, model.base)
-        if reason is None:
-            tried.append(name)
-        else:
-            hidden.append(NotVisible(name, reason))
-    fitted = [effect.name for effect in given]
-    selection = select(problem, tried, fitted, seed, jobs, tell)
-    proven = [s for s in selection.singles if s.plausible and s.improvement > selection.threshold]
-    clearer = with_lower_floor(problem, proven[0].fit) if proven else None
-    if clearer is not None:
-        problem, selection = clearer, select(clearer, tried, fitted, seed, jobs, tell)
+    known = effect_classes() if classes is None else classes
+    problem, given = pose_problem(thinned(data), model, known)
+    candidates, hidden = _candidates(problem, model)
+    search = partial(
+        select,
+        effects=candidates,
+        given=[effect.name for effect in given],
+        seed=seed,
+        jobs=jobs,
+        tell=tell,
+    )
+    selection = search(problem)
+    lower = with_lower_floor(problem, selection.proven[0].fit) if selection.proven else None
+    if lower is not None:
+        problem, selection = lower, search(lower)
     tell("judging what is left", 0, 0)
-    return _outcome(problem, selection, hidden, seed)
+    return _judged(problem, selection, hidden, seed)
+
+
+def _candidates(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
+    """Effects that could be missing, and those that cannot show in this set at all."""
+    present = {effect.name for effect in model.effects}
+    absent = {
+        name: inapplicable(effect, problem.data, model.base)
+        for name, effect in problem.classes.items()
+        if name not in present and effect.physical
+    }
+    candidates = [name for name, reason in absent.items() if reason is None]
+    return candidates, [NotVisible(name, reason) for name, reason in absent.items() if reason]
 
 
 def diagnose_folder(
@@ -91,11 +101,12 @@ def diagnose_folder(
     return outcome.diagnosis.as_json()
 
 
-def _outcome(
+def _judged(
     problem: FitProblem, selection: Selection, hidden: list[NotVisible], seed: int
 ) -> Outcome:
+    """The verdict, and all that the diagnosis says besides."""
     base, final = selection.base, selection.final
-    predicted = base.fit.likelihood.forward.measured - base.fit.residual
+    predicted = problem.data.table.value - base.fit.residual
     black_boxes = tuple(fit_black_boxes(final.fit, problem.data, predicted))
     verdict = verdict_of(problem, selection, black_boxes)
     named = final if verdict == EFFECTS_MISSING else base

@@ -13,6 +13,7 @@ from model_lab.diagnosis.search import Scored
 
 FORMAT = "softhand-diagnosis/1"
 ADEQUATE, EFFECTS_MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
+CONFIDENCE = 0.975
 
 
 @dataclass(frozen=True)
@@ -109,9 +110,6 @@ class Diagnosis:
     def as_json(self) -> dict[str, Any]:
         """The dictionary that `--json` writes."""
         return {"format": FORMAT, **asdict(self)}
-
-
-CONFIDENCE = 0.975
 
 
 def named_effect(scored: Scored, effect: str) -> NamedEffect:

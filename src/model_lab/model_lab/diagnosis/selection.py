@@ -59,6 +59,11 @@ class Selection:
     threshold: float
     ties: tuple[tuple[str, ...], ...]
 
+    @property
+    def proven(self) -> list[Scored]:
+        """Plausible single effects that bring more than mere noise does, the best first."""
+        return _proven(self.singles, self.threshold)
+
 
 def select(
     problem: FitProblem,
@@ -133,6 +138,10 @@ def material(problem: FitProblem, scored: Scored) -> bool:
     return error_of(problem, scored) > MATERIAL * problem.floor.total
 
 
+def _proven(scored: Sequence[Scored], threshold: float) -> list[Scored]:
+    return [s for s in scored if s.plausible and s.improvement > threshold]
+
+
 def _criterion(scored: Scored) -> float:
     return scored.fit.deviance + PARAMETER_PENALTY * len(scored.fit.values)
 
@@ -141,7 +150,7 @@ def _grow(
     problem: FitProblem, base: Scored, singles: Sequence[Scored], threshold: float, search: Search
 ) -> Scored:
     """The model with the effects that are missing, one or two at a time."""
-    good = [s for s in singles if s.plausible and s.improvement > threshold]
+    good = _proven(singles, threshold)
     if not good or not material(problem, base):
         return base
     best = good[0]
@@ -174,9 +183,7 @@ def _pairs(
             break  # they reach the floor
         others = [name for name in names if name not in first.effects]
         tried = search(problem, first, others, limit=FITTED)
-        found += [
-            s for s in tried if isinstance(s, Scored) and s.plausible and s.improvement > threshold
-        ]
+        found += _proven([s for s in tried if isinstance(s, Scored)], threshold)
     return sorted(found, key=_criterion)
 
 
@@ -197,15 +204,15 @@ def _ties(
     result = []
     for effect in added:
         if len(added) == 1:
-            rivals = list(singles)
+            instead = list(singles)
         else:
             without = score_without(problem, final, effect)
             others = [s.added for s in singles if s.added not in final.effects]
             tried = search(problem, without, others, limit=FITTED)
-            rivals = [s for s in tried if isinstance(s, Scored)]
+            instead = [s for s in tried if isinstance(s, Scored)]
         near = [
             s
-            for s in sorted(rivals, key=_criterion)
+            for s in sorted(instead, key=_criterion)
             if s.added != effect and _criterion(s) - _criterion(final) < margin
         ]
         result.append(tuple(s.added for s in near))

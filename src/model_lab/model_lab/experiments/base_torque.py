@@ -27,6 +27,15 @@ from softhand_model.equilibrium.spatial import BaseLoad, HeldChain, Hold
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.numerics.rotations import matrices
 
+SEGMENTS = 10
+DOWN = {
+    "bending_plane_level": (0.0, -1.0, 0.0),
+    "base_up": (0.0, 0.0, 1.0),
+    "base_down": (0.0, 0.0, -1.0),
+}  # in the frame of the base: z along the actuator, x to the bending side
+HEAVY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
+OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
+
 
 def lane_values(calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
     """Values (lanes, k) of the calibration and of the effects' parameters."""
@@ -144,16 +153,6 @@ def _of(value: float | Array, lane: Indices) -> Array:
 def _that_have(effects: Sequence[StructureEffect], method: str) -> list[StructureEffect]:
     base = getattr(StructureEffect, method)
     return [effect for effect in effects if getattr(type(effect), method) is not base]
-
-
-SEGMENTS = 10
-DOWN = {
-    "bending_plane_level": (0.0, -1.0, 0.0),
-    "base_up": (0.0, 0.0, 1.0),
-    "base_down": (0.0, 0.0, -1.0),
-}  # in the frame of the base: z along the actuator, x to the bending side
-HEAVY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
-OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
 
 
 class BaseTorque:

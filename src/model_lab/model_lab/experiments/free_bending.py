@@ -22,6 +22,7 @@ from softhand_model.effects.stages import SectionShape
 
 MOUNTS = {"bending_plane_level": 0.0, "base_up": 1.0, "base_down": -1.0}  # share of the weight
 ALIKE = 16  # samples in which a finger moves little
+_NO_TIME = np.zeros(1)
 
 
 class FreeBending:
@@ -101,9 +102,6 @@ class FreeBending:
             fine.running,
         )
         return _Fingers(at_modulus(fine.shape, modulus), fine.weight, weight)
-
-
-_NO_TIME = np.zeros(1)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,13 @@ import numpy as np
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
 
+Step = Callable[[Array, Array], Array]
+"""Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
+duration (runs, 1) [s].
+"""
+LONG = 1e12  # [s] after which everything has settled
+ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
+
 
 def batches(data: MeasurementSet) -> list[str]:
     """Batches of the specimens of a set's runs, in their order."""
@@ -25,15 +32,6 @@ def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> A
     of_runs = [f"modulus_scale[{data.specimens[run.specimen].batch}]" for run in data.runs]
     scales = [np.atleast_1d(calibration.get(name, 1.0)) for name in of_runs]
     return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
-
-
-Step = Callable[[Array, Array], Array]
-"""Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
-duration (runs, 1) [s].
-"""
-
-LONG = 1e12  # [s] after which everything has settled
-ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 
 
 class SampleRows:

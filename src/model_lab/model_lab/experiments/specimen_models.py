@@ -27,6 +27,10 @@ Largest = Mapping[Entry, Array]
 
 PASSES = 3  # over all runs, until these values agree at ends and starts
 UNCHANGED = 1e-9
+POINTS = 8  # Gauss points of a size that changes in one straight line, or of a given number
+POINTS_A_PIECE = 3  # of a size that changes in several
+KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
+SEGMENT_POINTS = 4  # Gauss points on each segment of an actuator whose section varies
 
 
 class SpecimenMemory:
@@ -84,11 +88,6 @@ class SpecimenMemory:
 
 def _largest(staged: StagedEffects, kept: Iterable[Entry]) -> Largest:
     return {(name, key): np.asarray(staged.memory[name][key]) for name, key in kept}
-
-
-POINTS = 8  # Gauss points of a size that changes in one straight line, or of a given number
-POINTS_A_PIECE = 3  # of a size that changes in several
-KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
 
 
 class SpecimenSections:
@@ -182,9 +181,6 @@ def _rule(specimen: Specimen, uniform: bool) -> _Rule:
     half = np.diff(edges)[:, None] / 2.0
     x = edges[:-1, None] + half * (nodes + 1.0)
     return _Rule(x.ravel(), (half * weights).ravel(), running_integral(edges, count))
-
-
-SEGMENT_POINTS = 4  # Gauss points on each segment of an actuator whose section varies
 
 
 class SpecimenSegments:

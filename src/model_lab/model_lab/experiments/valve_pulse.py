@@ -35,7 +35,7 @@ class ValvePulse:
         require_columns(data, INPUTS["valve_pulse"], "the model of valve_pulse")
         for run in data.runs:
             _check(run.name, run.columns)
-        direction, duration, p_in, p_out = (_joined(data, name) for name in INPUTS["valve_pulse"])
+        direction, duration, p_in, p_out = (data.column(name) for name in INPUTS["valve_pulse"])
         friction = (p_in - p_out) * duration
         injector = p_in * psi(p_out / p_in) * duration
         self._inflating = direction == INFLATE
@@ -46,7 +46,7 @@ class ValvePulse:
             _joined(data, "friction_integral", friction),
             _joined(data, "injector_integral", injector),
         )
-        self._measured = _joined(data, "mass")
+        self._measured = data.table.value
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Calibration that acts beside these effects, with its least-squares value [kg/(s Pa)].
@@ -129,15 +129,11 @@ def _slope(product: Array, mass: Array, otherwise: float) -> float:
     return float(product @ mass / (product @ product)) if product.size else otherwise
 
 
-def _joined(data: MeasurementSet, column: str, otherwise: Array | None = None) -> Array:
-    """A column of all runs, one after the other; runs without it take their part of `otherwise`, or
-    NaN.
-    """
-    starts = np.cumsum([0, *(run.samples for run in data.runs)])
-    spare = np.full(starts[-1], np.nan) if otherwise is None else otherwise
+def _joined(data: MeasurementSet, column: str, otherwise: Array) -> Array:
+    """A column (samples,); runs without it take their part of `otherwise` (samples,)."""
     parts = [
-        np.asarray(run.columns.get(column, spare[first : first + run.samples]), float)
-        for run, first in zip(data.runs, starts, strict=False)
+        run.columns.get(column, otherwise[data.table.run == index])
+        for index, run in enumerate(data.runs)
     ]
     return np.concatenate(parts)
 

@@ -26,6 +26,8 @@ from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
 
 LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
+STEP_SHARES = (1.0, 0.5, 0.0)  # tried; the one that fits the other folds best is taken
+SINGULAR = 1e-8
 
 
 @dataclass(frozen=True)
@@ -93,10 +95,6 @@ def base_starts(parameters: Sequence[Any]) -> Array:
     if not scales.any():
         return start[None]
     return np.stack([np.where(scales, factor * start, start) for factor in (1.0, 0.9, 1.1)])
-
-
-STEP_SHARES = (1.0, 0.5, 0.0)  # tried; the one that fits the other folds best is taken
-SINGULAR = 1e-8
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,9 @@ from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
 
 KEPT = 5 * 10**9  # time [ns] for which pressures are kept; angles that come later find none
+SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
+WAITING = 500  # angle samples that wait for their pressure; older ones are dropped
+SECOND = 1e9  # [ns]
 
 
 class PressureTrack:
@@ -80,11 +83,6 @@ class PressureTrack:
 
     def _forget(self, count: int) -> None:
         del self._stamps[:count], self._values[:count]
-
-
-SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
-WAITING = 500  # angle samples that wait for their pressure; older ones are dropped
-SECOND = 1e9  # [ns]
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,10 @@ import numpy as np
 
 from model_lab.live.prediction import SECOND, Comparison, LivePrediction
 
+REMEMBERED = 10.0  # wall time for which a refused message or a clock set back is worth a word [s]
+REMINDER = "free bending only: contact shows as residual"
+PRESSURE, ANGLE = "pneumaticbox/state", "hand/tip_angles"
+
 
 @dataclass(frozen=True)
 class Recent:
@@ -56,11 +60,6 @@ class ResidualWindow:
             len(kept),
             sum(settled for _, _, settled in kept),
         )
-
-
-REMEMBERED = 10.0  # wall time for which a refused message or a clock set back is worth a word [s]
-REMINDER = "free bending only: contact shows as residual"
-PRESSURE, ANGLE = "pneumaticbox/state", "hand/tip_angles"
 
 
 class Level(IntEnum):

@@ -14,6 +14,8 @@ BINS = 12
 SMALLEST_BIN = 5  # samples, on the average
 SAME = 1e-8  # of the range
 RANKED = 100_000  # samples from which the edges are taken
+DRAWS = 999
+BAND = 95.0  # [percent]
 
 
 @dataclass(frozen=True)
@@ -79,10 +81,6 @@ def _few_values(values: Array) -> Array | None:
         return None
     found = np.unique(values)
     return found if len(found) <= BINS else None
-
-
-DRAWS = 999
-BAND = 95.0  # [percent]
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,9 @@ INNER_MARGIN = 0.1  # by which a part in the middle must be better than one at a
 MOST_DIGITS = 6
 NAMED = 3  # categories at most
 ORDINALS = {1: "first", 2: "second", 3: "third"}
+SIGNIFICANCE = 0.05  # over all axes together
+SMALLEST_SHARE = 0.02
+RUNS, RUN_BLOCKS = "runs", "blocks of runs"
 
 
 def where_phrase(bins: Bins, error: Array, count: IntArray) -> str:
@@ -150,11 +153,6 @@ def _named(axis: Axis, chosen: list[int]) -> str:
     if axis.name == "mount":
         return f"mounted {listed.replace('_', ' ')}"
     return f"{axis.name}{'s' if len(names) > 1 else ''} {listed}"
-
-
-SIGNIFICANCE = 0.05  # over all axes together
-SMALLEST_SHARE = 0.02
-RUNS, RUN_BLOCKS = "runs", "blocks of runs"
 
 
 @dataclass(frozen=True)

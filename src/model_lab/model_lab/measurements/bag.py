@@ -18,6 +18,9 @@ from softhand_model.yaml_document import DocumentError
 
 SHOWN_FIELDS = 24  # of those a message has, in an error
 _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[([^\[\]]+)\]")
+Stamps = IntArray  # [ns], as seconds since 1970 with their nanoseconds do not fit a float
+TOLD_EVERY = 2000  # messages
+CLOCK = "/clock"
 
 
 @dataclass(frozen=True)
@@ -104,12 +107,6 @@ def _elements(message: Any, path: str, values: Any) -> Iterator[str]:
             yield from _fields(value, element + ".")
         elif not isinstance(value, str):
             yield element
-
-
-Stamps = IntArray  # [ns], as seconds since 1970 with their nanoseconds do not fit a float
-
-TOLD_EVERY = 2000  # messages
-CLOCK = "/clock"
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,22 @@ TOP_KEYS = ("format", "experiment", "specimens", "runs")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
 WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
+# by column: which values (in SI units) are wrong, what was expected, the mend
+_RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
+    "stretch": (
+        lambda values: values <= 0.0,
+        "a number above 0",
+        "stretch is 1 at rest, that is strain + 1",
+    ),
+    "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
+    "p_out": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
+    "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
+    "direction": (
+        lambda values: np.abs(values) != 1.0,
+        "1 (inflate) or -1 (deflate)",
+        "take the row out",
+    ),
+}
 
 
 def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> MeasurementSet:
@@ -232,24 +248,6 @@ def _temperature(fields: Mapping[str, Node]) -> float:
             f"{TEMPERATURES[1]:g}, got {value:g}; 20 degC are 293.15"
         )
     return value
-
-
-# by column: which values (in SI units) are wrong, what was expected, the mend
-_RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
-    "stretch": (
-        lambda values: values <= 0.0,
-        "a number above 0",
-        "stretch is 1 at rest, that is strain + 1",
-    ),
-    "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
-    "p_out": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
-    "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
-    "direction": (
-        lambda values: np.abs(values) != 1.0,
-        "1 (inflate) or -1 (deflate)",
-        "take the row out",
-    ),
-}
 
 
 def row_name(index: int) -> str:

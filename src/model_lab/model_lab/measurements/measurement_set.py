@@ -12,6 +12,7 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.measurements.sample_table import SampleTable, make_table
 
+TIP_POSE = tuple(f"tip_{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 OUTPUTS = {
     "free_bending": ("tip_angle",),
     "blocked_tip": ("tip_force",),
@@ -24,17 +25,7 @@ INPUTS = {
     "blocked_tip": ("pressure",),
     "uniaxial": ("stretch",),
     "valve_pulse": ("direction", "duration", "p_in", "p_out"),
-    "base_torque": (
-        "time",
-        "pressure",
-        "tip_x",
-        "tip_y",
-        "tip_z",
-        "tip_qx",
-        "tip_qy",
-        "tip_qz",
-        "tip_qw",
-    ),
+    "base_torque": ("time", "pressure", *TIP_POSE),
 }
 OUTPUT_UNITS = {
     "free_bending": "rad",

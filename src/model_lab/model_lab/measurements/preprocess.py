@@ -21,6 +21,16 @@ from model_lab.measurements.measurement_set import MeasurementSet, Run
 
 LARGEST_SET = 30000  # samples that are searched
 SHORTEST_RUN = 800  # samples that a run keeps
+DRIVING = ("pressure", "stretch")
+WINDOWS = (5, 7, 11, 17, 25)  # samples; the widest that fits is taken
+CURVATURE = 2  # order of the polynomials
+FEWEST = 40  # samples of a run from which its noise is known
+NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
+FOURTH_DIFFERENCE = np.sqrt(70.0)  # of white noise, over its standard deviation
+LIKELY = 1.35  # root mean square about a parabola over what noise alone would leave
+QUIET, LOUD = 1e-5, 0.01  # of the input's range: what is less, or more, is no noise of a sensor
+OPPOSED = -0.5  # correlation of neighbouring fourth differences, of which noise has -0.8
+ALIKE = 8.0  # autocorrelation of fourth differences, over its error, that noise never has
 
 
 def thinned(data: MeasurementSet) -> MeasurementSet:
@@ -38,18 +48,6 @@ def thinned(data: MeasurementSet) -> MeasurementSet:
 def _thin(run: Run, wanted: float) -> Run:
     step = max(min(int(wanted + 0.5), run.samples // SHORTEST_RUN), 1)
     return replace(run, columns={name: values[::step] for name, values in run.columns.items()})
-
-
-DRIVING = ("pressure", "stretch")
-WINDOWS = (5, 7, 11, 17, 25)  # samples; the widest that fits is taken
-CURVATURE = 2  # order of the polynomials
-FEWEST = 40  # samples of a run from which its noise is known
-NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
-FOURTH_DIFFERENCE = np.sqrt(70.0)  # of white noise, over its standard deviation
-LIKELY = 1.35  # root mean square about a parabola over what noise alone would leave
-QUIET, LOUD = 1e-5, 0.01  # of the input's range: what is less, or more, is no noise of a sensor
-OPPOSED = -0.5  # correlation of neighbouring fourth differences, of which noise has -0.8
-ALIKE = 8.0  # autocorrelation of fourth differences, over its error, that noise never has
 
 
 def without_input_noise(data: MeasurementSet) -> MeasurementSet:

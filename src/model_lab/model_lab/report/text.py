@@ -24,6 +24,11 @@ from model_lab.measurements.save import (
 from model_lab.measurements.units import display_of
 from model_lab.report.sentences import effect_words, listed, tie_sentences, verdict_sentence
 
+ADDITION_FORMAT, PLAN_FORMAT = "softhand-addition/1", "softhand-plan/1"
+MOST_RANKED = 8
+COURSE, PART = "next.csv", "experiment-part.yaml"
+REPEATS = ("next_a", "next_b")
+
 
 def text_table(rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
     """Rows of cells, the first a header; columns of numbers are aligned to the right.
@@ -49,9 +54,6 @@ def _is_number(cell: str) -> bool:
     return (
         not text or text.lstrip("-").replace(".", "", 1).replace("e-", "").isdigit() or text == "-"
     )
-
-
-MOST_RANKED = 8
 
 
 def diagnosis_text(diagnosis: Diagnosis) -> str:
@@ -119,9 +121,6 @@ def _next_experiment(diagnosis: Diagnosis) -> str:
     return "" if planned is None else proposal_text(planned)
 
 
-FORMAT = "softhand-addition/1"
-
-
 def addition_text(addition: Addition, path: Path) -> str:
     """What is printed."""
     display = display_of(addition.problem.data.unit)
@@ -151,7 +150,7 @@ def _added(addition: Addition) -> str:
 def addition_json(addition: Addition, path: str) -> dict[str, Any]:
     """What `--json` writes; all in SI units."""
     return {
-        "format": FORMAT,
+        "format": ADDITION_FORMAT,
         "model": path,
         "effect": asdict(addition.effect),
         "physical": addition.problem.classes[addition.effect.name].physical,
@@ -161,11 +160,6 @@ def addition_json(addition: Addition, path: str) -> dict[str, Any]:
         "noise_floor": addition.problem.floor.total,
         "unit": addition.problem.data.unit,
     }
-
-
-FORMAT = "softhand-plan/1"
-COURSE, PART = "next.csv", "experiment-part.yaml"
-REPEATS = ("next_a", "next_b")
 
 
 def plan_text(diagnosis: Diagnosis) -> str:
@@ -185,7 +179,7 @@ def proposal_text(planned: Mapping[str, Any]) -> str:
 def plan_json(diagnosis: Diagnosis, files: list[Path]) -> dict[str, Any]:
     """What `--json` writes; all in SI units."""
     return {
-        "format": FORMAT,
+        "format": PLAN_FORMAT,
         "experiment": diagnosis.experiment,
         "verdict": diagnosis.verdict,
         "effects": [effect.name for effect in diagnosis.effects],
