@@ -9,6 +9,7 @@ import pytest
 from measurement_folder import ROWS, SPECIMEN, csv_text, document, write_set
 
 from model_lab.measurements.load import load_measurements
+from model_lab.measurements.measurement_set import OUTPUTS
 from softhand_model.yaml_document import DocumentError
 
 REAL = os.environ.get("SOFTHAND_MEASUREMENTS")
@@ -220,6 +221,14 @@ def test_wrong_headers_are_named(tmp_path, text, part):
     message = _message(write_set(tmp_path, files={"r1.csv": text}))
     assert str(tmp_path / "r1.csv") in message
     assert part in message
+
+
+def test_an_experiment_that_the_lab_does_not_know_is_refused_before_its_runs_are_read(tmp_path):
+    folder = write_set(tmp_path, document(experiment="pumping", runs={"r1": {"mode": "slow"}}))
+    assert _message(folder) == (
+        f"{folder / 'experiment.yaml'}: experiment: expected one of {', '.join(OUTPUTS)}, "
+        "got 'pumping'"
+    )
 
 
 def _unit(column, unit):
