@@ -52,7 +52,15 @@ PUSHES = {
     "pushed_and_rolled": (0.3, 0.3, -0.4, 0.5),
     "pumped": (-0.3, 0.0, 0.3, 0.5),
 }
-TURNS = ((0.0, 0.0), (0.2, 0.0), (0.35, 1.0), (0.5, 0.0), (0.65, -1.0), (0.8, 0.0), (1.0, 0.7))
+PUSH_COURSE = (
+    (0.0, 0.0),
+    (0.2, 0.0),
+    (0.35, 1.0),
+    (0.5, 0.0),
+    (0.65, -1.0),
+    (0.8, 0.0),
+    (1.0, 0.7),
+)
 PRESSURES = {  # share of the peak over share of the duration
     "pumped": ((0.0, 0.0), (0.2, 1.0), (0.4, 0.4), (0.6, 0.9), (0.8, 0.3), (1.0, 0.7)),
     "held": ((0.0, 0.0), (0.1, 0.4), (0.5, 0.4), (0.6, 1.0), (0.95, 1.0), (1.0, 0.8)),
@@ -148,21 +156,21 @@ def _free_angle(finger: Specimen, pressure: Array) -> Array:
 def _pose(
     chain: SegmentChain, angle: Array, push: tuple[float, float, float, float], time: Array
 ) -> dict[str, Array]:
-    """Pose of the tip (samples,) [m], quaternion: as the chain lies when its joints are turned."""
+    """Pose of the tip (samples,) [m], quaternion: as the chain lies when its joints are rotated."""
     *most, forced = push
-    course = _course(TURNS, time)
-    place, turn = np.zeros((len(time), 3)), Rotation.identity(len(time))
+    course = _course(PUSH_COURSE, time)
+    place, rotation = np.zeros((len(time), 3)), Rotation.identity(len(time))
     for joint in range(SEGMENTS):
         # a force at the tip bends the base more than the tip, a moment all alike
         share = 1.0 + forced * (1.0 - (2.0 * joint + 1.0) / SEGMENTS)
-        place = place + turn.apply(chain.offset[joint])
+        place = place + rotation.apply(chain.offset[joint])
         bend = np.outer(course * share, most) / SEGMENTS
         bend[:, 1] += angle / SEGMENTS
-        turn = turn * Rotation.from_rotvec(bend)
-    place = place + turn.apply(chain.tip_offset)
+        rotation = rotation * Rotation.from_rotvec(bend)
+    place = place + rotation.apply(chain.tip_offset)
     named = dict(zip(("tip_x", "tip_y", "tip_z"), place.T, strict=True))
     return named | dict(
-        zip(("tip_qx", "tip_qy", "tip_qz", "tip_qw"), turn.as_quat().T, strict=True)
+        zip(("tip_qx", "tip_qy", "tip_qz", "tip_qw"), rotation.as_quat().T, strict=True)
     )
 
 

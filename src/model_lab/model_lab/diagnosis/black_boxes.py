@@ -112,7 +112,7 @@ def _in_block(columns: Array, output: int, outputs: int) -> Array:
 def _held_out(fit: Fit, columns: Array) -> Array:
     """Held-out residual (samples,) of the model, linearised, and the features together.
 
-    Weighted by what both together leave, which is found by turns.
+    Weighted by what both together leave, which is found by iteration.
     """
     spectrum = fit.likelihood.spectrum
     design = np.hstack([fit.jacobian, columns])

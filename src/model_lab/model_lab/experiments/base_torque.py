@@ -14,7 +14,7 @@ import numpy as np
 from model_lab.aliases import Array, Indices, Mask
 from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegments
-from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, MeasurementSet
+from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, TIP_POSE, MeasurementSet
 from model_lab.measurements.specimens import require_columns, require_keys
 from softhand_model.bending.balance import SteppedBalance, free_curvature
 from softhand_model.chain.segments import SegmentChain
@@ -177,9 +177,8 @@ class BaseTorque:
         self._memory = SpecimenMemory(data, self._rows)
         self._segments = SpecimenSegments(data, segments, joints)
         self._pressure = self._rows.column("pressure")
-        place = [self._rows.column(f"tip_{axis}")[0, :, 0] for axis in "xyz"]
-        turn = [self._rows.column(f"tip_q{axis}")[0, :, 0] for axis in "xyzw"]
-        self._position, quaternion = np.array(place), np.array(turn)
+        pose = np.array([self._rows.column(name)[0, :, 0] for name in TIP_POSE])
+        self._position, quaternion = pose[:3], pose[3:]
         self._check(quaternion)
         self._orientation = matrices(quaternion)
         self._solved: dict[str, Solved] = {}  # last prediction, by specimen

@@ -135,10 +135,10 @@ class BlockSums:
         """Sums (1, outputs, bins) over all blocks."""
         return self.value.sum(axis=0, keepdims=True)
 
-    def turned(self, random: np.random.Generator) -> Array:
+    def flipped(self, random: np.random.Generator) -> Array:
         """Sums (draws, outputs, bins) as they could be if the bins did not differ.
 
-        A wild bootstrap: blocks take a sign at random. What is turned are the blocks' deviations
+        A wild bootstrap: blocks take a sign at random. What is flipped are the blocks' deviations
         from the bin means of the *other* blocks, so that neither a real dependence nor the fitting
         of the means passes for noise.
         """
@@ -151,12 +151,12 @@ class BlockSums:
         mean = (self.value.sum(axis=0) - self.value) / np.where(others > 0.0, others, 1.0)
         return self.value - self.number * mean
 
-    def curves(self, outputs: tuple[str, ...], turned: Array) -> dict[str, Curve]:
-        """Mean and band of each output, given the sums of turned deviations of `turned`."""
+    def curves(self, outputs: tuple[str, ...], flipped: Array) -> dict[str, Curve]:
+        """Mean and band of each output, given the sums of flipped deviations of `flipped`."""
         number = self.number.sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = self.value.sum(axis=0) / number
-            reach = np.percentile(np.abs(turned), BAND, axis=0) / number
+            reach = np.percentile(np.abs(flipped), BAND, axis=0) / number
         reach[np.count_nonzero(self.number, axis=0) < 2] = np.nan
         return {
             name: Curve(

@@ -218,15 +218,15 @@ def localise(data: MeasurementSet, residual: Array, seed: int = 0) -> Localisati
 def _dependence(data: MeasurementSet, axis: Axis, residual: Array, seed: int) -> Dependence:
     bins = make_bins(axis)
     sums = BlockSums.of(bins, data.table, residual, len(data.outputs))
-    turned = sums.turned(np.random.default_rng(seed))
-    null = sums.explained(turned)
+    flipped = sums.flipped(np.random.default_rng(seed))
+    null = sums.explained(flipped)
     observed = float(sums.explained(sums.total())[0])
     total = float(np.sum(residual**2))
     chance = float(null.mean())
     share = (observed - chance) / (total - chance) if total > chance else 0.0
     p_value = (1 + int(np.sum(null >= observed * (1.0 - 1e-9)))) / (1 + len(null))
     basis = RUNS if data.table.blocks_are_runs else RUN_BLOCKS
-    curves = sums.curves(data.outputs, turned)
+    curves = sums.curves(data.outputs, flipped)
     counts = np.stack([curve.count for curve in curves.values()])
     means = np.nan_to_num(np.stack([curve.mean for curve in curves.values()]))
     energy = np.sum(counts * means**2, axis=0)
