@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from model_lab.aliases import Array, Indices, Mask
-from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegments
 from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, TIP_POSE, MeasurementSet
 from model_lab.measurements.specimens import require_columns, require_keys
@@ -226,7 +226,7 @@ class BaseTorque:
             return self._memory.in_steps(begin, staged, pressure)
         return self._rows.at_once(
             lambda part, run: bend(
-                SteppedBalance(staged), shape.of_rows(run), weight[:, run], part, np.zeros(1)
+                SteppedBalance(staged), shape.of_rows(run), weight[:, run], part, NO_TIME
             ),
             pressure,
         )

@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from model_lab.aliases import Array, Indices
-from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSections, circumference
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
@@ -21,7 +19,6 @@ from softhand_model.effects.stages import SectionShape
 from softhand_model.hand import section
 
 SPRINGS = ("exact", "linear")
-NO_TIME = np.zeros(1)
 
 
 class BlockedTip:

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from model_lab.aliases import Array, Indices
-from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSections, numbers
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet, Specimen
 from model_lab.measurements.specimens import require_columns, require_keys
@@ -22,7 +22,6 @@ from softhand_model.effects.stages import SectionShape
 
 MOUNTS = {"bending_plane_level": 0.0, "base_up": 1.0, "base_down": -1.0}  # share of the weight
 ALIKE = 16  # samples in which a finger moves little
-_NO_TIME = np.zeros(1)
 
 
 class FreeBending:
@@ -78,7 +77,7 @@ class FreeBending:
             return self._memory.in_steps(begin, staged, pressure)
         return self._rows.at_once(
             lambda part, run: finger.of_rows(run).stepping(SteppedBalance(staged), ALIKE)(
-                part, _NO_TIME
+                part, NO_TIME
             ),
             pressure,
             finger.weights.shape[-1],

@@ -12,9 +12,9 @@ from functools import partial
 import numpy as np
 
 from model_lab.aliases import Array, Mask
-from model_lab.experiments.samples import SampleRows, Step
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step
 from model_lab.experiments.specimen_models import SpecimenMemory
-from model_lab.experiments.uniaxial import NO_TIME, SHAPELESS, imposed
+from model_lab.experiments.uniaxial import SHAPELESS, imposed
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance

@@ -13,6 +13,7 @@ Step = Callable[[Array, Array], Array]
 """Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
 duration (runs, 1) [s].
 """
+NO_TIME = np.zeros(1)  # [s] of a step that takes none
 LONG = 1e12  # [s] after which everything has settled
 ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 
@@ -67,7 +68,7 @@ class SampleRows:
         """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1), in steps if it
         remembers.
         """
-        return self.in_steps(step, values) if remembers else step(values, np.zeros(1))
+        return self.in_steps(step, values) if remembers else step(values, NO_TIME)
 
     def at_once(
         self, function: Callable[[Array, Indices], Array], values: Array, sections: int = 1
