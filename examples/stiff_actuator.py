@@ -91,9 +91,9 @@ def excess_stiffness(data):
     scales = np.linspace(0.85, 1.15, 61)[:, None]
     rest = forward.measured - forward.predict(scales)
     rest = rest[np.argmin(np.sum(rest**2, axis=1))]
-    pressure, names = forward.series("pressure"), [run.specimen for run in data.runs]
+    pressure, names = data.column("pressure"), [run.specimen for run in data.runs]
     low = (pressure > 3e3) & (pressure < 12e3)
-    mine = np.array(names)[forward.run_of]
+    mine = np.array(names)[data.table.run]
     return {name: -float(np.degrees(rest[low & (mine == name)].mean())) for name in data.specimens}
 
 
@@ -155,7 +155,7 @@ def draw(data, path):
     for axis, name in zip(grid, WALLS, strict=True):
         for index, run in enumerate(data.runs):
             if run.specimen == name and run.protocol == "full":
-                mine, pressure = forward.run_of == index, 1e-3 * run.columns["pressure"]
+                mine, pressure = data.table.run == index, 1e-3 * run.columns["pressure"]
                 axis.plot(pressure, np.degrees(forward.measured[mine]), ".", color="0.35", ms=3)
                 axis.plot(pressure, np.degrees(best[mine]), color="#D55E00")
         axis.set_title(f"wall {1e3 * WALLS[name]:g} mm", fontsize=9)

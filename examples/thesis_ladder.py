@@ -77,7 +77,7 @@ def held_out_errors(data, names):
     forward = Forward(data, effects=[effect_classes()[name] for name in names])
     errors = np.empty_like(forward.measured)
     for run in range(len(data.runs)):
-        out = forward.run_of == run
+        out = data.table.run == run
         errors[out] = (forward.measured - design(forward) @ fitted(forward, ~out))[out]
     return errors
 

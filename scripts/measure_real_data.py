@@ -21,11 +21,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from model_lab.cli.options import Progress
+from model_lab.cli.progress import Progress
 from model_lab.comparison.compare import Comparison, compare
 from model_lab.diagnosis.diagnose import Outcome, diagnose
 from model_lab.diagnosis.result import NamedEffect, named_effect
-from model_lab.localisation.axes import driving_input, resting_share
+from model_lab.localisation.axes import resting_share
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import display_of
@@ -145,10 +145,10 @@ def _draw_set(axes: Axes, comparison: Comparison) -> None:
     data, errors = comparison.data, comparison.errors
     display, over_time = display_of(data.unit), data.has_time and resting_share(data) > 0.5
     for index in np.unique(np.linspace(0, len(data.runs) - 1, SHOWN).round().astype(int)):
-        run, mine = data.runs[index], errors.run_of == index
-        driving = driving_input(run, data.experiment)
+        run, mine = data.runs[index], errors.table.run == index
+        driving = data.driving(run)
         at = run.columns["time"] if over_time else driving / (1e3 if driving.max() > 1e3 else 1.0)
-        measured = display.factor * errors.measured[mine]
+        measured = display.factor * errors.table.value[mine]
         predicted = measured - display.factor * errors.residual_as_is[mine]
         axes.plot(at, measured, ".", color="0.45", markersize=2)
         axes.plot(at, predicted, color="#D55E00", linewidth=1.0)
@@ -176,10 +176,14 @@ def main(arguments: list[str]) -> int:
         return 1
     rows, where, laws, compared = [], [], [], {}
     for path in sets_in(given.folder):
-        data = load_measurements(path)
+        try:
+            data = load_measurements(path)
+        except DocumentError as reason:  # such as an experiment that the lab does not know
+            print(f"left out: {reason}", file=sys.stderr)
+            continue
         name, model = fitting_model(data)
-        with Progress(f"diagnosing {path.name}"):
-            outcome = diagnose(data, model, jobs=given.jobs)
+        with Progress(f"diagnosing {path.name}") as progress:
+            outcome = diagnose(data, model, jobs=given.jobs, tell=progress)
         report = given.reports / path.name / "report.html"
         report.parent.mkdir(parents=True, exist_ok=True)
         command = f"model-lab diagnose {path} --model {name} --report {report.parent}"

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hidden.case import Case
-from hidden.design import ExtraRun
-from hidden.writing import append_runs
 
+from bench.hidden.cases import Case
+from bench.hidden.design import ExtraRun
+from bench.hidden.sets.writing import append_runs
 from bench.lab.adapter import diagnosis_of
 from bench.lab.scoring import groups
 

@@ -7,8 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from hidden import make_set
-
+from bench.hidden import make_set
 from bench.lab.adapter import comparison_of, diagnosis_of
 
 

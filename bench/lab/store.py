@@ -13,7 +13,7 @@ LINES = OUT / "bench-lab.jsonl"
 SOURCES = (
     "src/softhand_model/softhand_model",
     "src/model_lab/model_lab",
-    "test/support/hidden",
+    "bench/hidden",
 )
 
 

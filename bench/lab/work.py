@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hidden.case import Case, visible
-from hidden.cases import all_cases
-
+from bench.hidden.cases import Case, all_cases, visible
 from bench.lab.adapter import diagnosis_of
 from bench.lab.planning import answers
 from bench.lab.store import key_of

@@ -19,7 +19,7 @@ setup(
     maintainer="Softhand developers",
     maintainer_email="softhand@example.org",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed", "data/**/*.yaml"]},
+    package_data={PACKAGE: ["py.typed", "report/*.html"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -35,6 +35,8 @@ setup(
         "pint",
         "rosbags",
         "matplotlib",
+        "Jinja2",
+        "tqdm",
     ],
     extras_require={"test": ["pytest"]},
     zip_safe=False,

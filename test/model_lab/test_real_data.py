@@ -1,4 +1,7 @@
-"""Measurements by others, in the folder that SOFTHAND_MEASUREMENTS names; skipped without it."""
+"""Measurements by others, in the folder that SOFTHAND_MEASUREMENTS names; skipped without it.
+
+Sets of experiments that the lab knows are compared and diagnosed; others are refused.
+"""
 
 import json
 import os
@@ -7,15 +10,23 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import yaml
 
 from model_lab.cli.main import main
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.load import load_measurements
+from model_lab.measurements.measurement_set import OUTPUTS
 from model_lab.measurements.save import write_set
 from softhand_model.model_file import load_model
 
 FOLDER = os.environ.get("SOFTHAND_MEASUREMENTS")
 SETS = sorted(path.parent for path in Path(FOLDER).glob("*/experiment.yaml")) if FOLDER else []
+EXPERIMENT_OF = {
+    path: yaml.safe_load((path / "experiment.yaml").read_text(encoding="utf-8"))["experiment"]
+    for path in SETS
+}
+KNOWN = [path for path in SETS if EXPERIMENT_OF[path] in OUTPUTS]
+UNKNOWN = [path for path in SETS if EXPERIMENT_OF[path] not in OUTPUTS]
 VERDICTS = {"adequate", "effects_missing", "unexplained"}
 MOST_SAMPLES = 450  # of a set that is diagnosed here; others are thinned
 SCRIPT = Path(__file__).parents[2] / "scripts" / "measure_real_data.py"
@@ -23,7 +34,7 @@ SCRIPT = Path(__file__).parents[2] / "scripts" / "measure_real_data.py"
 pytestmark = pytest.mark.skipif(not SETS, reason="SOFTHAND_MEASUREMENTS names no measurement sets")
 
 
-@pytest.fixture(params=SETS, ids=lambda path: path.name)
+@pytest.fixture(params=KNOWN, ids=lambda path: path.name)
 def folder(request):
     return request.param
 
@@ -71,6 +82,19 @@ def test_ladder_sets_models_side_by_side(folder, capsys):
     model, _ = _model(load_measurements(folder))
     assert main(["ladder", str(folder), model]) == 0
     assert "noise floor" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["compare", "diagnose", "ladder"])
+@pytest.mark.parametrize("folder", UNKNOWN, ids=lambda path: path.name)
+def test_a_set_of_an_experiment_that_the_lab_does_not_know_is_refused(folder, command, capsys):
+    models = ["base"] if command == "ladder" else []
+    assert main([command, str(folder), *models]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.count("\n") == 1
+    assert printed.err == (
+        f"model-lab: {folder / 'experiment.yaml'}: experiment: expected one of "
+        f"{', '.join(OUTPUTS)}, got {EXPERIMENT_OF[folder]!r}\n"
+    )
 
 
 def test_ecoflex_is_stiffened_as_a_yeoh_or_gent_rubber():

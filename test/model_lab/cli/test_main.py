@@ -103,6 +103,7 @@ def test_an_effect_of_ones_own_is_added_and_the_error_falls(pulls, tmp_path, cap
     assert model.std["own_stiffening"]["rate"] > 0.0
     assert "falls" in capsys.readouterr().out
     added = json.loads((tmp_path / "a.json").read_text())
+    assert added["format"] == "softhand-addition/1"
     assert added["rmse_after"] < 0.5 * added["rmse_before"]
     assert (
         main(["compare", str(pulls), "--model", str(out), "--json", str(tmp_path / "c.json")]) == 0

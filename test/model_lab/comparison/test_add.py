@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from hidden import make_set
 
+from bench.hidden import make_set
 from model_lab.cli.main import main
 from model_lab.comparison.add import add_effect
 from model_lab.experiments.forward import Forward
@@ -27,7 +27,7 @@ def saturated(tmp_path_factory):
 def test_the_generic_term_takes_off_much_of_an_error_that_no_effect_explains(saturated):
     data = load_measurements(saturated)
     addition = add_effect("discrepancy", data, load_model("base"), effect_classes())
-    floor = addition.question.floor.total
+    floor = addition.problem.floor.total
     assert addition.before.held_out.rmse > 3.0 * floor
     assert addition.after.held_out.rmse < 0.6 * addition.before.held_out.rmse
     forward = Forward(

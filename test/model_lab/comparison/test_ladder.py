@@ -3,7 +3,8 @@
 import pytest
 from tensile_set import tensile_set
 
-from model_lab.comparison.ladder import climb, ladder_json, ladder_text
+from model_lab.comparison.ladder import compare_models
+from model_lab.report.comparison_text import ladder_json, ladder_text
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import Model
 
@@ -21,7 +22,7 @@ def _stiffened(stretch, _):
 @pytest.fixture
 def ladder():
     models = {"base": Model(), "near": _gent(20.0), "right": _gent(12.0)}
-    return climb(tensile_set(error=_stiffened), models)
+    return compare_models(tensile_set(error=_stiffened), models)
 
 
 def test_the_right_model_reaches_the_noise_floor(ladder):
@@ -51,4 +52,4 @@ def test_the_json_has_si_units(ladder):
 
 def test_a_model_that_does_not_fit_the_set_is_named():
     with pytest.raises(ValueError, match="model weird: base: expected one of"):
-        climb(tensile_set(), {"base": Model(), "weird": Model("cubic")})
+        compare_models(tensile_set(), {"base": Model(), "weird": Model("cubic")})

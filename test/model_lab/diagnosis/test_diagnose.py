@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden import make_set
 
+from bench.hidden import make_set
 from model_lab.diagnosis.diagnose import diagnose, diagnose_folder
 from model_lab.measurements.load import load_measurements
 from softhand_model.effects import effect_classes

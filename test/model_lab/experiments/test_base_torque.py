@@ -249,7 +249,7 @@ def test_specimens_of_their_own_shape_stand_side_by_side():
 def test_layout_is_output_after_output_within_a_run():
     data = measured(pushed(5, name="a"), pushed(7, 1, name="b"))
     forward = Forward(data)
-    assert forward.output_of.tolist() == [0] * 5 + [1] * 5 + [2] * 5 + [0] * 7 + [1] * 7 + [2] * 7
+    assert data.table.output.tolist() == [0] * 5 + [1] * 5 + [2] * 5 + [0] * 7 + [1] * 7 + [2] * 7
     together = forward.predict(forward.start()[None])[0]
     alone = Forward(measured(pushed(7, 1, name="b"))).predict(forward.start()[None])[0]
     assert together[15:] == pytest.approx(alone, rel=1e-9, abs=1e-12)

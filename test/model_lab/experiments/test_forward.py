@@ -49,9 +49,9 @@ def test_samples_are_laid_out_run_after_run():
     forward = Forward(data)
     joined = np.concatenate([run.columns["tip_angle"] for run in data.runs])
     assert forward.measured.tolist() == joined.tolist()
-    assert forward.run_of.tolist() == [0, 0, 0, 1, 1, 1, 1]
-    assert forward.output_of.tolist() == [0] * 7
-    assert forward.series("pressure")[3:].tolist() == data.runs[1].columns["pressure"].tolist()
+    assert data.table.run.tolist() == [0, 0, 0, 1, 1, 1, 1]
+    assert data.table.output.tolist() == [0] * 7
+    assert data.column("pressure")[3:].tolist() == data.runs[1].columns["pressure"].tolist()
     assert forward.predict(np.ones((5, 2))).shape == (5, 7)
 
 
@@ -85,7 +85,7 @@ def test_what_cannot_act_is_refused_with_its_reason():
     with pytest.raises(ValueError, match="base: expected one of pneuflex, linear, got cubic"):
         Forward(bending(), base="cubic")
     with pytest.raises(KeyError):
-        Forward(bending(with_time=False)).series("time")
+        bending(with_time=False).column("time")
 
 
 def test_specimen_without_a_size_is_named():

@@ -2,35 +2,33 @@ import numpy as np
 import pytest
 from toy_forward import ToyForward, ToyParameter, toy_forward, toy_set
 
-from model_lab.fitting.fit import Problem, Scales, fit
-from model_lab.fitting.noise_floor import noise_floor
+from model_lab.fitting.fit import Likelihood, Scales, fit
+from model_lab.fitting.noise_floor import make_spectrum, noise_floor
 from model_lab.fitting.problem import hold_out
-from model_lab.fitting.spectrum import make_spectrum
-from model_lab.measurements.measurement_set import series_of
 
 
 def problem_of(data, forward=None):
     forward = forward or toy_forward(data)
     design = np.stack([forward.x ** (k + 1) for k in range(len(forward.parameters))], axis=1)
     ordinary = np.linalg.lstsq(design, forward.measured, rcond=None)[0]
-    spectrum = make_spectrum(series_of(data), design @ ordinary)
+    spectrum = make_spectrum(data.table, design @ ordinary)
     floor = noise_floor(data, spectrum, forward.measured - design @ ordinary)
-    return Problem(forward, spectrum, floor.variance), floor
+    return Likelihood(forward, spectrum, floor.variance), floor
 
 
 def test_intervals_hold_the_truth_as_often_as_stated_though_whole_runs_scatter():
     inside = np.zeros(2)
     for seed in range(60):
-        problem, _ = problem_of(toy_set(np.random.default_rng(seed), gain=0.03, noise=0.01))
-        found = fit(problem, np.array([[0.5, 0.1]]))
+        likelihood, _ = problem_of(toy_set(np.random.default_rng(seed), gain=0.03, noise=0.01))
+        found = fit(likelihood, np.array([[0.5, 0.1]]))
         spread = np.sqrt(np.diag(found.covariance))
         inside += np.abs(found.values - [2.0, 0.5]) < 2.2 * spread
     assert np.all(inside >= 52)  # 57 expected; ordinary least squares gives about 25
 
 
 def test_a_fit_ignores_noise_of_white_samples_within_a_gain_error():
-    problem, _ = problem_of(toy_set(np.random.default_rng(1), gain=0.0, noise=0.05))
-    found = fit(problem, np.array([[0.1, 3.0]]))
+    likelihood, _ = problem_of(toy_set(np.random.default_rng(1), gain=0.0, noise=0.05))
+    found = fit(likelihood, np.array([[0.1, 3.0]]))
     assert found.values == pytest.approx([2.0, 0.5], abs=0.05)
     assert found.rmse == pytest.approx(0.05, rel=0.05)
 
@@ -39,29 +37,31 @@ def test_a_bound_holds_and_is_reported():
     data = toy_set(np.random.default_rng(2), gain=0.0)
     plain = toy_forward(data)
     tight = (ToyParameter("a", high=1.5), ToyParameter("b"))
-    problem, _ = problem_of(data, ToyForward(plain.x, plain.measured, tight))
-    found = fit(problem, np.array([[0.5, 0.1]]))
+    likelihood, _ = problem_of(data, ToyForward(plain.x, plain.measured, tight))
+    found = fit(likelihood, np.array([[0.5, 0.1]]))
     assert found.values[0] == pytest.approx(1.5, abs=1e-3)  # AT_LIMIT
     assert found.at_limit.tolist() == [True, False]
 
 
 def test_held_out_predictions_equal_refits_for_a_linear_model():
     data = toy_set(np.random.default_rng(3))
-    problem, _ = problem_of(data)
-    found = fit(problem, np.array([[0.5, 0.1]]))
-    design = np.stack([problem.forward.x, problem.forward.x**2], axis=1)
-    fold_of = problem.spectrum.layout.fold_of()
+    likelihood, _ = problem_of(data)
+    found = fit(likelihood, np.array([[0.5, 0.1]]))
+    design = np.stack([likelihood.forward.x, likelihood.forward.x**2], axis=1)
+    fold_of = likelihood.spectrum.table.fold
     held = hold_out(found)
     for fold in range(6):
         kept = fold_of != fold
-        refit = np.linalg.lstsq(design[kept], problem.forward.measured[kept], rcond=None)[0]
-        left = problem.forward.measured - design @ refit
+        refit = np.linalg.lstsq(design[kept], likelihood.forward.measured[kept], rcond=None)[0]
+        left = likelihood.forward.measured - design @ refit
         assert held.residual[~kept] == pytest.approx(left[~kept], abs=1e-6)
 
 
 def test_noise_floor_has_its_two_parts():
-    problem, floor = problem_of(toy_set(np.random.default_rng(4), runs=60, gain=0.03, noise=0.02))
-    size = np.sqrt(np.mean(problem.forward.measured**2))
+    likelihood, floor = problem_of(
+        toy_set(np.random.default_rng(4), runs=60, gain=0.03, noise=0.02)
+    )
+    size = np.sqrt(np.mean(likelihood.forward.measured**2))
     assert floor.source == "repeats"
     assert floor.within == pytest.approx(0.02, rel=0.1)
     assert floor.between == pytest.approx(0.03 * size, rel=0.25)
@@ -71,7 +71,7 @@ def test_noise_floor_has_its_two_parts():
 def test_noise_floor_does_not_see_what_repeats_share():
     data = toy_set(np.random.default_rng(5), gain=0.0, noise=0.02)
     forward = toy_forward(data)
-    spectrum = make_spectrum(series_of(data), 1.5 * forward.x)
+    spectrum = make_spectrum(data.table, 1.5 * forward.x)
     wrong = forward.measured - 1.5 * forward.x
     assert noise_floor(data, spectrum, wrong).total == pytest.approx(0.02, rel=0.1)
 
@@ -79,7 +79,7 @@ def test_noise_floor_does_not_see_what_repeats_share():
 def test_without_repeats_the_floor_is_what_a_smoothing_spline_leaves():
     data = toy_set(np.random.default_rng(6), gain=0.0, noise=0.02, repeats=1)
     forward = toy_forward(data)
-    spectrum = make_spectrum(series_of(data), 1.5 * forward.x)
+    spectrum = make_spectrum(data.table, 1.5 * forward.x)
     floor = noise_floor(data, spectrum, forward.measured - 1.5 * forward.x)
     assert floor.source == "spline"
     assert floor.total == pytest.approx(0.02, rel=0.15)
@@ -88,7 +88,7 @@ def test_without_repeats_the_floor_is_what_a_smoothing_spline_leaves():
 def test_the_spectrum_keeps_squares_and_turns_a_gain_error_into_one_coefficient():
     data = toy_set(np.random.default_rng(7))
     forward = toy_forward(data)
-    spectrum = make_spectrum(series_of(data), forward.measured)
+    spectrum = make_spectrum(data.table, forward.measured)
     random = np.random.default_rng(0).standard_normal((2, len(forward.x)))
     assert np.sum(spectrum.coefficients(random) ** 2) == pytest.approx(np.sum(random**2))
     gained = spectrum.coefficients(forward.measured[None])[0]

@@ -1,16 +1,15 @@
-"""Measurement sets before anything is measured: runs driven by an input, held tips, valve pulses.
+"""Planned sets, before anything is measured: runs driven by an input, held tips, valve pulses.
 
-An actuator whose tip is held in ever other poses, its base on a force-torque sensor.
-
-Valve pulses from many pressures: of a channel whose vessel is set anew before each pulse.
+A held tip is in ever other poses, the base on a force-torque sensor. Valve pulses start from many
+pressures: of a channel whose vessel is set anew before each pulse.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from model_lab.aliases import Array, Mask
 from model_lab.bench.protocols import BANK
 from model_lab.experiments.specimen_models import SpecimenSegments
 from model_lab.measurements.measurement_set import (
@@ -24,8 +23,6 @@ from model_lab.measurements.measurement_set import (
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.gas import AMBIENT_PRESSURE, psi
 from softhand_model.hand.section import free_curvature
-
-Array = NDArray[np.float64]
 
 DURATION = 24.0  # [s] of a run
 SAMPLES = 200
@@ -42,6 +39,39 @@ SETTINGS = (  # temperature [K] and mount of each protocol in turn
     (293.15, "base_up"),
     (313.15, "bending_plane_level"),
 )
+HELD_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
+SEGMENTS = 10
+PEAK = 40e3  # [Pa]
+# protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
+# bending, twist), and the share of it that a force does instead of a moment, nearer the base
+PUSHES = {
+    "sideways": (0.5, 0.0, 0.0, 1.0),
+    "up_and_down": (0.0, 0.5, 0.0, 1.0),
+    "rolled": (0.0, 0.0, 0.5, 0.0),
+    "turned": (0.4, -0.3, 0.0, 0.0),
+    "pushed_and_rolled": (0.3, 0.3, -0.4, 0.5),
+    "pumped": (-0.3, 0.0, 0.3, 0.5),
+}
+PUSH_COURSE = (
+    (0.0, 0.0),
+    (0.2, 0.0),
+    (0.35, 1.0),
+    (0.5, 0.0),
+    (0.65, -1.0),
+    (0.8, 0.0),
+    (1.0, 0.7),
+)
+PRESSURES = {  # share of the peak over share of the duration
+    "pumped": ((0.0, 0.0), (0.2, 1.0), (0.4, 0.4), (0.6, 0.9), (0.8, 0.3), (1.0, 0.7)),
+    "held": ((0.0, 0.0), (0.1, 0.4), (0.5, 0.4), (0.6, 1.0), (0.95, 1.0), (1.0, 0.8)),
+}
+PULSES = 200
+SUPPLIES = {"supply_150_kPa": 150e3, "supply_250_kPa": 250e3, "supply_350_kPa": 350e3}  # gauge
+LENGTHS = {"short": (0.05, 0.3), "long": (0.2, 1.2)}  # [s] inflating, shortest and longest
+QUICKER = 6.0  # times shorter deflating
+LEAST, MOST = 10e3, 150e3  # [Pa] gauge pressure of the channel
+DRIFT = 0.05  # of the pressures within a pulse, falling on the one side and rising on the other
+POINTS = 9  # of the integrals over a pulse
 
 
 def driven_set(experiment: str) -> MeasurementSet:
@@ -74,26 +104,6 @@ def _specimen(experiment: str, order: int, mount: str) -> Specimen:
         return Specimen(kind, {**SPECIMENS[kind], **SHARED}, batch="A")
     name = kind if mount == "bending_plane_level" else f"{kind}_{mount}"
     return Specimen(name, {**SPECIMENS[kind], **SHARED}, mount, "A")
-
-
-HELD_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
-SEGMENTS = 10
-PEAK = 40e3  # [Pa]
-# protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
-# bending, twist), and the share of it that a force does instead of a moment, nearer the base
-PUSHES = {
-    "sideways": (0.5, 0.0, 0.0, 1.0),
-    "up_and_down": (0.0, 0.5, 0.0, 1.0),
-    "rolled": (0.0, 0.0, 0.5, 0.0),
-    "turned": (0.4, -0.3, 0.0, 0.0),
-    "pushed_and_rolled": (0.3, 0.3, -0.4, 0.5),
-    "pumped": (-0.3, 0.0, 0.3, 0.5),
-}
-TURNS = ((0.0, 0.0), (0.2, 0.0), (0.35, 1.0), (0.5, 0.0), (0.65, -1.0), (0.8, 0.0), (1.0, 0.7))
-PRESSURES = {  # share of the peak over share of the duration
-    "pumped": ((0.0, 0.0), (0.2, 1.0), (0.4, 0.4), (0.6, 0.9), (0.8, 0.3), (1.0, 0.7)),
-    "held": ((0.0, 0.0), (0.1, 0.4), (0.5, 0.4), (0.6, 1.0), (0.95, 1.0), (1.0, 0.8)),
-}
 
 
 def held_tip_set() -> MeasurementSet:
@@ -146,31 +156,22 @@ def _free_angle(finger: Specimen, pressure: Array) -> Array:
 def _pose(
     chain: SegmentChain, angle: Array, push: tuple[float, float, float, float], time: Array
 ) -> dict[str, Array]:
-    """Pose of the tip (samples,) [m], quaternion: as the chain lies when its joints are turned."""
+    """Pose of the tip (samples,) [m], quaternion: as the chain lies when its joints are rotated."""
     *most, forced = push
-    course = _course(TURNS, time)
-    place, turn = np.zeros((len(time), 3)), Rotation.identity(len(time))
+    course = _course(PUSH_COURSE, time)
+    place, rotation = np.zeros((len(time), 3)), Rotation.identity(len(time))
     for joint in range(SEGMENTS):
         # a force at the tip bends the base more than the tip, a moment all alike
         share = 1.0 + forced * (1.0 - (2.0 * joint + 1.0) / SEGMENTS)
-        place = place + turn.apply(chain.offset[joint])
+        place = place + rotation.apply(chain.offset[joint])
         bend = np.outer(course * share, most) / SEGMENTS
         bend[:, 1] += angle / SEGMENTS
-        turn = turn * Rotation.from_rotvec(bend)
-    place = place + turn.apply(chain.tip_offset)
+        rotation = rotation * Rotation.from_rotvec(bend)
+    place = place + rotation.apply(chain.tip_offset)
     named = dict(zip(("tip_x", "tip_y", "tip_z"), place.T, strict=True))
     return named | dict(
-        zip(("tip_qx", "tip_qy", "tip_qz", "tip_qw"), turn.as_quat().T, strict=True)
+        zip(("tip_qx", "tip_qy", "tip_qz", "tip_qw"), rotation.as_quat().T, strict=True)
     )
-
-
-PULSES = 200
-SUPPLIES = {"supply_150_kPa": 150e3, "supply_250_kPa": 250e3, "supply_350_kPa": 350e3}  # gauge
-LENGTHS = {"short": (0.05, 0.3), "long": (0.2, 1.2)}  # [s] inflating, shortest and longest
-QUICKER = 6.0  # times shorter deflating
-LEAST, MOST = 10e3, 150e3  # [Pa] gauge pressure of the channel
-DRIFT = 0.05  # of the pressures within a pulse, falling on the one side and rising on the other
-POINTS = 9  # of the integrals over a pulse
 
 
 def pulse_set(random: np.random.Generator) -> MeasurementSet:
@@ -215,7 +216,7 @@ def pulse_columns(
     }
 
 
-def _integrals(inflating: NDArray[np.bool_], p_in: Array, p_out: Array) -> tuple[Array, Array]:
+def _integrals(inflating: Mask, p_in: Array, p_out: Array) -> tuple[Array, Array]:
     """Means (pulses,) [Pa] of p_in - p_out and of p_in*Psi while the channel's pressure moves."""
     along = DRIFT * np.linspace(0.0, 1.0, POINTS)[:, None]
     into = np.where(inflating, p_in, p_in * (1.0 - along))

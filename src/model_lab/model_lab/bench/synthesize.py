@@ -1,6 +1,4 @@
-"""Measurement sets made by the model itself with one effect sealed in: for demonstration.
-
-Measurement sets made by the model itself with one effect sealed in: for demonstration.
+"""Synthesised sets: made by the model itself with one effect sealed in, for demonstration.
 
 The lab's tests do not use them (they would test the lab with its own code); the demonstration and a
 person who wants to try the lab do.
@@ -16,17 +14,29 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.bench.layouts import driven_set, held_tip_set, pulse_set
-from model_lab.diagnosis.candidates import inapplicable
-from model_lab.experiments.forward import Forward
+from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.experiments.valve_pulse import USUAL
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.save import write_set
 from softhand_model.effects import Effect, effect_classes
 
 SEAL = ".seal"
+EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
+    "free_bending": lambda random: driven_set("free_bending"),
+    "blocked_tip": lambda random: driven_set("blocked_tip"),
+    "uniaxial": lambda random: driven_set("uniaxial"),
+    "valve_pulse": pulse_set,
+    "base_torque": lambda random: held_tip_set(),
+}
+EXPERIMENTS = tuple(EMPTY)
+NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
+FLOORS = (3.0, 10.0)  # change of the readings by the effect, root mean square, least and most
+MODULUS = (0.93, 1.07)  # calibration, over its nominal value
+NUDGE = 1.05  # of the calibration, to see what it takes up
+TRIES = 100  # effects that are drawn at the most
 
 
 def seal(folder: Path, truth: dict[str, Any]) -> None:
@@ -52,23 +62,6 @@ def open_seal(folder: Path) -> dict[str, Any]:
     return truth
 
 
-Array = NDArray[np.float64]
-
-EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
-    "free_bending": lambda random: driven_set("free_bending"),
-    "blocked_tip": lambda random: driven_set("blocked_tip"),
-    "uniaxial": lambda random: driven_set("uniaxial"),
-    "valve_pulse": pulse_set,
-    "base_torque": lambda random: held_tip_set(),
-}
-EXPERIMENTS = tuple(EMPTY)
-NOISE = 0.006  # of the largest output, and scatter of a whole run, relative
-FLOORS = (3.0, 10.0)  # change of the readings by the effect, root mean square, least and most
-MODULUS = (0.93, 1.07)  # calibration, over its nominal value
-NUDGE = 1.05  # of the calibration, to see what it takes up
-TRIES = 100  # effects that are drawn at the most
-
-
 @dataclass(frozen=True)
 class Synthesised:
     """A set and what was hidden in it."""
@@ -83,14 +76,13 @@ def synthesize(
     hide: bool,
     classes: Mapping[str, type[Effect]] | None = None,
     noise: float = NOISE,
-    progress: Callable[[float], None] = lambda part: None,
+    tell: Tell = tell_nobody,
 ) -> Synthesised:
     """A set of two repeats of six protocols, with one random effect if `hide`.
 
     classes: effects from which it is drawn, the built-in ones if None. noise: one sigma of a sample
-    over the largest reading, and of the scatter of whole runs, relative. progress is told the part
-    that is done. truth: effects with their parameters, calibration as in a model file, noise (one
-    sigma in SI units), seed.
+    over the largest reading, and of the scatter of whole runs, relative. truth: effects with their
+    parameters, calibration as in a model file, noise (one sigma in SI units), seed.
 
     Raises ValueError for an experiment that is not among EXPERIMENTS, a noise that is not above 0,
     and when none of the effects shows in it.
@@ -104,7 +96,7 @@ def synthesize(
     random = np.random.default_rng(seed)
     bench = _Bench(EMPTY[experiment](random), random, noise)
     known = effect_classes() if classes is None else classes
-    chosen = (bench.hidden_effect(known, progress),) if hide else ()
+    chosen = (bench.hidden_effect(known, tell),) if hide else ()
     truth = {
         "effects": [{"name": effect.name, "parameters": dict(effect.values)} for effect in chosen],
         "calibration": bench.calibration,
@@ -130,9 +122,7 @@ class _Bench:
         self.noise = noise * float(np.abs(self._base).max())
         self._floor = float(np.hypot(self.noise, noise * np.sqrt(np.mean(self._base**2))))
 
-    def hidden_effect(
-        self, classes: Mapping[str, type[Effect]], progress: Callable[[float], None]
-    ) -> Effect:
+    def hidden_effect(self, classes: Mapping[str, type[Effect]], tell: Tell) -> Effect:
         """An effect that changes the readings by so many noise floors, unlike the calibration."""
         able = [
             effect
@@ -142,7 +132,7 @@ class _Bench:
         given_way = np.linalg.qr(self._nudges())[0]
         order = self._random.permutation(len(able))
         for attempt in range(TRIES if able else 0):
-            progress(attempt / TRIES)
+            tell("drawing an effect that shows", attempt + 1, TRIES)
             effect = self._drawn(able[order[attempt % len(able)]])
             change = self._predicted((effect,)) - self._base
             change = change - given_way @ (given_way.T @ change)
@@ -156,13 +146,12 @@ class _Bench:
     def measured(self, effects: Sequence[Effect]) -> MeasurementSet:
         """The set with its outputs: the model with these effects, scatter of runs and noise."""
         true = self._predicted(effects)
-        runs, start = [], 0
-        for run in self.empty.runs:
+        runs = []
+        for index, run in enumerate(self.empty.runs):
             factor = 1.0 + self._scatter * self._random.standard_normal()
             columns = dict(run.columns)
-            for output in self.empty.outputs:
-                part = true[start : start + run.samples]
-                start += run.samples
+            parts = self.empty.table.of_run(true, index)
+            for output, part in zip(self.empty.outputs, parts, strict=True):
                 columns[output] = factor * part + self.noise * self._random.standard_normal(
                     run.samples
                 )

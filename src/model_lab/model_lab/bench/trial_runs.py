@@ -1,4 +1,4 @@
-"""Experiments that could come next: runs within the limits of a set's bench, one change at a time.
+"""Trial runs that could be measured next, within the limits of a set's bench, one change at a time.
 
 A change is another mount, a warmer room, another specimen of the set, or a new one of another wall;
 protocols and durations cost nothing.
@@ -11,13 +11,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.bench.layouts import PUSHES, held_columns, pulse_columns
 from model_lab.bench.protocols import BANK
 from model_lab.measurements.measurement_set import INFLATE, MeasurementSet, Run, Specimen
-
-Array = NDArray[np.float64]
 
 SAMPLES = 200
 LONGER = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows
@@ -34,7 +32,7 @@ SEED = 0  # of the pulses
 
 
 @dataclass(frozen=True)
-class Trial:
+class TrialRun:
     """An experiment that could be done: its inputs (samples,) by column in SI units.
 
     specimen: as it would be mounted; changes: what is new beside the protocol, in words.
@@ -48,7 +46,7 @@ class Trial:
     changes: tuple[str, ...] = ()
 
 
-def trials(data: MeasurementSet, base: str) -> list[Trial]:
+def trial_runs(data: MeasurementSet, base: str) -> list[TrialRun]:
     """Experiments of the same kind as the set, within its pressures."""
     if data.experiment == "valve_pulse":
         return list(_pulses(data))
@@ -58,7 +56,7 @@ def trials(data: MeasurementSet, base: str) -> list[Trial]:
 
 
 # ---------------------------------------------------------------------- one driven input
-def _driven(data: MeasurementSet, base: str) -> Iterator[Trial]:
+def _driven(data: MeasurementSet, base: str) -> Iterator[TrialRun]:
     driving = "stretch" if data.experiment == "uniaxial" else "pressure"
     rest = 1.0 if data.experiment == "uniaxial" else 0.0
     peak = max(float(run.columns[driving].max()) for run in data.runs) - rest
@@ -70,7 +68,7 @@ def _driven(data: MeasurementSet, base: str) -> Iterator[Trial]:
     ]
     for specimen, temperature, changes in _settings(data, base):
         for protocol, columns in courses:
-            yield Trial(
+            yield TrialRun(
                 protocol.name, protocol.description, specimen, temperature, columns, changes
             )
 
@@ -138,7 +136,7 @@ def _other_wall(used: list[Specimen]) -> Iterator[tuple[Specimen, tuple[str, ...
 
 
 # ---------------------------------------------------------------------- held tips
-def _held(data: MeasurementSet) -> Iterator[Trial]:
+def _held(data: MeasurementSet) -> Iterator[TrialRun]:
     first = data.specimens[data.runs[0].specimen]
     if any(np.ndim(value) for value in first.values.values()):
         return  # the poses of `held_columns` are those of a uniform actuator
@@ -149,11 +147,11 @@ def _held(data: MeasurementSet) -> Iterator[Trial]:
         for share in HELD_PEAKS:
             columns = held_columns(first, protocol, share * peak, longest, HELD_SAMPLES)
             words = f"tip {protocol.replace('_', ' ')}, up to {share:g} of the pressure so far"
-            yield Trial(protocol, words, first, usual, columns)
+            yield TrialRun(protocol, words, first, usual, columns)
 
 
 # ---------------------------------------------------------------------- pulses
-def _pulses(data: MeasurementSet) -> Iterator[Trial]:
+def _pulses(data: MeasurementSet) -> Iterator[TrialRun]:
     first, usual = data.specimens[data.runs[0].specimen], data.runs[0].temperature
     joined = {
         name: np.concatenate([run.columns[name] for run in data.runs])
@@ -173,12 +171,12 @@ def _pulses(data: MeasurementSet) -> Iterator[Trial]:
                 f"{name} pulses both ways, each from a pressure of its own, at a supply of "
                 f"{supply / 1e3:.0f} kPa absolute"
             )
-            yield Trial(
+            yield TrialRun(
                 f"{name}_pulses", words, first, usual, pulse_columns(supply, length, random)
             )
 
 
-def run_of(trial: Trial, name: str, outputs: tuple[str, ...]) -> Run:
+def run_of(trial: TrialRun, name: str, outputs: tuple[str, ...]) -> Run:
     """The trial as a run whose outputs are zero."""
     samples = len(next(iter(trial.columns.values())))
     zeros = {output: np.zeros(samples) for output in outputs}

@@ -7,15 +7,15 @@ that names file, row or key, what was expected, what was found, and the mend; 13
 from __future__ import annotations
 
 import argparse
-import importlib
 import os
 import sys
 from collections.abc import Sequence
 from textwrap import fill
 from typing import NoReturn
 
+from model_lab.cli.commands import COMMANDS
+
 PROGRAM = "model-lab"
-COMMANDS = ("compare", "diagnose", "add", "ladder", "plan", "synthesize", "reveal")
 WIDTH = 80  # of descriptions
 DONE, UNUSABLE, INTERRUPTED = 0, 2, 130
 
@@ -30,9 +30,8 @@ class _Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; see the module for the exit status."""
     parsed = make_parser().parse_args(arguments)
-    command = importlib.import_module(f"model_lab.cli.{parsed.command}")
     try:
-        command.run(parsed)
+        COMMANDS[parsed.command].run(parsed)
     except ValueError as reason:
         print(f"{PROGRAM}: {' '.join(str(reason).split())}", file=sys.stderr)
         return UNUSABLE
@@ -56,18 +55,16 @@ def make_parser() -> argparse.ArgumentParser:
         "effect is missing, add it, and watch the error fall.",
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name in COMMANDS:
-        command = importlib.import_module(f"model_lab.cli.{name}")
-        examples = "\n".join(["examples:", *(f"  {line}" for line in command.EXAMPLES)])
-        command.add_to(
-            commands.add_parser(
-                name,
-                help=command.HELP,
-                description=fill(command.DESCRIPTION, WIDTH),
-                epilog=examples,
-                formatter_class=argparse.RawDescriptionHelpFormatter,
-            )
+    for name, command in COMMANDS.items():
+        of_command = commands.add_parser(
+            name,
+            help=command.help,
+            description=fill(command.description, WIDTH),
+            epilog="\n".join(["examples:", *(f"  {line}" for line in command.examples)]),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        for flags, given in command.arguments:
+            of_command.add_argument(*flags, **given)
     return parser
 
 

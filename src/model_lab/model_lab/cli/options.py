@@ -1,20 +1,14 @@
-"""Options that several commands share, and progress on standard error.
-
-Progress on the standard error, for whatever takes longer than two seconds.
-"""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
 import argparse
 import os
-import sys
-import time
 from dataclasses import replace
 from pathlib import Path
-from threading import Event, Lock, Thread
-from types import TracebackType
-from typing import Any, TextIO
+from typing import Any
 
+from model_lab.cli.progress import Progress
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect, effect_classes, effects_in_file
@@ -22,76 +16,82 @@ from softhand_model.effects.effect import EXPERIMENTS
 from softhand_model.model_file import Model, load_model
 from softhand_model.output_file import check_new, write_json
 
-DEFAULT_MODEL = "base"
+Argument = tuple[tuple[str, ...], dict[str, Any]]
+"""What `ArgumentParser.add_argument` takes."""
+
+
+def argument(*flags: str, **given: Any) -> Argument:
+    """An argument of a command."""
+    return flags, given
+
+
+def _positive(text: str) -> int:
+    return _whole(text, 1)
+
+
+def _seed(text: str) -> int:
+    return _whole(text, 0)
+
+
+def _whole(text: str, least: int) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = least - 1
+    if value < least:
+        raise argparse.ArgumentTypeError(f"expected a whole number from {least}, got {text}")
+    return value
+
+
+def _processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 # ---------------------------------------------------------------------- declared
-def add_data(parser: argparse.ArgumentParser) -> None:
-    """The measurement set, by place."""
-    parser.add_argument(
-        "data", type=Path, metavar="DATA", help="folder of the measurements, with experiment.yaml"
-    )
-
-
-def add_model(parser: argparse.ArgumentParser) -> None:
-    """The model, `base` if it is not named."""
-    parser.add_argument(
-        "--model",
-        default=DEFAULT_MODEL,
-        metavar="M",
-        help="model file, or the name of a shipped one (default: %(default)s)",
-    )
-
-
-def add_effects(parser: argparse.ArgumentParser) -> None:
-    """A user's own effects."""
-    parser.add_argument(
-        "--effects",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="Python file with effects of your own, which then take part; may be given again",
-    )
-
-
-def add_results(parser: argparse.ArgumentParser) -> None:
-    """Where results go."""
-    parser.add_argument("--json", type=Path, metavar="OUT", help="write the result as JSON, too")
-    add_force(parser)
-
-
-def add_force(parser: argparse.ArgumentParser) -> None:
-    """Whether results may overwrite what is there."""
-    parser.add_argument("--force", action="store_true", help="overwrite files that exist")
-
-
-def add_seed(parser: argparse.ArgumentParser) -> None:
-    """What is drawn at random; same seed, same answer."""
-    parser.add_argument(
-        "--seed",
-        type=_seed,
-        default=0,
-        metavar="N",
-        help="of all that is drawn at random (default: %(default)s)",
-    )
-
-
-def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Number of processes."""
-    parser.add_argument(
-        "--jobs",
-        type=_positive,
-        default=_processors(),
-        metavar="N",
-        help="processes (default: %(default)s)",
-    )
+DATA = argument(
+    "data", type=Path, metavar="DATA", help="folder of the measurements, with experiment.yaml"
+)
+MODEL = argument(
+    "--model",
+    default="base",
+    metavar="M",
+    help="model file, or the name of a shipped one (default: %(default)s)",
+)
+EFFECTS = argument(
+    "--effects",
+    type=Path,
+    action="append",
+    default=[],
+    metavar="FILE",
+    help="Python file with effects of your own, which then take part; may be given again",
+)
+RESULTS = (
+    argument("--json", type=Path, metavar="OUT", help="write the result as JSON, too"),
+    argument("--force", action="store_true", help="overwrite files that exist"),
+)
+SEED = argument(
+    "--seed",
+    type=_seed,
+    default=0,
+    metavar="N",
+    help="of all that is drawn at random (default: %(default)s)",
+)
+JOBS = argument(
+    "--jobs",
+    type=_positive,
+    default=_processors(),
+    metavar="N",
+    help="processes (default: %(default)s)",
+)
 
 
 # ---------------------------------------------------------------------- used
 def measurements(arguments: argparse.Namespace) -> MeasurementSet:
     """The measurement set that the arguments name."""
-    with Progress("reading the measurements") as progress:
+    with Progress("reading") as progress:
         return load_measurements(arguments.data, progress)
 
 
@@ -148,103 +148,3 @@ def save_json(arguments: argparse.Namespace, content: dict[str, Any]) -> None:
     """Write the result as JSON if asked for."""
     if arguments.json is not None:
         write_json(arguments.json, content, arguments.force)
-
-
-def _positive(text: str) -> int:
-    return _whole(text, 1)
-
-
-def _seed(text: str) -> int:
-    return _whole(text, 0)
-
-
-def _whole(text: str, least: int) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = least - 1
-    if value < least:
-        raise argparse.ArgumentTypeError(f"expected a whole number from {least}, got {text}")
-    return value
-
-
-def _processors() -> int:
-    """Processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-PATIENCE = 2.0  # [s] before anything is shown
-LINE_EVERY = 5.0  # [s] between lines where none can be written over
-MOVE_EVERY = 0.2  # [s] between changes of one that can
-
-
-class Progress:
-    """A sign of life: one line that moves on a terminal, else a line every few seconds; a context.
-
-    It shows by itself, also while nothing is told. Call it with the part that is done, from 0 to 1,
-    and what is done now.
-
-    Args:
-        what: what is done, such as `reading the measurements`.
-        stream: where it is shown, the standard error if None.
-        patience: time [s] before anything is shown.
-    """
-
-    def __init__(self, what: str, stream: TextIO | None = None, patience: float = PATIENCE) -> None:
-        self._what, self._patience = what, patience
-        self._stream = sys.stderr if stream is None else stream
-        self._moves = self._stream.isatty()
-        self._part: float | None = None
-        self._step = ""
-        self._width = 0
-        self._ended = Event()
-        self._lock = Lock()
-        self._start = time.monotonic()
-
-    def __call__(self, part: float, step: str = "") -> None:
-        """Tell the part that is done and what is done now."""
-        with self._lock:
-            self._part, self._step = part, step
-
-    def __enter__(self) -> Progress:
-        self._start = time.monotonic()
-        self._thread = Thread(target=self._show_until_ended, daemon=True)
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Stop, and take a moving line away again."""
-        self._ended.set()
-        self._thread.join()
-        if self._width:
-            self._stream.write("\r" + " " * self._width + "\r")
-            self._stream.flush()
-
-    def _show_until_ended(self) -> None:
-        pause = self._patience
-        while not self._ended.wait(pause):
-            self._show()
-            pause = MOVE_EVERY if self._moves else LINE_EVERY
-
-    def _show(self) -> None:
-        line = self._line()
-        if self._moves:
-            self._stream.write("\r" + line.ljust(self._width))
-            self._width = len(line)
-        else:
-            self._stream.write(line + "\n")
-        self._stream.flush()
-
-    def _line(self) -> str:
-        with self._lock:
-            part, step = self._part, self._step
-        shown = f" {100.0 * part:.0f} %," if part else ""
-        detail = f", {step}" if step else ""
-        return f"{self._what}:{shown} {time.monotonic() - self._start:.0f} s{detail}"

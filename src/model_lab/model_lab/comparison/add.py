@@ -1,8 +1,4 @@
-"""Adding an effect: fit the model with it and write the model file that simulator, monitor and
-lab load.
-
-Writing of model files, which simulator, monitor and lab load.
-"""
+"""Adding an effect to a model: fitted together with it, and written as a model file."""
 
 from __future__ import annotations
 
@@ -15,23 +11,34 @@ from typing import Any
 import numpy as np
 import yaml
 
-from model_lab.diagnosis.candidates import inapplicable, invisible, signature, with_trials
+from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.result import NamedEffect, calibration_of, named_effect
-from model_lab.diagnosis.search import Scored, Unseen, score_base, score_with
-from model_lab.fitting.fit import Problem, fit
-from model_lab.fitting.problem import Question, hold_out, pose_question, sharper
+from model_lab.diagnosis.search import (
+    Scored,
+    Unseen,
+    invisible,
+    score_base,
+    score_with,
+    signature,
+    with_trials,
+)
+from model_lab.experiments.forward import inapplicable
+from model_lab.fitting.fit import Likelihood, fit
+from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect
 from softhand_model.hand.joint_stiffness import THESIS
 from softhand_model.model_file import FORMAT, Model
 from softhand_model.output_file import check_new, plain, write_new
 
+NOT_PHYSICS = "a generic term, not physics"
+
 
 @dataclass(frozen=True)
 class Addition:
     """A model with one effect more: before and after as fitted, and as a file holds it."""
 
-    question: Question
+    problem: FitProblem
     before: Scored
     after: Scored
     effect: NamedEffect
@@ -39,7 +46,11 @@ class Addition:
 
 
 def add_effect(
-    name: str, data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
+    name: str,
+    data: MeasurementSet,
+    model: Model,
+    classes: Mapping[str, type[Effect]],
+    tell: Tell = tell_nobody,
 ) -> Addition:
     """Fit calibration, the effects that were fitted before, and the new one, all together.
 
@@ -52,66 +63,65 @@ def add_effect(
     reason = inapplicable(classes[name], data, model.base)
     if reason is not None:
         raise ValueError(f"effect {name}: expected one that these data show, but: {reason}")
-    question, given = pose_question(data, model, classes)
-    question, before, after = _before_and_after(question, [effect.name for effect in given], name)
+    tell("fitting the model as it is", 1, 2)
+    problem, given = pose_problem(data, model, classes)
+    tell(f"fitting {name}", 2, 2)
+    problem, before, after = _before_and_after(problem, [effect.name for effect in given], name)
     named = [named_effect(after, effect) for effect in after.effects]
     kept = tuple(effect for effect in model.effects if effect.name not in after.effects)
-    fitted = tuple(_instance(question, entry) for entry in named)
+    fitted = tuple(_instance(problem, entry) for entry in named)
     std = {
         entry.name: {key: estimate.std for key, estimate in entry.parameters.items()}
         for entry in named
-        if question.classes[entry.name].physical  # a generic term stays as it is from now on
+        if problem.classes[entry.name].physical  # a generic term stays as it is from now on
     }
     new = Model(model.base, calibration_of(after), (*kept, *fitted), std, springs=model.springs)
-    return Addition(question, before, after, named[-1], new)
+    return Addition(problem, before, after, named[-1], new)
 
 
 def _before_and_after(
-    question: Question, given: Sequence[str], name: str
-) -> tuple[Question, Scored, Scored]:
-    """The model without and with an effect; the question with the floor that is then seen.
+    problem: FitProblem, given: Sequence[str], name: str
+) -> tuple[FitProblem, Scored, Scored]:
+    """The model without and with an effect; the problem with the floor that is then seen.
 
     Raises ValueError when the data do not show the effect.
     """
-    before = score_base(question, given)
-    after = _scored(question, before, name)
+    before = score_base(problem, given)
+    after = _scored(problem, before, name)
     if isinstance(after, Unseen):
         raise ValueError(f"effect {name}: expected one that these data show, but: {after.reason}")
-    clearer = sharper(question, after.fit)
-    return (question, before, after) if clearer is None else _before_and_after(clearer, given, name)
+    clearer = with_lower_floor(problem, after.fit)
+    return (problem, before, after) if clearer is None else _before_and_after(clearer, given, name)
 
 
-def _scored(question: Question, before: Scored, name: str) -> Scored | Unseen:
+def _scored(problem: FitProblem, before: Scored, name: str) -> Scored | Unseen:
     """The model with one effect more."""
-    if question.classes[name].physical:
-        return score_with(question, before, name)
-    return _with_generic_term(question, before, name)
+    if problem.classes[name].physical:
+        return score_with(problem, before, name)
+    return _with_generic_term(problem, before, name)
 
 
-def _with_generic_term(question: Question, before: Scored, name: str) -> Scored | Unseen:
+def _with_generic_term(problem: FitProblem, before: Scored, name: str) -> Scored | Unseen:
     """The model with a generic term, fitted by least squares: it has to take off as much of the
     error as it can, not to explain it. What the data do not show of it stays where it does nothing.
     """
-    effect = question.classes[name]
-    problem = question.problem((*before.effects, name))
-    seen = signature(problem, before.fit, effect)
-    reason = invisible(seen, question.floor.total)
+    effect = problem.classes[name]
+    likelihood = problem.likelihood((*before.effects, name))
+    seen = signature(likelihood, before.fit, effect)
+    reason = invisible(seen, problem.floor.total)
     if reason is not None:
         return Unseen(name, reason)
     idle = np.array([[parameter.neutral or 0.0 for parameter in effect.parameters]])
-    spectrum = question.spectrum.in_one_band()
-    white = np.full(spectrum.band_count, question.floor.total**2)
-    squares = Problem(problem.forward, spectrum, white)
+    spectrum = problem.spectrum.in_one_band()
+    white = np.full(spectrum.band_count, problem.floor.total**2)
+    squares = Likelihood(likelihood.forward, spectrum, white)
     after = fit(squares, with_trials(squares, before.fit, name, idle))
     return Scored((*before.effects, name), after, hold_out(after), signature=seen)
 
 
-def _instance(question: Question, named: NamedEffect) -> Effect:
+def _instance(problem: FitProblem, named: NamedEffect) -> Effect:
     values = {key: estimate.value for key, estimate in named.parameters.items()}
-    return question.classes[named.name](**values)
-
-
-NOT_PHYSICS = "a generic term, not physics"
+    return problem.classes[named.name](**values)
 
 
 def write_model(path: Path, model: Model, comment: str = "", force: bool = False) -> None:

@@ -1,31 +1,26 @@
-"""Comparison of a model with a measurement set: how large the error is, and where it lies.
-
-Errors of a model on a measurement set: on all of it, and on runs that were held out.
-
-Comparison of a model with a measurement set: how large the error is, and where it lies.
-"""
+"""Comparison of a model with a measurement set: how large the error is, and where it lies."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, IntArray, Tell, tell_nobody
 from model_lab.diagnosis.result import calibration_of
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.noise_floor import NoiseFloor
-from model_lab.fitting.problem import pose_question
+from model_lab.fitting.problem import pose_problem
 from model_lab.localisation.input_relation import InputRelation, input_relation
 from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.sample_table import SampleTable
 from softhand_model.model_file import Model
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+STEPS = 3  # of a comparison, as they are told
 
 
 @dataclass(frozen=True)
@@ -62,9 +57,6 @@ def _means(values: Array, output: IntArray) -> Array:
     return np.asarray(np.bincount(output, values) / np.maximum(np.bincount(output), 1), float)
 
 
-Tell = Callable[[float], None]
-
-
 @dataclass(frozen=True)
 class Errors:
     """Errors of a model, in SI units.
@@ -74,8 +66,8 @@ class Errors:
     standard errors, fitted anew, so that every protocol (or block, as `holdout` says) is predicted
     without its own data. calibration: the one of as_is.
 
-    measured, residual_as_is, residual (samples,): run by run and output by output, as run_of and
-    output_of say; residual is the held-out one.
+    table: of the samples as they were judged. residual_as_is, residual (samples,): residual is the
+    held-out one.
     """
 
     model: Model
@@ -85,23 +77,21 @@ class Errors:
     as_is: Accuracy
     held_out: Accuracy
     floor: NoiseFloor
-    measured: Array
+    table: SampleTable
     residual_as_is: Array
     residual: Array
-    run_of: IntArray
-    output_of: IntArray
 
 
-def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -> Errors:
+def errors_of(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> Errors:
     """Errors of a model on a set.
 
-    tell: is told the part that is done. Raises ValueError for data that the model cannot use.
+    Raises ValueError for data that the model cannot use.
     """
-    question, given = pose_question(data, model, {})
-    data = question.data
-    tell(0.4)
-    scored = score_base(question, [effect.name for effect in given])
-    tell(0.9)
+    tell("fitting", 1, STEPS)
+    problem, given = pose_problem(data, model, {})
+    data = problem.data
+    tell("holding data out", 2, STEPS)
+    scored = score_base(problem, [effect.name for effect in given])
     forward = Forward(data, model.base, (), model.effects, model.calibration, joints=model.springs)
     calibrated = not all(_given(model, parameter.name) for parameter in forward.parameters)
     values = _fitted(forward, scored) if calibrated else forward.start()
@@ -111,21 +101,19 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = lambda _: None) -
         model=model,
         calibration=calibration_of(scored) if calibrated else model.calibration,
         calibrated=calibrated,
-        holdout=question.spectrum.layout.holdout,
-        as_is=accuracy(forward.measured, as_is, forward.output_of),
-        held_out=accuracy(forward.measured, held_out, forward.output_of),
-        floor=question.floor,
-        measured=forward.measured,
+        holdout=data.table.holdout,
+        as_is=accuracy(data.table.value, as_is, data.table.output),
+        held_out=accuracy(data.table.value, held_out, data.table.output),
+        floor=problem.floor,
+        table=data.table,
         residual_as_is=as_is,
         residual=held_out,
-        run_of=forward.run_of,
-        output_of=forward.output_of,
     )
 
 
 def _fitted(forward: Forward, scored: Scored) -> Array:
     """Fitted values (k,) of a forward model's parameters, which are the calibration."""
-    names = [parameter.name for parameter in scored.fit.problem.forward.parameters]
+    names = [parameter.name for parameter in scored.fit.likelihood.parameters]
     fitted = dict(zip(names, scored.fit.values, strict=True))
     return np.array([fitted[parameter.name] for parameter in forward.parameters])
 
@@ -163,24 +151,24 @@ class Comparison:
 
 
 def compare(
-    data: MeasurementSet, model: Model, seed: int = 0, tell: Tell = lambda _: None
+    data: MeasurementSet, model: Model, seed: int = 0, tell: Tell = tell_nobody
 ) -> Comparison:
     """Compare a model with a set.
 
-    seed: of the tests of the localisation; same seed, same answer. tell: is told the part that is
-    done. Raises ValueError for data that the model cannot use.
+    seed: of the tests of the localisation; same seed, same answer. Raises ValueError for
+    data that the model cannot use.
     """
-    errors = errors_of(data, model, lambda part: tell(0.7 * part))
+    errors = errors_of(data, model, tell)
+    tell("localising the error", 3, STEPS)
     found = localise(data, errors.residual, seed)
-    tell(0.95)
     specimens = list(dict.fromkeys(run.specimen for run in data.runs))
-    specimen_of = np.array([specimens.index(run.specimen) for run in data.runs])[errors.run_of]
+    specimen_of = np.array([specimens.index(run.specimen) for run in data.runs])[errors.table.run]
     return Comparison(
         data,
         errors,
-        _parts(errors, [run.name for run in data.runs], errors.run_of),
+        _parts(errors, [run.name for run in data.runs], errors.table.run),
         _parts(errors, specimens, specimen_of),
-        _parts(errors, data.outputs, errors.output_of),
+        _parts(errors, data.outputs, errors.table.output),
         found,
         input_relation(data, errors.residual),
     )
@@ -198,7 +186,7 @@ def _parts(errors: Errors, names: Sequence[str], index: IntArray) -> tuple[Part,
 
 
 def _part(errors: Errors, name: str, samples: IntArray) -> Part:
-    measured, output = errors.measured[samples], errors.output_of[samples]
+    measured, output = errors.table.value[samples], errors.table.output[samples]
     return Part(
         name,
         accuracy(measured, errors.residual_as_is[samples], output),

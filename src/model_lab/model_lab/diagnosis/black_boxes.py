@@ -1,4 +1,4 @@
-"""Generic black boxes that a physical effect must keep up with: what the rest can depend on at all.
+"""Black-box baselines: how much of the residual any effect of this input could explain.
 
 Each is a set of features, linear in their coefficients, of one class of inputs. Fitted to what a
 model leaves (together with that model's own parameters, held out like any model) it says how much
@@ -11,13 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from model_lab.aliases import Array
 from model_lab.fitting.fit import Fit, inverse
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet, Run
-
-Array = NDArray[np.float64]
 
 SPLINE_PIECES = 6
 PLAY_SHARES = (0.05, 0.15, 0.3, 0.6)  # widths of the plays over the range of the input
@@ -26,10 +24,12 @@ FEWEST_RUNS, WAVES = 6, 6  # for a drift over the session; half periods in it
 FEWEST_SAMPLES = 3  # of a run, for slopes
 REWEIGHTED = 4  # times
 RIDGE = 1e-4  # of the coefficients, with features scaled to unit mean square
+AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are axes themselves
+REMEMBERING = ("pressure_rate", "time_since_step", "direction", "largest_pressure")
 
 
 @dataclass(frozen=True)
-class Rival:
+class BlackBox:
     """A black box fitted to a model's rest: held-out residual (samples,) and number of features."""
 
     name: str
@@ -52,8 +52,8 @@ class Rival:
         return float(np.sqrt(np.mean(self.residual**2)))
 
 
-def fit_rivals(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Rival]:
-    """All rivals that these data feed, fitted to the rest of `fit`; the best first.
+def fit_black_boxes(fit: Fit, data: MeasurementSet, predicted: Array) -> list[BlackBox]:
+    """All black boxes that these data feed, fitted to the rest of `fit`; the best first.
 
     predicted (samples,) is what the base model says.
     """
@@ -61,17 +61,8 @@ def fit_rivals(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Rival]:
     for name, feature in FEATURES.items():
         columns = _collect(feature, data, predicted)
         if columns is not None:
-            found.append(Rival(name, _held_out(fit, columns), columns.shape[1]))
-    return sorted(found, key=lambda rival: rival.rmse)
-
-
-def driving_input(run: Run, experiment: str) -> Array:
-    """What drives a run (samples,): pressure [Pa], stretch [-] or pressure drop of a pulse [Pa]."""
-    if experiment == "uniaxial":
-        return run.columns["stretch"]
-    if experiment == "valve_pulse":
-        return run.columns["p_in"] - run.columns["p_out"]
-    return run.columns["pressure"]
+            found.append(BlackBox(name, _held_out(fit, columns), columns.shape[1]))
+    return sorted(found, key=lambda black_box: black_box.rmse)
 
 
 @dataclass(frozen=True)
@@ -93,21 +84,18 @@ def _collect(
     feature: Callable[[_Inputs], Array | None], data: MeasurementSet, predicted: Array
 ) -> Array | None:
     """Feature columns (samples, features) scaled to unit mean square, without the constant ones."""
-    parts, start = [], 0
+    parts = []
     scale = np.sqrt(np.mean(predicted**2)) or 1.0
-    driving = [driving_input(run, data.experiment) for run in data.runs]
+    driving = [data.driving(run) for run in data.runs]
     low, high = min(d.min() for d in driving), max(d.max() for d in driving)
-    outputs = len(data.outputs)
-    for index, run in enumerate(data.runs):
-        for output in range(outputs):
-            part = predicted[start : start + run.samples] / scale
-            start += run.samples
-            relative = (driving[index] - low) / ((high - low) or 1.0)
-            inputs = _Inputs(data, index, relative, part, run.columns.get("time"))
-            columns = feature(inputs)
-            if columns is None:
-                return None
-            parts.append(_in_block(columns, output, outputs))
+    for course in data.table.courses:
+        relative = (driving[course.run] - low) / ((high - low) or 1.0)
+        part = predicted[course.samples] / scale
+        time = data.runs[course.run].columns.get("time")
+        columns = feature(_Inputs(data, course.run, relative, part, time))
+        if columns is None:
+            return None
+        parts.append(_in_block(columns, course.output, len(data.outputs)))
     stacked = np.concatenate(parts)
     size: Array = np.sqrt(np.mean(stacked**2, axis=0))
     used = size > 1e-9
@@ -124,19 +112,18 @@ def _in_block(columns: Array, output: int, outputs: int) -> Array:
 def _held_out(fit: Fit, columns: Array) -> Array:
     """Held-out residual (samples,) of the model, linearised, and the features together.
 
-    Weighted by what both together leave, which is found by turns.
+    Weighted by what both together leave, which is found by iteration.
     """
-    spectrum = fit.problem.spectrum
+    spectrum = fit.likelihood.spectrum
     design = np.hstack([fit.jacobian, columns])
     rows = spectrum.coefficients(np.ascontiguousarray(design.T))
     weight = 1.0 / fit.variance[spectrum.bands]
     for _ in range(REWEIGHTED):
         left = fit.coefficients - _solved(fit, rows, weight) @ rows
-        weight = 1.0 / fit.problem.variance(spectrum.power(left[None]))[0][spectrum.bands]
-    fold_of = spectrum.layout.fold_of()
+        weight = 1.0 / fit.likelihood.variance(spectrum.power(left[None]))[0][spectrum.bands]
     residual = fit.residual.copy()
-    for fold in range(len(spectrum.layout.folds)):
-        mine = fold_of == fold
+    for fold in range(len(spectrum.table.folds)):
+        mine = spectrum.table.fold == fold
         residual[mine] -= design[mine] @ _solved(fit, rows, np.where(mine, 0.0, weight))
     return residual
 
@@ -147,7 +134,7 @@ def _solved(fit: Fit, rows: Array, weight: Array) -> Array:
     """
     own = len(fit.values)
     size = np.sum(rows**2 * weight, axis=1)
-    ridge = np.concatenate([1.0 / fit.problem.prior**2, RIDGE * size[own:]])
+    ridge = np.concatenate([1.0 / fit.likelihood.prior**2, RIDGE * size[own:]])
     normal = (rows * weight) @ rows.T + np.diag(ridge)
     return np.asarray(inverse(normal, 1e-12) @ (rows @ (weight * fit.coefficients)))
 
@@ -229,13 +216,13 @@ def _play(values: Array, width: float) -> Array:
 def _largest(inputs: _Inputs) -> Array | None:
     """How far the input is below the largest that the specimen has seen."""
     earlier = [
-        driving_input(run, inputs.data.experiment).max()
+        inputs.data.driving(run).max()
         for run in inputs.data.runs[: inputs.index]
         if run.specimen == inputs.run.specimen
     ]
-    raw = driving_input(inputs.run, inputs.data.experiment)
+    raw = inputs.data.driving(inputs.run)
     largest = np.maximum.accumulate(np.maximum(raw, max(earlier, default=raw.min())))
-    top = max(driving_input(run, inputs.data.experiment).max() for run in inputs.data.runs)
+    top = max(inputs.data.driving(run).max() for run in inputs.data.runs)
     below = (largest - raw) / (top or 1.0)
     return np.stack([below, below**2, below * inputs.predicted], axis=1)
 
@@ -289,5 +276,3 @@ FEATURES: dict[str, Callable[[_Inputs], Array | None]] = {
     "run_order": _run_order,
     "time_in_run": _time,
 }
-AXIS_OF = {"pulse": "pressure", "time_in_run": "time_since_step"}  # others are axes themselves
-REMEMBERING = ("pressure_rate", "time_since_step", "direction", "largest_pressure")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from model_lab.diagnosis.black_boxes import Rival, fit_rivals
-from model_lab.diagnosis.candidates import inapplicable
+from model_lab.aliases import Tell, tell_nobody
+from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
     EFFECTS_MISSING,
@@ -26,7 +27,8 @@ from model_lab.diagnosis.result import (
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import Selection, detectable_effects, excess, select
 from model_lab.diagnosis.verdict import depends_on, verdict_of
-from model_lab.fitting.problem import Question, pose_question, sharper
+from model_lab.experiments.forward import inapplicable
+from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.localisation.localise import localise
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -40,9 +42,9 @@ class Outcome:
     """A diagnosis with what it was drawn from, for reports."""
 
     diagnosis: Diagnosis
-    question: Question
+    problem: FitProblem
     selection: Selection
-    rivals: tuple[Rival, ...]
+    black_boxes: tuple[BlackBox, ...]
 
 
 def diagnose(
@@ -51,6 +53,7 @@ def diagnose(
     classes: Mapping[str, type[Effect]] | None = None,
     seed: int = 0,
     jobs: int = 1,
+    tell: Tell = tell_nobody,
 ) -> Outcome:
     """Compare a model with a set, search the effects for what is missing, and judge the rest.
 
@@ -58,24 +61,36 @@ def diagnose(
     standard errors are fitted along, the others stay as they are. Same seed, same answer. Long
     recordings are thinned. Raises ValueError for data that the model cannot use.
     """
-    data = thinned(data)
-    question, given = pose_question(data, model, effect_classes() if classes is None else classes)
+    tell("fitting the model as it is", 0, 0)
+    known = effect_classes() if classes is None else classes
+    problem, given = pose_problem(thinned(data), model, known)
+    candidates, hidden = _candidates(problem, model)
+    search = partial(
+        select,
+        effects=candidates,
+        given=[effect.name for effect in given],
+        seed=seed,
+        jobs=jobs,
+        tell=tell,
+    )
+    selection = search(problem)
+    lower = with_lower_floor(problem, selection.proven[0].fit) if selection.proven else None
+    if lower is not None:
+        problem, selection = lower, search(lower)
+    tell("judging what is left", 0, 0)
+    return _judged(problem, selection, hidden, seed)
+
+
+def _candidates(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:
+    """Effects that could be missing, and those that cannot show in this set at all."""
     present = {effect.name for effect in model.effects}
-    hidden, tried = [], []
-    for name, effect in question.classes.items():
-        if name in present or not effect.physical:
-            continue
-        reason = inapplicable(effect, data, model.base)
-        if reason is None:
-            tried.append(name)
-        else:
-            hidden.append(NotVisible(name, reason))
-    fitted = [effect.name for effect in given]
-    selection = select(question, tried, fitted, seed, jobs)
-    clearer = _clearer(question, selection)
-    if clearer is not None:
-        question, selection = clearer, select(clearer, tried, fitted, seed, jobs)
-    return _outcome(question, selection, hidden, seed)
+    absent = {
+        name: inapplicable(effect, problem.data, model.base)
+        for name, effect in problem.classes.items()
+        if name not in present and effect.physical
+    }
+    candidates = [name for name, reason in absent.items() if reason is None]
+    return candidates, [NotVisible(name, reason) for name, reason in absent.items() if reason]
 
 
 def diagnose_folder(
@@ -86,55 +101,52 @@ def diagnose_folder(
     return outcome.diagnosis.as_json()
 
 
-def _clearer(question: Question, selection: Selection) -> Question | None:
-    """The question with the floor below the best single effect, where that is clearly lower."""
-    proven = [s for s in selection.singles if s.plausible and s.improvement > selection.threshold]
-    return sharper(question, proven[0].fit) if proven else None
-
-
-def _outcome(
-    question: Question, selection: Selection, hidden: list[NotVisible], seed: int
+def _judged(
+    problem: FitProblem, selection: Selection, hidden: list[NotVisible], seed: int
 ) -> Outcome:
+    """The verdict, and all that the diagnosis says besides."""
     base, final = selection.base, selection.final
-    predicted = base.fit.problem.forward.measured - base.fit.residual
-    rivals = tuple(fit_rivals(final.fit, question.data, predicted))
-    verdict = verdict_of(question, selection, rivals)
+    predicted = problem.data.table.value - base.fit.residual
+    black_boxes = tuple(fit_black_boxes(final.fit, problem.data, predicted))
+    verdict = verdict_of(problem, selection, black_boxes)
     named = final if verdict == EFFECTS_MISSING else base
     added = [name for name in named.effects if name not in base.effects]
-    floor = question.floor
-    rest = excess(question, named)
-    localised = localise(question.data, base.held_out.residual, seed)
+    floor = problem.floor
+    rest = excess(problem, named)
+    localised = localise(problem.data, base.held_out.residual, seed)
     failures = tuple(
         Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
         for axis in localised.failures
     )
     diagnosis = Diagnosis(
-        experiment=question.data.experiment,
+        experiment=problem.data.experiment,
         verdict=verdict,
-        holdout=question.spectrum.layout.holdout,
+        holdout=problem.data.table.holdout,
         effects=tuple(named_effect(named, name) for name in added),
         tied=selection.ties if added else (),
-        ranking=tuple(_ranked(question, base, s, selection) for s in selection.singles),
+        ranking=tuple(_ranked(problem, base, s, selection) for s in selection.singles),
         not_visible=(*hidden, *(NotVisible(u.name, u.reason) for u in selection.unseen)),
-        detectable=tuple(detectable_effects(question, selection)),
+        detectable=tuple(detectable_effects(problem, selection)),
         calibration=calibration_of(named),
         noise_floor=floor.total,
         noise_floor_parts={"within": floor.within, "between": floor.between},
         noise_floor_source=floor.source,
         rmse_before=base.held_out.rmse,
         rmse_after=named.held_out.rmse,
-        unit=question.data.unit,
+        unit=problem.data.unit,
         failures=failures,
-        next_experiment=proposal(question, named, selection.ties) if added else None,
+        next_experiment=proposal(problem, named, selection.ties) if added else None,
         correlation=correlation_of(named),
-        unexplained=Unexplained(rest, depends_on(question.data, final, rivals, localised, verdict)),
+        unexplained=Unexplained(
+            rest, depends_on(problem.data, final, black_boxes, localised, verdict)
+        ),
     )
-    return Outcome(diagnosis, question, selection, rivals)
+    return Outcome(diagnosis, problem, selection, black_boxes)
 
 
-def _ranked(question: Question, base: Scored, scored: Scored, selection: Selection) -> Ranked:
+def _ranked(problem: FitProblem, base: Scored, scored: Scored, selection: Selection) -> Ranked:
     more = len(scored.fit.values) - len(base.fit.values)
-    bic = scored.fit.deviance - base.fit.deviance + more * np.log(question.spectrum.layout.samples)
+    bic = scored.fit.deviance - base.fit.deviance + more * np.log(problem.data.table.samples)
     return Ranked(
         scored.added,
         scored.held_out.rmse,

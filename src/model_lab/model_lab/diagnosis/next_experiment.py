@@ -1,8 +1,7 @@
-"""The next experiment: the one in which the effects still tied differ most,
-in units of noise.
+"""Next experiment: the one in which the effects still tied differ most, in units of noise.
 
 Two explanations that fit equally well still differ where nothing was measured. Over a bank of
-experiments (`trials`), the separation of a pair is
+experiments (`bench.trial_runs`), the separation of a pair is
 
     d**2 = D' (C + J1 S1 J1' + J2 S2 J2')**-1 D,
 
@@ -19,17 +18,15 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.bench.trial_runs import Trial, run_of, trials
+from model_lab.aliases import Array
+from model_lab.bench.trial_runs import TrialRun, run_of, trial_runs
 from model_lab.diagnosis.search import Scored, score_with, score_without
 from model_lab.fitting.fit import DIFFERENCE
-from model_lab.fitting.problem import Question
-from model_lab.fitting.spectrum import Spectrum, make_spectrum
-from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run, series_of
+from model_lab.fitting.noise_floor import Spectrum, make_spectrum
+from model_lab.fitting.problem import FitProblem
+from model_lab.measurements.measurement_set import OUTPUTS, MeasurementSet, Run
 from softhand_model.effects import InputEffect
-
-Array = NDArray[np.float64]
 
 ENOUGH = 12.0  # sigma, beyond which experiments count as equally good
 BREAKS = 4.0  # sigma, below which an experiment is not likely to break a tie
@@ -44,7 +41,7 @@ class Experiment:
     that it tells apart.
     """
 
-    trial: Trial
+    trial: TrialRun
     separation: float
     separates: tuple[tuple[str, ...], ...]
 
@@ -71,19 +68,19 @@ class Experiment:
 
 
 def proposal(
-    question: Question, final: Scored, ties: Sequence[Sequence[str]]
+    problem: FitProblem, final: Scored, ties: Sequence[Sequence[str]]
 ) -> dict[str, Any] | None:
     """What `next_experiment` of a diagnosis holds; None when nothing is tied.
 
     final: the chosen model; ties: for each effect that was added, in the order of final.effects
     (given ones first), the names that explain as much in its place.
     """
-    found = next_experiment(question, explanations(question, final, ties))
+    found = next_experiment(problem, explanations(problem, final, ties))
     return None if found is None else found.as_json()
 
 
 def explanations(
-    question: Question, final: Scored, ties: Sequence[Sequence[str]]
+    problem: FitProblem, final: Scored, ties: Sequence[Sequence[str]]
 ) -> list[dict[str, Scored]]:
     """For each effect that is tied: the fitted models by the name that stands in its place."""
     added = final.effects[len(final.effects) - len(ties) :]
@@ -91,8 +88,8 @@ def explanations(
     for effect, others in zip(added, ties, strict=True):
         if not others:
             continue
-        without = score_without(question, final, effect)
-        tried = {name: score_with(question, without, name) for name in others[:PARTNERS]}
+        without = score_without(problem, final, effect)
+        tried = {name: score_with(problem, without, name) for name in others[:PARTNERS]}
         fitted = {name: model for name, model in tried.items() if isinstance(model, Scored)}
         if fitted:
             groups.append({effect: final, **fitted})
@@ -100,36 +97,36 @@ def explanations(
 
 
 def next_experiment(
-    question: Question, groups: Sequence[Mapping[str, Scored]]
+    problem: FitProblem, groups: Sequence[Mapping[str, Scored]]
 ) -> Experiment | None:
     """The experiment that separates the explanations in each group best; None without a group or
     where no experiment can be thought of.
     """
-    bank = trials(question.data, question.base)
+    bank = trial_runs(problem.data, problem.base)
     if not groups or not bank:
         return None
-    lowest = max(_lowest_reading(question, s) for group in groups for s in group.values())
-    planned = _Planned(question, [_from(trial, lowest) for trial in bank])
+    lowest = max(_lowest_reading(problem, s) for group in groups for s in group.values())
+    planned = _Planned(problem, [_from(trial, lowest) for trial in bank])
     worst = np.min([planned.separations(list(group.values())) for group in groups], axis=0)
     cost = np.array([len(trial.changes) for trial in bank])
     reached = np.minimum(worst, ENOUGH)
     best = np.lexsort([-worst, cost, -np.round(reached / ENOUGH, 1)])[0]
     names = tuple(tuple(group) for group in groups)
-    return Experiment(_named_anew(bank[best], question.data), float(worst[best]), names)
+    return Experiment(_named_anew(bank[best], problem.data), float(worst[best]), names)
 
 
-def _lowest_reading(question: Question, scored: Scored) -> float:
+def _lowest_reading(problem: FitProblem, scored: Scored) -> float:
     """Pressure [Pa] that a sensor shows of an empty chamber, if the explanation holds: there are no
     lower readings that could tell it from others.
     """
     peaks = [
-        run.columns["pressure"].max() for run in question.data.runs if "pressure" in run.columns
+        run.columns["pressure"].max() for run in problem.data.runs if "pressure" in run.columns
     ]
     if not peaks:
         return 0.0
     reading = np.linspace(0.0, float(max(peaks)), READINGS)
     chamber = reading
-    fitted = scored.fit.problem.forward.effects_at(scored.fit.values[None])  # type: ignore[attr-defined]
+    fitted = scored.fit.likelihood.forward.effects_at(scored.fit.values[None])  # type: ignore[attr-defined]
     for effect in fitted:
         if isinstance(effect, InputEffect) and not effect.has_memory:
             chamber = np.ravel(effect.chamber_pressure(chamber[None, None], {}, 0.0))
@@ -137,17 +134,16 @@ def _lowest_reading(question: Question, scored: Scored) -> float:
     return float(vented[-1]) if len(vented) else 0.0
 
 
-def _from(trial: Trial, lowest: float) -> Trial:
+def _from(trial: TrialRun, lowest: float) -> TrialRun:
     """The trial with readings from a lowest one [Pa]."""
     if "pressure" not in trial.columns:
         return trial
     return replace(
-        trial,
-        columns={**trial.columns, "pressure": np.maximum(trial.columns["pressure"], lowest)},
+        trial, columns={**trial.columns, "pressure": np.maximum(trial.columns["pressure"], lowest)}
     )
 
 
-def _named_anew(trial: Trial, data: MeasurementSet) -> Trial:
+def _named_anew(trial: TrialRun, data: MeasurementSet) -> TrialRun:
     """The trial under a name that no protocol of the set has: it is no repeat of one."""
     name = trial.protocol
     while name in data.protocols():
@@ -158,15 +154,15 @@ def _named_anew(trial: Trial, data: MeasurementSet) -> Trial:
 class _Planned:
     """All trials as runs of one set, each of a specimen of its own, behind what came before."""
 
-    def __init__(self, question: Question, bank: Sequence[Trial]) -> None:
-        self._question = question
-        data = question.data
-        earlier = data.runs if question.base == "linear" else ()
+    def __init__(self, problem: FitProblem, bank: Sequence[TrialRun]) -> None:
+        self._question = problem
+        data = problem.data
+        earlier = data.runs if problem.base == "linear" else ()
         specimens, runs = dict(data.specimens), list(earlier)
         for index, trial in enumerate(bank):
             name = f"trial {index}"
             run = run_of(trial, name, OUTPUTS[data.experiment])
-            if question.base == "linear":  # its coefficients belong to specimens by name
+            if problem.base == "linear":  # its coefficients belong to specimens by name
                 runs.append(run)
                 continue
             specimens[name] = replace(trial.specimen, name=name)
@@ -174,10 +170,8 @@ class _Planned:
             runs += [replace(before, specimen=name)] if before is not None else []
             runs.append(replace(run, specimen=name))
         self.data = replace(data, specimens=specimens, runs=tuple(runs))
-        layout = series_of(self.data)
-        self._layout = layout
         self._parts = [
-            np.concatenate([np.arange(p.start, p.stop) for p in layout.series if p.run == index])
+            np.flatnonzero(self.data.table.run == index)
             for index, run in enumerate(self.data.runs)
             if run.name.startswith("trial ")
         ]
@@ -185,7 +179,7 @@ class _Planned:
     def separations(self, group: Sequence[Scored]) -> Array:
         """Separation (trials,) of the worst pair of explanations."""
         predicted = [self._predicted(scored) for scored in group]
-        spectrum = make_spectrum(self._layout, predicted[0][0])
+        spectrum = make_spectrum(self.data.table, predicted[0][0])
         level = np.sqrt(self._levels(spectrum))
         whitened = [spectrum.coefficients(rows) / level for rows in predicted]
         pairs = [
@@ -196,12 +190,12 @@ class _Planned:
 
     def _predicted(self, scored: Scored) -> Array:
         """Rows (1 + k, samples): prediction, and Jacobian times the root of the covariance."""
-        forward = replace(self._question, data=self.data).problem(scored.effects).forward
+        forward = replace(self._question, data=self.data).likelihood(scored.effects).forward
         fit = scored.fit
-        scales = fit.problem.scales
+        scales = fit.likelihood.scales
         center, step = scales.inward(fit.values), DIFFERENCE * scales.width
         values = scales.outward(np.vstack([center, center + np.diag(step)]))
-        order = [p.name for p in fit.problem.forward.parameters]
+        order = [p.name for p in fit.likelihood.parameters]
         values = values[:, [order.index(p.name) for p in forward.parameters]]
         rows = forward.predict(values)
         jacobian = (rows[1:] - rows[:1]) / step[:, None]
@@ -231,7 +225,7 @@ def _separation(first: Array, second: Array) -> float:
     return float(np.sqrt(max(square, 0.0)))
 
 
-def _history(data: MeasurementSet, trial: Trial, name: str) -> Run | None:
+def _history(data: MeasurementSet, trial: TrialRun, name: str) -> Run | None:
     """A quick run to the largest input of the trial's specimen so far, which it remembers; None for
     a specimen that is new or that nothing drives.
     """

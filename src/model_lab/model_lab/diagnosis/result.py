@@ -1,8 +1,4 @@
-"""What a diagnosis says: the JSON of the contract as data classes, and fitted parameters as they
-are told.
-
-Fitted parameters as they are told: values, errors, intervals, correlations, calibration.
-"""
+"""Result of a diagnosis: the JSON of the contract as data classes, and fitted parameters."""
 
 from __future__ import annotations
 
@@ -13,11 +9,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from model_lab.diagnosis.candidates import names
 from model_lab.diagnosis.search import Scored
 
 FORMAT = "softhand-diagnosis/1"
 ADEQUATE, EFFECTS_MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
+CONFIDENCE = 0.975
 
 
 @dataclass(frozen=True)
@@ -116,12 +112,9 @@ class Diagnosis:
         return {"format": FORMAT, **asdict(self)}
 
 
-CONFIDENCE = 0.975
-
-
 def named_effect(scored: Scored, effect: str) -> NamedEffect:
     """An effect of a fitted model with its parameters, errors and 95 % intervals."""
-    parameters = scored.fit.problem.forward.parameters
+    parameters = scored.fit.likelihood.parameters
     return NamedEffect(
         effect,
         {
@@ -133,10 +126,10 @@ def named_effect(scored: Scored, effect: str) -> NamedEffect:
 
 def estimate(scored: Scored, index: int) -> Estimate:
     """One parameter of a fitted model; the interval allows for the few runs there are."""
-    fitted, scales = scored.fit, scored.fit.problem.scales
-    parameter = fitted.problem.forward.parameters[index]
+    fitted, scales = scored.fit, scored.fit.likelihood.scales
+    parameter = fitted.likelihood.parameters[index]
     spread = float(np.sqrt(max(fitted.covariance[index, index], 0.0)))
-    runs = len({part.run for part in fitted.problem.spectrum.layout.series})
+    runs = fitted.likelihood.spectrum.table.runs
     factor = float(student.ppf(CONFIDENCE, max(runs - len(fitted.values), 3)))
     center = scales.inward(fitted.values)
     ends = []
@@ -152,7 +145,7 @@ def estimate(scored: Scored, index: int) -> Estimate:
 def calibration_of(scored: Scored) -> dict[str, Any]:
     """The fitted calibration as a model file holds it."""
     found: dict[str, Any] = {}
-    parameters = scored.fit.problem.forward.parameters
+    parameters = scored.fit.likelihood.parameters
     for parameter, value in zip(parameters, scored.fit.values.tolist(), strict=True):
         if parameter.effect is None:
             name, _, entry = parameter.name.partition("[")
@@ -168,7 +161,7 @@ def correlation_of(scored: Scored) -> dict[str, dict[str, float]]:
     spread = np.sqrt(np.maximum(np.diag(scored.fit.covariance), 0.0))
     size = np.where(spread > 0.0, spread, 1.0)
     matrix = scored.fit.covariance / np.outer(size, size)
-    known = names(scored.fit.problem)
+    known = scored.fit.likelihood.names
     return {
         a: dict(zip(known, row, strict=True)) for a, row in zip(known, matrix.tolist(), strict=True)
     }

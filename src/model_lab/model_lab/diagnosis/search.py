@@ -1,30 +1,132 @@
-"""The search for missing effects: fit, add, compare, with every model judged on held-out data."""
+"""Search of a missing effect: its signature, and the model refitted with it and held out.
+
+The signature is what an effect would change beyond the model it is added to. It tells where a fit
+starts, and whether the effect shows at all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from multiprocessing import get_context
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.diagnosis.candidates import (
-    Signature,
-    invisible,
-    names,
-    promised_improvement,
-    signature,
-    starts,
-    with_trials,
-)
-from model_lab.fitting.fit import Fit, fit
-from model_lab.fitting.problem import HeldOut, Question, base_starts, hold_out
-from softhand_model.effects import Effect
+from model_lab.aliases import Array, Tell, tell_nobody
+from model_lab.fitting.fit import Fit, Likelihood, fit
+from model_lab.fitting.problem import FitProblem, HeldOut, base_starts, hold_out
+from softhand_model.effects import Effect, Parameter
 
-Array = NDArray[np.float64]
-
+GRID = {0: 1, 1: 7, 2: 4, 3: 3}  # trial values of each parameter, by their number
+LARGEST_GRID = 16
+ROUNDING = 1e-9
+SMALLEST_SIGNATURE = 0.25  # of the noise floor: what an effect must change to be seen at all
 KNOWN, KNOWN_FACTOR = 0.6, 0.8  # standard error over a value, or of its logarithm
+
+
+@dataclass(frozen=True)
+class Signature:
+    """What an effect would change beyond the model it is added to.
+
+    values (trials, k): its parameters. change (trials, samples): whitened coefficients, less what
+    the model's own parameters take up. size (trials,): root mean square of that in the outputs'
+    unit; raw (trials,): before the model's parameters take their part. usual (2, k): ends of the
+    usual ranges.
+    """
+
+    values: Array
+    usual: Array
+    change: Array
+    size: Array
+    raw: Array
+
+
+def trial_values(effect: type[Effect]) -> Array:
+    """Trial values (trials, k) over the typical ranges of an effect's parameters.
+
+    A single parameter is tried at its bounds too: an effect may be far stronger than usual.
+    """
+    count = len(effect.parameters)
+    points = [_points(parameter, GRID.get(count, 2)) for parameter in effect.parameters]
+    if not points:
+        return np.zeros((1, 0))
+    grid = np.array(list(product(*points)))
+    if len(grid) > LARGEST_GRID:
+        grid = grid[:: int(np.ceil(len(grid) / LARGEST_GRID))]
+    return grid
+
+
+def _points(parameter: Parameter, count: int) -> Array:
+    low, high = parameter.typical or (parameter.low, parameter.high)
+    points = (np.geomspace if parameter.logarithmic else np.linspace)(low, high, count)
+    if count == GRID[1]:
+        points = np.unique([parameter.low, *points, parameter.high])
+    return np.asarray(points[points != parameter.neutral])
+
+
+def signature(likelihood: Likelihood, fit: Fit, effect: type[Effect]) -> Signature:
+    """Signatures of an effect of `likelihood` at trial values, the other parameters as in `fit`.
+
+    fit is that of the model without the effect.
+    """
+    trials = trial_values(effect)
+    lanes = with_trials(likelihood, fit, effect.name, trials)
+    moved = fit.residual - likelihood.residuals(lanes)
+    spectrum = likelihood.spectrum
+    weight = np.sqrt(1.0 / fit.variance)[spectrum.bands]
+    change = spectrum.coefficients(moved) * weight
+    change[~np.isfinite(change)] = 0.0
+    raw = np.sqrt(np.mean(moved**2, axis=1))
+    own = spectrum.coefficients(np.ascontiguousarray(fit.jacobian.T)) * weight
+    basis = np.linalg.qr(own.T)[0] if len(own) else np.zeros((change.shape[1], 0))
+    change = change - (change @ basis) @ basis.T
+    size = np.sqrt(np.mean((change / weight) ** 2, axis=1))
+    ends = np.array([p.typical or (p.low, p.high) for p in effect.parameters], float)
+    usual = ends.reshape(-1, 2).T + ROUNDING * np.ptp(ends.reshape(-1, 2), axis=1) * [[-1], [1]]
+    return Signature(trials, usual, change, size, raw)
+
+
+def with_trials(likelihood: Likelihood, fit: Fit, effect: str, trials: Array) -> Array:
+    """Parameters (trials, k): those of a fit by name, trial values for one effect."""
+    fitted = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))
+    parameters = likelihood.parameters
+    known = np.array([fitted.get(p.name, p.start) for p in parameters], float)
+    lanes = np.tile(known, (len(trials), 1))
+    lanes[:, [index for index, p in enumerate(parameters) if p.effect == effect]] = trials
+    return lanes
+
+
+def starts(found: Signature, fit: Fit) -> Array:
+    """Trial values (n, k) of the effect from which the search begins: at most two usual ones."""
+    as_it_is, scaled = _improvements(found, fit)
+    usual = np.all((found.values >= found.usual[0]) & (found.values <= found.usual[1]), axis=1)
+    scores = (np.where(usual, score, -np.inf) for score in (as_it_is, scaled))
+    best = dict.fromkeys(int(np.argmax(score)) for score in scores)
+    return found.values[list(best)]
+
+
+def promised_improvement(found: Signature, fit: Fit) -> float:
+    """Fall of the deviance that the best signature, made smaller or larger, would bring."""
+    return float(np.max(_improvements(found, fit)[1]))
+
+
+def _improvements(found: Signature, fit: Fit) -> tuple[Array, Array]:
+    """Fall of the weighted squares (trials,) by each signature as it is, and scaled at best."""
+    weight = np.sqrt(1.0 / fit.variance)[fit.likelihood.spectrum.bands]
+    along = found.change @ (fit.coefficients * weight)
+    square = np.sum(found.change**2, axis=1)
+    scaled = np.where(along > 0.0, along**2 / np.where(square > 0.0, square, 1.0), 0.0)
+    return 2.0 * along - square, scaled
+
+
+def invisible(found: Signature, floor: float) -> str | None:
+    """Why an effect does not show in these runs however strong it is; None if it does."""
+    if found.raw.max() < SMALLEST_SIGNATURE * floor:
+        return "changes nothing in these runs"
+    if found.size.max() < SMALLEST_SIGNATURE * floor:
+        return "acts like the calibration or the effects already in the model"
+    return None
 
 
 @dataclass(frozen=True)
@@ -50,14 +152,14 @@ class Scored:
     @property
     def plausible(self) -> bool:
         """Whether the parameters of its effects are off their limits, and known at all."""
-        parameters = self.fit.problem.forward.parameters
+        parameters = self.fit.likelihood.parameters
         if any(p.effect and limit for p, limit in zip(parameters, self.fit.at_limit, strict=True)):
             return False
         return self.known
 
     def parameters_of(self, effect: str) -> list[int]:
         """Indices of an effect's parameters."""
-        parameters = self.fit.problem.forward.parameters
+        parameters = self.fit.likelihood.parameters
         return [index for index, p in enumerate(parameters) if p.effect == effect]
 
 
@@ -70,29 +172,29 @@ class Unseen:
 
 
 def score_base(
-    question: Question, effects: Sequence[str] = (), start: Array | None = None
+    problem: FitProblem, effects: Sequence[str] = (), start: Array | None = None
 ) -> Scored:
     """The model with some effects, fitted from a start (k,) or from what is known of it."""
-    problem = question.problem(effects)
-    parameters = problem.forward.parameters
-    if start is None and all(p.name in question.fitted for p in parameters):
-        start = np.array([question.fitted[p.name] for p in parameters], float)
-    found = fit(problem, base_starts(parameters) if start is None else start[None])
+    likelihood = problem.likelihood(effects)
+    parameters = likelihood.parameters
+    if start is None and all(p.name in problem.fitted for p in parameters):
+        start = np.array([problem.fitted[p.name] for p in parameters], float)
+    found = fit(likelihood, base_starts(parameters) if start is None else start[None])
     return Scored(tuple(effects), found, hold_out(found))
 
 
-def score_with(question: Question, before: Scored, effect: str) -> Scored | Unseen:
+def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Unseen:
     """The model with one effect more."""
     effects = (*before.effects, effect)
-    problem = question.problem(effects)
-    found = signature(problem, before.fit, question.classes[effect])
-    reason = invisible(found, question.floor.total)
+    likelihood = problem.likelihood(effects)
+    found = signature(likelihood, before.fit, problem.classes[effect])
+    reason = invisible(found, problem.floor.total)
     if reason is not None:
         return Unseen(effect, reason)
-    first = with_trials(problem, before.fit, effect, starts(found, before.fit))
-    after = fit(problem, first)
+    first = with_trials(likelihood, before.fit, effect, starts(found, before.fit))
+    after = fit(likelihood, first)
     gained = before.fit.deviance - after.deviance
-    known = before.known and is_known(after, question.classes[effect])
+    known = before.known and is_known(after, problem.classes[effect])
     return Scored(effects, after, hold_out(after), known, gained, found)
 
 
@@ -101,10 +203,8 @@ def is_known(fit: Fit, effect: type[Effect]) -> bool:
 
     Where none is, a term grows without bound against another, and stands for neither.
     """
-    scales, spread = fit.problem.scales, np.sqrt(np.diag(fit.covariance))
-    place = {
-        parameter.name: index for index, parameter in enumerate(fit.problem.forward.parameters)
-    }
+    scales, spread = fit.likelihood.scales, np.sqrt(np.diag(fit.covariance))
+    place = {parameter.name: index for index, parameter in enumerate(fit.likelihood.parameters)}
     for parameter in effect.parameters:
         index = place[f"{effect.name}.{parameter.name}"]
         distance = abs(fit.values[index] - (parameter.neutral or 0.0))
@@ -114,56 +214,79 @@ def is_known(fit: Fit, effect: type[Effect]) -> bool:
     return not effect.parameters
 
 
-def score_without(question: Question, before: Scored, effect: str) -> Scored:
+def score_without(problem: FitProblem, before: Scored, effect: str) -> Scored:
     """The model with one effect less."""
     kept = tuple(name for name in before.effects if name != effect)
-    problem = question.problem(kept)
-    values = dict(zip(names(before.fit.problem), before.fit.values, strict=True))
-    start = np.array([values.get(p.name, p.start) for p in problem.forward.parameters])
-    return score_base(question, kept, start)
+    likelihood = problem.likelihood(kept)
+    values = dict(zip(before.fit.likelihood.names, before.fit.values, strict=True))
+    start = np.array([values.get(p.name, p.start) for p in likelihood.parameters])
+    return score_base(problem, kept, start)
 
 
 def score_all(
-    question: Question, before: Scored, effects: Sequence[str], jobs: int = 1, limit: int = 0
+    problem: FitProblem,
+    before: Scored,
+    effects: Sequence[str],
+    jobs: int = 1,
+    limit: int = 0,
+    tell: Tell = tell_nobody,
 ) -> list[Scored | Unseen]:
     """The model with each of the effects added in turn, by so many processes.
 
     With a limit only so many effects are fitted: those whose signatures promise most.
     """
     if limit and len(effects) > limit:
-        effects = _most_promising(question, before, effects, limit)
+        effects = _most_promising(problem, before, effects, limit)
+
+    def told(effect: str, number: int) -> str:
+        tell(f"fitting {' with '.join([effect, *before.effects])}", number, len(effects))
+        return effect
+
     if jobs < 2 or len(effects) < 2:
-        return [score_with(question, before, effect) for effect in effects]
-    return _in_processes(question, before, effects, jobs)
+        return [
+            score_with(problem, before, told(effect, number))
+            for number, effect in enumerate(effects, 1)
+        ]
+    return _in_processes(problem, before, effects, jobs, told)
 
 
 def _most_promising(
-    question: Question, before: Scored, effects: Sequence[str], limit: int
+    problem: FitProblem, before: Scored, effects: Sequence[str], limit: int
 ) -> list[str]:
     promise = {}
     for effect in effects:
-        problem = question.problem((*before.effects, effect))
-        found = signature(problem, before.fit, question.classes[effect])
+        likelihood = problem.likelihood((*before.effects, effect))
+        found = signature(likelihood, before.fit, problem.classes[effect])
         promise[effect] = promised_improvement(found, before.fit)
     return sorted(effects, key=lambda effect: -promise[effect])[:limit]
 
 
-_task: tuple[Question, Scored] | None = None  # inherited by forked processes, never changed in them
+_task: tuple[FitProblem, Scored] | None = (
+    None  # inherited by forked processes, never changed in them
+)
 
 
 def _in_processes(
-    question: Question, before: Scored, effects: Sequence[str], jobs: int
+    problem: FitProblem,
+    before: Scored,
+    effects: Sequence[str],
+    jobs: int,
+    told: Callable[[str, int], str],
 ) -> list[Scored | Unseen]:
-    """As `score_all`; results come back without their problem, which the parent knows."""
+    """As `score_all`; results come back without their likelihood, which the parent knows."""
     global _task
-    _task = (question, before)
+    _task = (problem, before)
     with get_context("fork").Pool(jobs) as pool:
-        results = pool.map(_work, effects, chunksize=1)
+        coming = pool.imap(_work, effects)
+        results = []
+        for number, effect in enumerate(effects, 1):
+            told(effect, number)
+            results.append(next(coming))
     _task = None
     return [
         result
         if isinstance(result, Unseen)
-        else replace(result, fit=replace(result.fit, problem=question.problem(result.effects)))
+        else replace(result, fit=replace(result.fit, likelihood=problem.likelihood(result.effects)))
         for result in results
     ]
 
@@ -174,5 +297,5 @@ def _work(effect: str) -> Scored | Unseen:
     result = score_with(*_task, effect)
     if isinstance(result, Unseen):
         return result
-    # the problem holds classes of a user's file, which no other process can read
-    return replace(result, fit=replace(result.fit, problem=None))  # type: ignore[arg-type]
+    # the likelihood holds classes of a user's file, which no other process can read
+    return replace(result, fit=replace(result.fit, likelihood=None))  # type: ignore[arg-type]

@@ -1,14 +1,14 @@
-"""The verdict: the model is good enough, what is missing is named, or nothing known explains it."""
+"""Verdict: the model is good enough, what is missing is named, or nothing known explains it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import f as variance_ratio
 
-from model_lab.diagnosis.black_boxes import Rival
+from model_lab.aliases import Array
+from model_lab.diagnosis.black_boxes import BlackBox
 from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, UNEXPLAINED
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import (
@@ -19,91 +19,93 @@ from model_lab.diagnosis.selection import (
     material,
     shape_error,
 )
-from model_lab.fitting.problem import Question
+from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import axes_of
 from model_lab.localisation.localise import Localisation
 from model_lab.measurements.measurement_set import MeasurementSet
-
-Array = NDArray[np.float64]
 
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave
 LEFT_OVER_OF_KIND = 0.4  # the same where the rest depends on memory, or not, as the effect does
 LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
 MERE_REST = 0.2  # the same whatever the calibration
-RIVAL_REST = 0.15  # error that such a black box may leave, over the error before
+BLACK_BOX_REST = 0.15  # error that such a black box may leave, over the error before
 STILL_NEAR = 5.0  # held-out error over the floor beyond which nothing counts as explained
-RIVAL_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
-RIVAL_FAR = 0.65  # the same where the model is within the floor
+BLACK_BOX_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
+BLACK_BOX_FAR = 0.65  # the same where the model is within the floor
 SHAPE_MARGIN = 1.25  # held-out error but for gains over a floor that knows nothing of gains
 LIKELY = 0.02  # chance from which on they are taken for it
 SURE = 5e-3  # chance at which errors are taken to exceed the scatter of repeats
 
 
-def verdict_of(question: Question, selection: Selection, rivals: Sequence[Rival]) -> str:
+def verdict_of(problem: FitProblem, selection: Selection, black_boxes: Sequence[BlackBox]) -> str:
     """The verdict on a model after the search, beside what black boxes make of the rest."""
     base, final = selection.base, selection.final
     if final is base:
-        return UNEXPLAINED if _fails(question, base, rivals) else ADEQUATE
-    explained = _is_noise(question, final) or _another_form(question, base, final, rivals)
+        return UNEXPLAINED if _fails(problem, base, black_boxes) else ADEQUATE
+    explained = _is_noise(problem, final) or _another_form(problem, base, final, black_boxes)
     return EFFECTS_MISSING if explained else UNEXPLAINED
 
 
-def _is_noise(question: Question, scored: Scored) -> bool:
+def _is_noise(problem: FitProblem, scored: Scored) -> bool:
     """Whether what a model leaves may be noise, as far as the floor is known."""
-    floor = question.floor
-    if error_of(question, scored) <= NEAR_FLOOR * floor.total:
+    floor = problem.floor
+    if error_of(problem, scored) <= NEAR_FLOOR * floor.total:
         return True
     if floor.gain_known:
         # of the fit: what is held out differs by what few runs do to the parameters
-        return _beyond_repeats(question, scored.fit.residual) >= LIKELY
-    return shape_error(question, scored) <= SHAPE_MARGIN * floor.total
+        return _beyond_repeats(problem, scored.fit.residual) >= LIKELY
+    return shape_error(problem, scored) <= SHAPE_MARGIN * floor.total
 
 
-def _another_form(question: Question, base: Scored, final: Scored, rivals: Sequence[Rival]) -> bool:
+def _another_form(
+    problem: FitProblem, base: Scored, final: Scored, black_boxes: Sequence[BlackBox]
+) -> bool:
     """Whether effects explain the error but for what another equation for them would change.
 
     That is little; or somewhat more, if a black box that remembers, or not, as they do, takes it
     down to the floor.
     """
-    floor = question.floor.total
-    share = excess(question, final) / excess(question, base)
-    error = error_of(question, final)
+    floor = problem.floor.total
+    share = excess(problem, final) / excess(problem, base)
+    error = error_of(problem, final)
     if share <= MERE_REST and error <= STILL_NEAR * floor:
         return True
     if error > STILL_NEAR * floor or bool(np.any(final.fit.at_limit)):
         return False
-    remembers = any(question.classes[name].has_memory for name in final.effects)
-    if not rivals or rivals[0].remembers != remembers:
+    remembers = any(problem.classes[name].has_memory for name in final.effects)
+    if not black_boxes or black_boxes[0].remembers != remembers:
         return share <= LEFT_OVER
-    mended = rivals[0].rmse <= max(NEAR_FLOOR * floor, RIVAL_REST * error_of(question, base))
+    mended = black_boxes[0].rmse <= max(
+        NEAR_FLOOR * floor, BLACK_BOX_REST * error_of(problem, base)
+    )
     return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER_OF_KIND)
 
 
-def _fails(question: Question, scored: Scored, rivals: Sequence[Rival]) -> bool:
-    """Whether the error is beyond the floor for certain: by repeats, or as a rival shows.
+def _fails(problem: FitProblem, scored: Scored, black_boxes: Sequence[BlackBox]) -> bool:
+    """Whether the error is beyond the floor for certain: by repeats, or as a black box shows.
 
-    A rival that is far better counts even where repeats scatter as much as the model errs.
+    A black box that is far better counts even where repeats scatter as much as the model errs.
     """
-    if scored.held_out.rmse <= question.floor.total:
+    if scored.held_out.rmse <= problem.floor.total:
         return False
-    far = bool(rivals) and rivals[0].rmse < RIVAL_FAR * scored.held_out.rmse
-    if far and not has_few_folds(question):
+    far = bool(black_boxes) and black_boxes[0].rmse < BLACK_BOX_FAR * scored.held_out.rmse
+    if far and not has_few_folds(problem):
         return True
-    if not material(question, scored):
+    if not material(problem, scored):
         return False
-    if question.floor.gain_known:
-        lost = len(scored.fit.values) / max(len(question.data.runs) - len(scored.fit.values), 1)
-        return _beyond_repeats(question, scored.held_out.residual, lost) < SURE
-    return shape_error(question, scored) > SHAPE_MARGIN * question.floor.total
+    if problem.floor.gain_known:
+        lost = len(scored.fit.values) / max(len(problem.data.runs) - len(scored.fit.values), 1)
+        return _beyond_repeats(problem, scored.held_out.residual, lost) < SURE
+    return shape_error(problem, scored) > SHAPE_MARGIN * problem.floor.total
 
 
-def _beyond_repeats(question: Question, residual: Array, lost: float = 0.0) -> float:
+def _beyond_repeats(problem: FitProblem, residual: Array, lost: float = 0.0) -> float:
     """Chance (p-value) at which a residual (samples,) exceeds the scatter of repeats, in any band.
 
     lost: share by which the mean square of noise is larger in what was held out.
     """
-    spectrum, floor = question.spectrum, question.floor
+    spectrum, floor = problem.spectrum, problem.floor
     power = spectrum.power(spectrum.coefficients(residual[None]))[0]
     counts = spectrum.counts()
     seen = floor.dof > 0.0
@@ -115,20 +117,20 @@ def _beyond_repeats(question: Question, residual: Array, lost: float = 0.0) -> f
 def depends_on(
     data: MeasurementSet,
     final: Scored,
-    rivals: Sequence[Rival],
+    black_boxes: Sequence[BlackBox],
     localised: Localisation,
     verdict: str,
 ) -> tuple[str, ...]:
-    """What the rest varies with: the rivals that beat the model, best first; else the axes against
-    which the model fails, or the one that comes nearest to that.
+    """What the rest varies with: the black boxes that beat the model, best first; else the axes
+    against which the model fails, or the one that comes nearest to that.
     """
     if verdict != UNEXPLAINED:
         return ()
     varied = {axis.name for axis in axes_of(data)}
     beaten = [
-        rival.against
-        for rival in rivals
-        if rival.rmse < RIVAL_MARGIN * final.held_out.rmse and rival.against in varied
+        black_box.against
+        for black_box in black_boxes
+        if black_box.rmse < BLACK_BOX_MARGIN * final.held_out.rmse and black_box.against in varied
     ]
     failing = localised.failures or localised.axes[:1]
     return tuple(dict.fromkeys(beaten or [axis.against for axis in failing]))[:3]

@@ -1,8 +1,6 @@
-"""Prediction of the torque on the base of an actuator whose tip is held (section 5.2.4).
+"""Base torque of an actuator whose tip is held (section 5.2.4): its prediction.
 
-Springs of a chain at many samples and trial values, with what the structure's effects do.
-
-Prediction of the torque on the base of an actuator whose tip is held (section 5.2.4).
+The actuator is a chain of segments with springs, at many samples and trial values at once.
 """
 
 from __future__ import annotations
@@ -12,11 +10,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.aliases import Array, Indices, Mask
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegments
-from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, MeasurementSet
+from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, TIP_POSE, MeasurementSet
 from model_lab.measurements.specimens import require_columns, require_keys
 from softhand_model.bending.balance import SteppedBalance, free_curvature
 from softhand_model.chain.segments import SegmentChain
@@ -29,8 +27,14 @@ from softhand_model.equilibrium.spatial import BaseLoad, HeldChain, Hold
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.numerics.rotations import matrices
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
+SEGMENTS = 10
+DOWN = {
+    "bending_plane_level": (0.0, -1.0, 0.0),
+    "base_up": (0.0, 0.0, 1.0),
+    "base_down": (0.0, 0.0, -1.0),
+}  # in the frame of the base: z along the actuator, x to the bending side
+HEAVY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
+OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
 
 
 def lane_values(calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
@@ -151,16 +155,6 @@ def _that_have(effects: Sequence[StructureEffect], method: str) -> list[Structur
     return [effect for effect in effects if getattr(type(effect), method) is not base]
 
 
-SEGMENTS = 10
-DOWN = {
-    "bending_plane_level": (0.0, -1.0, 0.0),
-    "base_up": (0.0, 0.0, 1.0),
-    "base_down": (0.0, 0.0, -1.0),
-}  # in the frame of the base: z along the actuator, x to the bending side
-HEAVY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
-OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
-
-
 class BaseTorque:
     """Torques (lanes, samples) [N m] of actuators on their bases, run after run, x, y and z within.
 
@@ -183,9 +177,8 @@ class BaseTorque:
         self._memory = SpecimenMemory(data, self._rows)
         self._segments = SpecimenSegments(data, segments, joints)
         self._pressure = self._rows.column("pressure")
-        place = [self._rows.column(f"tip_{axis}")[0, :, 0] for axis in "xyz"]
-        turn = [self._rows.column(f"tip_q{axis}")[0, :, 0] for axis in "xyzw"]
-        self._position, quaternion = np.array(place), np.array(turn)
+        pose = np.array([self._rows.column(name)[0, :, 0] for name in TIP_POSE])
+        self._position, quaternion = pose[:3], pose[3:]
         self._check(quaternion)
         self._orientation = matrices(quaternion)
         self._solved: dict[str, Solved] = {}  # last prediction, by specimen
@@ -215,7 +208,8 @@ class BaseTorque:
             )[:, :, 0]
             for name, part in zip(OUTPUTS["base_torque"], torque, strict=True)
         ]
-        return self._in_order(shown)
+        table, stacked = self._data.table, np.stack(shown, axis=1)
+        return np.ascontiguousarray(stacked[:, table.output, table.row])
 
     def _free_angles(self, staged: StagedEffects, shape: SectionShape, pressure: Array) -> Array:
         """Free angles (lanes, rows, segments or 1) [rad] at chamber pressures (lanes, rows, 1)."""
@@ -232,7 +226,7 @@ class BaseTorque:
             return self._memory.in_steps(begin, staged, pressure)
         return self._rows.at_once(
             lambda part, run: bend(
-                SteppedBalance(staged), shape.of_rows(run), weight[:, run], part, np.zeros(1)
+                SteppedBalance(staged), shape.of_rows(run), weight[:, run], part, NO_TIME
             ),
             pressure,
         )
@@ -288,15 +282,6 @@ class BaseTorque:
         pull = STANDARD_GRAVITY * np.broadcast_to(np.ravel(scale), lanes)
         return np.asarray(down * np.repeat(pull, len(rows)))
 
-    def _in_order(self, torques: list[Array]) -> Array:
-        """Torques (lanes, samples): per run, and output after output within a run."""
-        stacked = np.stack(torques)
-        parts = []
-        for run in range(len(self._data.runs)):
-            of_run = stacked[:, :, self._rows.run == run]
-            parts.append(of_run.swapaxes(0, 1).reshape(of_run.shape[1], -1))
-        return np.concatenate(parts, axis=1)
-
     def _check(self, quaternion: Array) -> None:
         """Refuse poses that no actuator can have."""
         reach = np.sqrt(np.sum(self._position**2, axis=0))
@@ -308,9 +293,7 @@ class BaseTorque:
         expected = "a quaternion of length {:g}"
         self._refuse(~(size > 0.5), "tip_qx ... tip_qw", expected, size, np.ones_like(size))
 
-    def _refuse(
-        self, wrong: NDArray[np.bool_], columns: str, expected: str, got: Array, wanted: Array
-    ) -> None:
+    def _refuse(self, wrong: Mask, columns: str, expected: str, got: Array, wanted: Array) -> None:
         """Raise ValueError for the first wrong sample, if there is one."""
         if wrong.any():
             row = int(np.argmax(wrong))

@@ -1,4 +1,4 @@
-"""Prediction of the blocked tip: its force on a gauge under pressure (lab.md, section 5.2.3)."""
+"""Blocked tip: its force on a gauge under pressure (lab.md, section 5.2.3)."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
-from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.aliases import Array, Indices
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSections, circumference
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
@@ -20,10 +18,7 @@ from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 from softhand_model.hand import section
 
-Array = NDArray[np.float64]
-
 SPRINGS = ("exact", "linear")
-NO_TIME = np.zeros(1)
 
 
 class BlockedTip:
@@ -91,7 +86,7 @@ class _Fingers:
     blocked: Blocked
     edge: Array
 
-    def of_rows(self, rows: NDArray[np.intp]) -> _Fingers:
+    def of_rows(self, rows: Indices) -> _Fingers:
         """Some of the rows, or rows that repeat."""
         return _Fingers(self.shape.of_rows(rows), self.blocked.of_rows(rows), self.edge[:, rows])
 

@@ -7,23 +7,21 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Mask
 from model_lab.experiments.base_torque import BaseTorque
 from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
 from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
-from model_lab.measurements.measurement_set import INPUTS, MeasurementSet, Run
+from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from softhand_model.bending.balance import grows
 from softhand_model.effects import Effect, Parameter
 from softhand_model.effects.effect import BASES
 from softhand_model.effects.pipeline import in_order
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Calibration = Mapping[str, float | Mapping[str, float]]
 """As in a model file: numbers, or numbers by batch, specimen or direction."""
 
@@ -70,7 +68,7 @@ class FreeParameter:
 
 
 class Forward:
-    """A model's predictions for a set, in the order of its runs (of outputs within a run).
+    """A model's predictions for a set, in the order of its table.
 
     effects: classes whose parameters are free; fixed: effects that stay as they are, as far as they
     act in the experiment. calibration: of a model file; where a search starts, or with
@@ -78,8 +76,7 @@ class Forward:
     of a held chain.
 
     parameters: the free ones, calibration first, then those of effects in the order of stages.
-    measured (samples,): the outputs in SI units, NaN in runs that lack them.
-    run_of, output_of (samples,): indices of the run and of the output they belong to.
+    measured (samples,): the values of the set's table.
 
     Raises ValueError for an effect that cannot act in the set, an unknown base, and whatever the
     set lacks.
@@ -106,22 +103,11 @@ class Forward:
         self._calibration = {**known, **_named(calibration or {}, known)}
         calibrated = _calibrated(self._calibration, _unit(data)) if free_calibration else []
         self.parameters = (*calibrated, *(p for e in self._free for p in _free_parameters(e)))
-        series = [(r, o) for r in range(len(data.runs)) for o in range(len(data.outputs))]
-        counts = [data.runs[run].samples for run, _ in series]
-        self.run_of = np.repeat([run for run, _ in series], counts)
-        self.output_of = np.repeat([output for _, output in series], counts)
-        self.measured = np.concatenate(
-            [_measured(data.runs[run], data.outputs[output]) for run, output in series]
-        )
+        self.measured = data.table.value
 
     def start(self) -> Array:
         """Values (k,) from which a search starts."""
         return np.array([parameter.start for parameter in self.parameters])
-
-    def series(self, name: str) -> Array:
-        """An input column (samples,) laid out like `measured`; KeyError if a run lacks it."""
-        repeats = range(len(self._data.outputs))
-        return np.concatenate([run.columns[name] for run in self._data.runs for _ in repeats])
 
     def predict(self, values: Array) -> Array:
         """Predictions (lanes, samples) for parameter values (lanes, k)."""
@@ -133,7 +119,7 @@ class Forward:
         found = self._experiment.predict(calibration, [*self._fixed, *self.effects_at(values)])
         return np.broadcast_to(found, (len(values), self.measured.size))
 
-    def grows(self, values: Array) -> NDArray[np.bool_]:
+    def grows(self, values: Array) -> Mask:
         """Whether the elastic side grows up to a stretch of 4, (lanes,) for values (lanes, k).
 
         Other values are out of bounds, though predictions stay finite there.
@@ -171,6 +157,19 @@ def experiment_of(
     return EXPERIMENTS[data.experiment](data)
 
 
+def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str | None:
+    """Why an effect cannot show in this set, before any calculation; None if it may."""
+    if effect.unseen_in.get(data.experiment):
+        return effect.unseen_in[data.experiment]
+    if data.experiment not in effect.experiments:
+        return f"does not act in {data.experiment}"
+    if effect.has_memory and not data.has_time:
+        return "the set has no time column, and it depends on what was before"
+    if base not in effect.bases:
+        return f"has no meaning beside the base {base}"
+    return None
+
+
 def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> None:
     """Raise ValueError unless an effect can act in a set's experiment beside a base model."""
     reason = None
@@ -182,11 +181,6 @@ def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> N
         reason = "it depends on what was before, and the set has no column time"
     if reason is not None:
         raise ValueError(f"effect {effect.name}: {reason}")
-
-
-def _measured(run: Run, output: str) -> Array:
-    missing = np.full(run.samples, np.nan)
-    return np.asarray(run.columns.get(output, missing), float)
 
 
 def _unit(data: MeasurementSet) -> str:

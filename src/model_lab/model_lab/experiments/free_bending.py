@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.aliases import Array, Indices
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSections, numbers
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet, Specimen
 from model_lab.measurements.specimens import require_columns, require_keys
@@ -19,9 +19,6 @@ from softhand_model.effects import Effect
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
-
-Array = NDArray[np.float64]
-
 
 MOUNTS = {"bending_plane_level": 0.0, "base_up": 1.0, "base_down": -1.0}  # share of the weight
 ALIKE = 16  # samples in which a finger moves little
@@ -80,7 +77,7 @@ class FreeBending:
             return self._memory.in_steps(begin, staged, pressure)
         return self._rows.at_once(
             lambda part, run: finger.of_rows(run).stepping(SteppedBalance(staged), ALIKE)(
-                part, _NO_TIME
+                part, NO_TIME
             ),
             pressure,
             finger.weights.shape[-1],
@@ -106,9 +103,6 @@ class FreeBending:
         return _Fingers(at_modulus(fine.shape, modulus), fine.weight, weight)
 
 
-_NO_TIME = np.zeros(1)
-
-
 @dataclass(frozen=True)
 class _Fingers:
     """Sections (lanes, rows, sections) along fingers, their weights [m], and what pulls at them."""
@@ -117,7 +111,7 @@ class _Fingers:
     weights: Array
     weight: Weight | None
 
-    def of_rows(self, rows: NDArray[np.intp]) -> _Fingers:
+    def of_rows(self, rows: Indices) -> _Fingers:
         """Some of the rows, or rows that repeat."""
         weight = None if self.weight is None else self.weight.of_rows(rows)
         return _Fingers(self.shape.of_rows(rows), self.weights[:, rows], weight)

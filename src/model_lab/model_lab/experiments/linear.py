@@ -10,18 +10,16 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.experiments.samples import SampleRows, Step
+from model_lab.aliases import Array, Mask
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step
 from model_lab.experiments.specimen_models import SpecimenMemory
-from model_lab.experiments.uniaxial import NO_TIME, SHAPELESS, imposed
+from model_lab.experiments.uniaxial import SHAPELESS, imposed
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
-
-Array = NDArray[np.float64]
 
 EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial")
 
@@ -59,7 +57,7 @@ class LinearBase:
             found[f"coefficient[{name}]"] = self._least_squares(rows)
         return found
 
-    def _least_squares(self, rows: NDArray[np.bool_]) -> float:
+    def _least_squares(self, rows: Mask) -> float:
         if any(self._output not in run.columns for run in self._data.runs):
             return 1.0
         given = self._input[0, rows, 0]

@@ -1,19 +1,21 @@
-"""Samples of a set as rows of arrays, all at once or step by step, and the calibration of their
-rubber.
-
-Samples of a set as rows of arrays: all at once, or step by step where effects remember.
-"""
+"""Rows of a set's runs, all at once or step by step, and the calibration of their rubber."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
 
-Array = NDArray[np.float64]
+Step = Callable[[Array, Array], Array]
+"""Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
+duration (runs, 1) [s].
+"""
+NO_TIME = np.zeros(1)  # [s] of a step that takes none
+LONG = 1e12  # [s] after which everything has settled
+ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 
 
 def batches(data: MeasurementSet) -> list[str]:
@@ -31,16 +33,6 @@ def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> A
     of_runs = [f"modulus_scale[{data.specimens[run.specimen].batch}]" for run in data.runs]
     scales = [np.atleast_1d(calibration.get(name, 1.0)) for name in of_runs]
     return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
-
-
-Indices = NDArray[np.intp]
-Step = Callable[[Array, Array], Array]
-"""Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
-duration (runs, 1) [s].
-"""
-
-LONG = 1e12  # [s] after which everything has settled
-ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 
 
 class SampleRows:
@@ -76,7 +68,7 @@ class SampleRows:
         """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1), in steps if it
         remembers.
         """
-        return self.in_steps(step, values) if remembers else step(values, np.zeros(1))
+        return self.in_steps(step, values) if remembers else step(values, NO_TIME)
 
     def at_once(
         self, function: Callable[[Array, Indices], Array], values: Array, sections: int = 1

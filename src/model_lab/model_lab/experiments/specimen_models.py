@@ -1,10 +1,4 @@
-"""The specimens of a set as the model sees them: their sections, their segment chains, what they
-remember.
-
-Sections of the specimens of a set: where the model is evaluated along each.
-
-Specimens of a set as the segment chains of the simulator.
-"""
+"""Models of the specimens of a set: sections, segment chains, and what they remember."""
 
 from __future__ import annotations
 
@@ -12,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.experiments.samples import LONG, SampleRows, Step
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.specimens import require_keys
@@ -27,13 +21,16 @@ from softhand_model.hand.hand import ChainDescription, Mount
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile
 
-Array = NDArray[np.float64]
 Entry = tuple[str, str]  # name of an effect and of what it keeps
 Largest = Mapping[Entry, Array]
 """Largest values (lanes, runs, sections) so far."""
 
 PASSES = 3  # over all runs, until these values agree at ends and starts
 UNCHANGED = 1e-9
+POINTS = 8  # Gauss points of a size that changes in one straight line, or of a given number
+POINTS_A_PIECE = 3  # of a size that changes in several
+KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
+SEGMENT_POINTS = 4  # Gauss points on each segment of an actuator whose section varies
 
 
 class SpecimenMemory:
@@ -91,11 +88,6 @@ class SpecimenMemory:
 
 def _largest(staged: StagedEffects, kept: Iterable[Entry]) -> Largest:
     return {(name, key): np.asarray(staged.memory[name][key]) for name, key in kept}
-
-
-POINTS = 8  # Gauss points of a size that changes in one straight line, or of a given number
-POINTS_A_PIECE = 3  # of a size that changes in several
-KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
 
 
 class SpecimenSections:
@@ -189,9 +181,6 @@ def _rule(specimen: Specimen, uniform: bool) -> _Rule:
     half = np.diff(edges)[:, None] / 2.0
     x = edges[:-1, None] + half * (nodes + 1.0)
     return _Rule(x.ravel(), (half * weights).ravel(), running_integral(edges, count))
-
-
-SEGMENT_POINTS = 4  # Gauss points on each segment of an actuator whose section varies
 
 
 class SpecimenSegments:

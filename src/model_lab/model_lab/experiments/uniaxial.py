@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.experiments.samples import SampleRows, Step, modulus_of_runs, modulus_scales
+from model_lab.aliases import Array
+from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
 from model_lab.experiments.specimen_models import SpecimenMemory
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns, require_keys
@@ -19,9 +19,6 @@ from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 from softhand_model.effects.stages import SectionShape, Strain
 
-Array = NDArray[np.float64]
-
-NO_TIME = np.zeros(1)
 SHAPELESS = SectionShape(NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME)
 
 

@@ -1,20 +1,18 @@
-"""Prediction of valve pulses: the air mass that each moves (eq. 4.1 and what it leaves out)."""
+"""Valve pulses: the air mass that each moves (eq. 4.1 and what it leaves out)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import in_order, moved_mass
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import psi
-
-Array = NDArray[np.float64]
 
 DIRECTIONS = {"inflate": INFLATE, "deflate": DEFLATE}  # name of the calibration: column's value
 USUAL = {"inflate": 7e-11, "deflate": 6e-10}  # [kg/(s Pa)] of the chokes of section 4.3
@@ -35,7 +33,7 @@ class ValvePulse:
         require_columns(data, INPUTS["valve_pulse"], "the model of valve_pulse")
         for run in data.runs:
             _check(run.name, run.columns)
-        direction, duration, p_in, p_out = (_joined(data, name) for name in INPUTS["valve_pulse"])
+        direction, duration, p_in, p_out = (data.column(name) for name in INPUTS["valve_pulse"])
         friction = (p_in - p_out) * duration
         injector = p_in * psi(p_out / p_in) * duration
         self._inflating = direction == INFLATE
@@ -46,7 +44,7 @@ class ValvePulse:
             _joined(data, "friction_integral", friction),
             _joined(data, "injector_integral", injector),
         )
-        self._measured = _joined(data, "mass")
+        self._measured = data.table.value
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
         """Calibration that acts beside these effects, with its least-squares value [kg/(s Pa)].
@@ -92,15 +90,11 @@ def _slope(product: Array, mass: Array, otherwise: float) -> float:
     return float(product @ mass / (product @ product)) if product.size else otherwise
 
 
-def _joined(data: MeasurementSet, column: str, otherwise: Array | None = None) -> Array:
-    """A column of all runs, one after the other; runs without it take their part of `otherwise`, or
-    NaN.
-    """
-    starts = np.cumsum([0, *(run.samples for run in data.runs)])
-    spare = np.full(starts[-1], np.nan) if otherwise is None else otherwise
+def _joined(data: MeasurementSet, column: str, otherwise: Array) -> Array:
+    """A column (samples,); runs without it take their part of `otherwise` (samples,)."""
     parts = [
-        np.asarray(run.columns.get(column, spare[first : first + run.samples]), float)
-        for run, first in zip(data.runs, starts, strict=False)
+        run.columns.get(column, otherwise[data.table.run == index])
+        for index, run in enumerate(data.runs)
     ]
     return np.concatenate(parts)
 

@@ -1,6 +1,6 @@
 """Fitting of a forward model: bounded Levenberg-Marquardt on the likelihood of banded noise.
 
-The errors of a band (see `spectrum`) are taken as Gaussian with a variance of their own that is
+The errors of a band (see `noise_floor`) are taken as Gaussian with a variance of their own that is
 fitted along; what is minimised is minus twice the log likelihood,
 
     sum over bands of n*log(variance) + calibration prior,  variance = (SS + nu*v0)/(n + nu),
@@ -17,12 +17,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.fitting.noise_floor import falling
-from model_lab.fitting.spectrum import Spectrum
-
-Array = NDArray[np.float64]
+from model_lab.aliases import Array, Mask
+from model_lab.fitting.noise_floor import Spectrum, falling
 
 DIFFERENCE = 1e-4  # step of the Jacobian in units of a parameter's scale
 ITERATIONS = 15
@@ -60,7 +57,7 @@ class Scales:
     low: Array
     high: Array
     width: Array
-    logarithmic: NDArray[np.bool_]
+    logarithmic: Mask
 
     @classmethod
     def of(cls, parameters: Sequence[Any]) -> Scales:
@@ -85,7 +82,7 @@ class Scales:
 
 
 @dataclass(frozen=True)
-class Problem:
+class Likelihood:
     """A forward model with the noise it is judged by; floor (bands,) is v0 above.
 
     gain_known: whether repeats say how much the gain of runs scatters.
@@ -102,9 +99,19 @@ class Problem:
         object.__setattr__(self, "scales", Scales.of(self.forward.parameters))
         spread = [
             MODULUS_SPREAD if parameter.name.startswith("modulus_scale") else np.inf
-            for parameter in self.forward.parameters
+            for parameter in self.parameters
         ]
         object.__setattr__(self, "prior", np.array(spread))
+
+    @property
+    def parameters(self) -> Sequence[Any]:
+        """The free parameters, in the order of values."""
+        return self.forward.parameters
+
+    @property
+    def names(self) -> list[str]:
+        """Their names."""
+        return [parameter.name for parameter in self.parameters]
 
     def residuals(self, values: Array) -> Array:
         """Measured minus predicted (lanes, samples)."""
@@ -151,7 +158,7 @@ class Fit:
     a bound.
     """
 
-    problem: Problem
+    likelihood: Likelihood
     values: Array
     deviance: float
     residual: Array
@@ -159,7 +166,7 @@ class Fit:
     variance: Array
     jacobian: Array
     covariance: Array
-    at_limit: NDArray[np.bool_]
+    at_limit: Mask
 
     @property
     def rmse(self) -> float:
@@ -180,33 +187,35 @@ class _Point:
     finished: bool = False
 
 
-def fit(problem: Problem, starts: Array) -> Fit:
+def fit(likelihood: Likelihood, starts: Array) -> Fit:
     """The best fit from parameters starts (n, k), all improved at the same time."""
-    coordinates = np.clip(problem.scales.inward(starts), problem.scales.low, problem.scales.high)
-    points = _points(problem, coordinates)
+    coordinates = np.clip(
+        likelihood.scales.inward(starts), likelihood.scales.low, likelihood.scales.high
+    )
+    points = _points(likelihood, coordinates)
     for _ in range(ITERATIONS if starts.shape[1] else 0):
         active = [index for index, point in enumerate(points) if not point.finished]
         if not active:
             break
-        moved = _improved(problem, [points[index] for index in active])
+        moved = _improved(likelihood, [points[index] for index in active])
         for index, point in zip(active, moved, strict=True):
             points[index] = point
-    return _finished(problem, min(points, key=lambda point: point.deviance))
+    return _finished(likelihood, min(points, key=lambda point: point.deviance))
 
 
-def _points(problem: Problem, coordinates: Array) -> list[_Point]:
+def _points(likelihood: Likelihood, coordinates: Array) -> list[_Point]:
     """The model at points (n, k) with its Jacobian, by differences that stay inside the bounds."""
-    scales = problem.scales
+    scales = likelihood.scales
     step = DIFFERENCE * scales.width
     step = np.where(coordinates + step > scales.high, -step, step)
     shifts = np.concatenate([np.zeros((len(step), 1, step.shape[1])), _diagonals(step)], axis=1)
     lanes = coordinates[:, None] + shifts
-    residual = problem.residuals(scales.outward(lanes.reshape(-1, step.shape[1])))
+    residual = likelihood.residuals(scales.outward(lanes.reshape(-1, step.shape[1])))
     residual = residual.reshape(len(step), step.shape[1] + 1, -1)
-    coefficients = problem.spectrum.coefficients(residual[:, 0])
-    power = problem.spectrum.power(coefficients)
+    coefficients = likelihood.spectrum.coefficients(residual[:, 0])
+    power = likelihood.spectrum.power(coefficients)
     values = scales.outward(coordinates)
-    deviance = problem.deviance(power, values)
+    deviance = likelihood.deviance(power, values)
     return [
         _Point(
             coordinates[n],
@@ -226,18 +235,22 @@ def _diagonals(rows: Array) -> Array:
     return rows[:, None, :] * np.eye(rows.shape[1])
 
 
-def _improved(problem: Problem, points: list[_Point]) -> list[_Point]:
+def _improved(likelihood: Likelihood, points: list[_Point]) -> list[_Point]:
     """Each point moved to the best of its trial steps; finished where that gains nothing more."""
-    scales = problem.scales
-    trials = np.stack([_trial_coordinates(problem, point) for point in points])
+    scales = likelihood.scales
+    trials = np.stack([_trial_coordinates(likelihood, point) for point in points])
     values = scales.outward(trials.reshape(-1, trials.shape[-1]))
-    power = problem.spectrum.power(problem.spectrum.coefficients(problem.residuals(values)))
-    deviance = problem.deviance(power, values).reshape(len(points), -1)
+    power = likelihood.spectrum.power(
+        likelihood.spectrum.coefficients(likelihood.residuals(values))
+    )
+    deviance = likelihood.deviance(power, values).reshape(len(points), -1)
     deviance = np.where(np.isfinite(deviance), deviance, np.inf)
     best = np.argmin(deviance, axis=1)
     better = [n for n, point in enumerate(points) if deviance[n, best[n]] < point.deviance]
     moved = dict(
-        zip(better, _points(problem, trials[better, best[better]]), strict=True) if better else ()
+        zip(better, _points(likelihood, trials[better, best[better]]), strict=True)
+        if better
+        else ()
     )
     return [_next(point, moved.get(n), DAMPINGS[best[n]]) for n, point in enumerate(points)]
 
@@ -251,10 +264,10 @@ def _next(point: _Point, moved: _Point | None, chosen: float) -> _Point:
     return replace(moved, damping=max(point.damping * chosen, 1e-9), finished=finished)
 
 
-def _trial_coordinates(problem: Problem, point: _Point) -> Array:
+def _trial_coordinates(likelihood: Likelihood, point: _Point) -> Array:
     """Coordinates (trials, k) reached by steps of different damping."""
-    normal, gradient = _normal_equations(problem, point)
-    scales = problem.scales
+    normal, gradient = _normal_equations(likelihood, point)
+    scales = likelihood.scales
     free = ~held(scales, point.coordinates, gradient)
     moves = np.zeros((len(DAMPINGS), len(gradient)))
     if free.any():
@@ -267,11 +280,11 @@ def _trial_coordinates(problem: Problem, point: _Point) -> Array:
     return np.clip(point.coordinates + moves, scales.low, scales.high)
 
 
-def _normal_equations(problem: Problem, point: _Point) -> tuple[Array, Array]:
+def _normal_equations(likelihood: Likelihood, point: _Point) -> tuple[Array, Array]:
     """J'WJ (k, k) and J'Wr (k,) in search coordinates, with the prior of the calibration."""
-    rows = problem.spectrum.coefficients(point.jacobian.T)
-    weight = 1.0 / problem.variance(point.power[None])[0][problem.spectrum.bands]
-    prior = 1.0 / problem.prior**2
+    rows = likelihood.spectrum.coefficients(point.jacobian.T)
+    weight = 1.0 / likelihood.variance(point.power[None])[0][likelihood.spectrum.bands]
+    prior = 1.0 / likelihood.prior**2
     normal = (rows * weight) @ rows.T + np.diag(prior)
     return normal, rows @ (weight * point.coefficients) - prior * (point.values - 1.0)
 
@@ -287,31 +300,33 @@ def inverse(normal: Array, singular: float = 1e-14) -> Array:
     return np.asarray(np.linalg.pinv(scaled, rcond=singular, hermitian=True) / np.outer(size, size))
 
 
-def held(scales: Scales, coordinates: Array, gradient: Array) -> NDArray[np.bool_]:
+def held(scales: Scales, coordinates: Array, gradient: Array) -> Mask:
     """Parameters on a bound that want to go beyond it."""
     below = (coordinates <= scales.low) & (gradient < 0.0)
     return below | ((coordinates >= scales.high) & (gradient > 0.0))
 
 
-def _finished(problem: Problem, point: _Point) -> Fit:
-    normal, _ = _normal_equations(problem, point) if len(point.values) else (np.zeros((0, 0)), None)
-    scales = problem.scales
+def _finished(likelihood: Likelihood, point: _Point) -> Fit:
+    normal, _ = (
+        _normal_equations(likelihood, point) if len(point.values) else (np.zeros((0, 0)), None)
+    )
+    scales = likelihood.scales
     span = np.minimum(scales.high - scales.low, scales.width)
     distance = np.minimum(point.coordinates - scales.low, scales.high - point.coordinates)
     return Fit(
-        problem,
+        likelihood,
         point.values,
         point.deviance,
         point.residual,
         point.coefficients,
-        problem.variance(point.power[None])[0],
+        likelihood.variance(point.power[None])[0],
         point.jacobian,
-        _lost_freedom(problem, len(point.values)) * inverse(normal),
+        _lost_freedom(likelihood, len(point.values)) * inverse(normal),
         distance <= AT_LIMIT * span,
     )
 
 
-def _lost_freedom(problem: Problem, parameters: int) -> float:
+def _lost_freedom(likelihood: Likelihood, parameters: int) -> float:
     """Factor on the covariance for the runs that the parameters have used up."""
-    runs = len({part.run for part in problem.spectrum.layout.series})
+    runs = likelihood.spectrum.table.runs
     return runs / max(runs - parameters, 1.0)

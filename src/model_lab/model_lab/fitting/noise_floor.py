@@ -1,26 +1,28 @@
-"""The noise floor of a measurement set: from repeats, else as stated, else from a smoothing spline.
+"""Noise of a set: errors in bands of frequency, and the floor below which no model can go.
 
-The floor has a level for each band of `spectrum`: what differs between repeats of a run as a whole
-lies in the first bands, the noise of the sensor in all of them.
+Errors of a measurement are not alike at all scales: a run as a whole is a little too large, a
+sensor drifts slowly, and only then comes white noise. An orthonormal transform of every series,
+its first vector along the prediction itself (a gain error), the others cosines of growing
+frequency, takes them apart; a level of error for each band of frequencies then describes the noise.
+The floor has these levels from repeats, else as stated, else from a smoothing spline.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.fft import dct
 from scipy.interpolate import make_smoothing_spline
 from scipy.stats import chi2
 
-from model_lab.fitting.spectrum import Spectrum
-from model_lab.measurements.measurement_set import MeasurementSet, Series
+from model_lab.aliases import Array, IntArray, Mask
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.sample_table import SampleTable, Series
 
-Array = NDArray[np.float64]
-
+BAND_WIDTH = 3  # each band reaches to this many times the frequency of the one before
 REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
 UPPER_LEVEL = 0.95
 SMALLEST_SPLINE = 20  # samples of a piece that tell noise from course
@@ -34,8 +36,86 @@ ALIKE_DRAWS = 4000
 UNLIKE = 0.002  # chance at which all groups are kept though one differs
 FAR_ABOVE = 4.0  # mean square of an odd group over the usual one
 SMALLEST_SHARE = 1e-9  # of the measured scale: a floor is never exactly zero
-
 SMALLEST_LEVEL = 1e-15  # in the unit of the outputs; masses of pulses are above 1e-9 kg
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The transform of one measurement set; bands (samples,) numbers the band of a coefficient.
+
+    Bands of different outputs differ. Coefficients are laid out like the samples.
+    """
+
+    table: SampleTable
+    bands: IntArray
+    band_output: IntArray
+    _reflections: tuple[Array, ...]
+    _by_length: tuple[tuple[int, IntArray], ...]
+
+    def in_one_band(self) -> Spectrum:
+        """The same with all coefficients of an output in one band: the errors count as white."""
+        outputs, bands = np.unique(self.band_output[self.bands], return_inverse=True)
+        return replace(self, bands=bands.reshape(-1).astype(np.int64), band_output=outputs)
+
+    @property
+    def band_count(self) -> int:
+        """Number of bands over all outputs."""
+        return len(self.band_output)
+
+    def coefficients(self, residual: Array) -> Array:
+        """Coefficients (lanes, samples) of residuals (lanes, samples), in the residuals' unit."""
+        result = np.empty_like(residual)
+        for part, (_, indices) in enumerate(self._by_length):
+            transformed = dct(residual[:, indices], type=2, norm="ortho", axis=-1)
+            mirror = self._reflections[part]
+            along = np.einsum("lsn,sn->ls", transformed, mirror)
+            result[:, indices] = transformed - 2.0 * along[..., None] * mirror
+        return result
+
+    def power(self, coefficients: Array) -> Array:
+        """Sum of squares (lanes, bands) of coefficients (lanes, samples)."""
+        return np.stack(
+            [np.bincount(self.bands, lane, self.band_count) for lane in coefficients**2]
+        )
+
+    def counts(self) -> Array:
+        """Number of coefficients (bands,) of each band."""
+        return np.bincount(self.bands, minlength=self.band_count).astype(float)
+
+
+def make_spectrum(table: SampleTable, reference: Array) -> Spectrum:
+    """The transform whose first vectors lie along a reference prediction (samples,)."""
+    by_length, reflections = [], []
+    for length in sorted({part.length for part in table.series}):
+        starts = [part.start for part in table.series if part.length == length]
+        indices = np.array(starts)[:, None] + np.arange(length)
+        by_length.append((length, indices))
+        reflections.append(_mirror(dct(reference[indices], type=2, norm="ortho", axis=-1)))
+    bands, band_output = _bands(table)
+    return Spectrum(table, bands, band_output, tuple(reflections), tuple(by_length))
+
+
+def _mirror(along: Array) -> Array:
+    """Unit normals (series, n) of the reflections that turn `along` into the first axis."""
+    size = np.linalg.norm(along, axis=-1, keepdims=True)
+    normal = along / np.where(size > 0.0, size, 1.0)
+    sign = np.where(normal[:, :1] < 0.0, -1.0, 1.0)
+    normal[:, :1] += sign
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
+    return normal / length
+
+
+def _bands(table: SampleTable) -> tuple[IntArray, IntArray]:
+    """Band of every coefficient, and the output of every band."""
+    keys = np.concatenate([_keys(part) for part in table.series])
+    found, bands = np.unique(keys, axis=0, return_inverse=True)
+    return bands.reshape(-1).astype(np.int64), found[:, 0].astype(np.int64)
+
+
+def _keys(part: Series) -> IntArray:
+    order = np.arange(part.length)
+    band = np.where(order == 0, 0, 1 + np.floor(np.log(np.maximum(order, 1)) / np.log(BAND_WIDTH)))
+    return np.stack([np.full(len(order), part.output), band.astype(np.int64)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -73,7 +153,7 @@ def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> No
     if dof.sum() > 0.0:
         seen = dof > 0.0
         variance = np.where(seen, power / np.where(seen, dof, 1.0), 0.0)
-        variance = _falling(np.where(seen, variance, _lowest(variance, seen)), dof, spectrum)
+        variance = _falling(np.where(seen, variance, variance[seen].min()), dof, spectrum)
         return _floor(np.maximum(variance, scale**2), dof, spectrum, REPEATS)
     stated = [data.noise.get(name) for name in data.outputs]
     if all(level is not None for level in stated):
@@ -102,10 +182,6 @@ def _white_level(variance: Array, counts: Array, spectrum: Spectrum, band: int) 
     """Level of the widest band of the same output: what is alike at all frequencies."""
     same = np.flatnonzero(spectrum.band_output == spectrum.band_output[band])
     return float(variance[same[np.argmax(counts[same])]])
-
-
-def _lowest(variance: Array, seen: NDArray[np.bool_]) -> float:
-    return float(variance[seen].min())
 
 
 def _falling(variance: Array, dof: Array, spectrum: Spectrum) -> Array:
@@ -142,7 +218,7 @@ def _contrasts(spectrum: Spectrum, residual: Array) -> tuple[Array, Array]:
     """
     coefficients = spectrum.coefficients(residual[None])[0]
     scatter = [
-        _scatter(spectrum, coefficients, repeats) for repeats in _repeated(spectrum.layout.series)
+        _scatter(spectrum, coefficients, repeats) for repeats in _repeated(spectrum.table.series)
     ]
     if not scatter:
         return np.zeros(spectrum.band_count), np.zeros(spectrum.band_count)
@@ -153,24 +229,23 @@ def _contrasts(spectrum: Spectrum, residual: Array) -> tuple[Array, Array]:
 
 def _scatter(spectrum: Spectrum, coefficients: Array, repeats: list[Series]) -> tuple[Array, Array]:
     """Sum of squares and degrees of freedom (bands,) of one group of repeats."""
-    if len({part.stop - part.start for part in repeats}) > 1:
-        repeats = _same_length(repeats)
-    rows = np.stack([coefficients[part.start : part.stop] for part in repeats])
-    bands = spectrum.bands[repeats[0].start : repeats[0].stop]
+    length = min(part.length for part in repeats)  # coefficients of one order: of one frequency
+    rows = np.stack([coefficients[part.start : part.start + length] for part in repeats])
+    bands = spectrum.bands[repeats[0].start : repeats[0].start + length]
     squares = np.sum((rows - rows.mean(axis=0)) ** 2, axis=0)
     freedom = (len(repeats) - 1) * np.bincount(bands, minlength=spectrum.band_count)
     power = np.bincount(bands, squares, spectrum.band_count)
     return np.asarray(power, float), np.asarray(freedom, float)
 
 
-def _slow(spectrum: Spectrum) -> NDArray[np.bool_]:
+def _slow(spectrum: Spectrum) -> Mask:
     """Bands (bands,) of slow errors, without those of a run's gain."""
     first = np.searchsorted(spectrum.band_output, spectrum.band_output)
     order = np.arange(spectrum.band_count) - first
     return np.asarray((order >= 1) & (order <= SLOW_BANDS))
 
 
-def _alike(power: Array, dof: Array) -> NDArray[np.bool_]:
+def _alike(power: Array, dof: Array) -> Mask:
     """Groups (groups,) to keep: all, unless the upper half scatters too much for one level.
 
     The null distribution of the ratio of the halves is drawn; it depends on nothing but the degrees
@@ -196,15 +271,6 @@ def _ratio_of_halves(levels: Array) -> Array:
     return np.asarray(ordered[:, -half:].sum(axis=1) / lower)
 
 
-def _same_length(repeats: list[Series]) -> list[Series]:
-    """Repeats cut to the shortest of them: coefficients of one order are of one frequency."""
-    shortest = min(part.stop - part.start for part in repeats)
-    return [
-        Series(part.run, part.output, part.group, part.fold, part.start, part.start + shortest)
-        for part in repeats
-    ]
-
-
 def _repeated(series: tuple[Series, ...]) -> list[list[Series]]:
     """Series that repeat each other: same group and output, and the same block of their run."""
     found: dict[tuple[int, int, int], list[Series]] = defaultdict(list)
@@ -223,8 +289,9 @@ def _spline_levels(spectrum: Spectrum, residual: Array) -> Array:
     for output in range(outputs):
         pieces = [
             residual[start:stop]
-            for whole in _whole_series(spectrum.layout.series, output)
-            for start, stop in _pieces(*whole)
+            for course in spectrum.table.courses
+            if course.output == output
+            for start, stop in _pieces(course.start, course.stop)
         ]
         chosen = pieces[:: -(-len(pieces) // SPLINE_PIECES)] if pieces else []
         squares = [_spline_square(piece) for piece in chosen]
@@ -235,16 +302,6 @@ def _spline_levels(spectrum: Spectrum, residual: Array) -> Array:
             )
         levels.append(float(np.median(squares)))
     return np.sqrt(np.array(levels))
-
-
-def _whole_series(series: Sequence[Series], output: int) -> list[tuple[int, int]]:
-    """Start and stop of an output of every run, blocks of a run together."""
-    ends: dict[int, tuple[int, int]] = {}
-    for part in series:
-        if part.output == output:
-            start, _ = ends.get(part.run, (part.start, part.stop))
-            ends[part.run] = (start, part.stop)
-    return list(ends.values())
 
 
 def _pieces(start: int, stop: int) -> list[tuple[int, int]]:

@@ -1,12 +1,10 @@
-"""Fit problem of a diagnosis: data, base model, candidate effects, noise floor, and errors on
-held-out data.
+"""Fit problem of a diagnosis: data, base model, effects, noise floor, and held-out errors.
 
-Errors on data that were not fitted: every fold is predicted by parameters fitted to the others.
-
-Around the fit of all data the parameters of each fold follow from one Gauss-Newton step, shortened
-where the whole non-linear model says that it went too far; the predictions are those of the whole
-model. Two weights are tried, that of the banded noise and none: the first is right for a model that
-explains the data, the second for one that does not; the one that predicts better counts.
+Every fold is predicted by parameters fitted to the others. Around the fit of all data these follow
+from one Gauss-Newton step, shortened where the whole non-linear model says that it went too far;
+the predictions are those of the whole model. Two weights are tried, that of the banded noise and
+none: the first is right for a model that explains the data, the second for one that does not; the
+one that predicts better counts.
 """
 
 from __future__ import annotations
@@ -16,25 +14,24 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Mask
 from model_lab.experiments.forward import Forward
-from model_lab.fitting.fit import Fit, Problem, fit, held, inverse
-from model_lab.fitting.noise_floor import NoiseFloor, noise_floor
-from model_lab.fitting.spectrum import Spectrum, make_spectrum
-from model_lab.measurements.measurement_set import MeasurementSet, series_of
-from model_lab.measurements.preprocess import steadied
+from model_lab.fitting.fit import Fit, Likelihood, fit, held, inverse
+from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.preprocess import without_input_noise
 from softhand_model.effects import Effect
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
 
-Array = NDArray[np.float64]
-
 LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
+STEP_SHARES = (1.0, 0.5, 0.0)  # tried; the one that fits the other folds best is taken
+SINGULAR = 1e-8
 
 
 @dataclass(frozen=True)
-class Question:
+class FitProblem:
     """What is asked of a set: base model, effects that stay, and how noise is judged.
 
     fitted: values of the parameters of the model as it is, by name, as found on the way.
@@ -49,48 +46,46 @@ class Question:
     fitted: Mapping[str, float]
     joints: SpringModel = THESIS
 
-    def problem(self, effects: Iterable[str]) -> Problem:
-        """The fitting problem with these effects free."""
+    def likelihood(self, effects: Iterable[str]) -> Likelihood:
+        """The likelihood of the model with these effects free."""
         chosen = [self.classes[name] for name in effects]
         forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
-        return Problem(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
+        return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
 
 
-def pose_question(
+def pose_problem(
     data: MeasurementSet, model: Model, classes: Mapping[str, type[Effect]]
-) -> tuple[Question, tuple[Effect, ...]]:
-    """The question with its noise floor, and the model's effects that are fitted along.
+) -> tuple[FitProblem, tuple[Effect, ...]]:
+    """The problem with its noise floor, and the model's effects that are fitted along.
 
     The floor is seen from the residual of the model as it is, with its calibration fitted. Noise of
     the input is taken off first.
     """
-    data = steadied(data)
+    data = without_input_noise(data)
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
     free = [type(effect) for effect in given]
     forward = Forward(data, model.base, free, fixed, joints=model.springs)
     starts = base_starts(forward.parameters)
-    layout = series_of(data)
     predicted = forward.predict(starts[:1])[0]
-    spectrum = make_spectrum(layout, predicted)
+    spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
-    better = fit(Problem(forward, spectrum, rough.variance, rough.gain_known), starts)
-    spectrum = make_spectrum(layout, forward.measured - better.residual)
+    better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
+    spectrum = make_spectrum(data.table, forward.measured - better.residual)
     floor = noise_floor(data, spectrum, better.residual)
-    names = [parameter.name for parameter in forward.parameters]
-    fitted = dict(zip(names, better.values.tolist(), strict=True))
-    question = Question(data, model.base, fixed, known, spectrum, floor, fitted, model.springs)
-    return question, given
+    fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))
+    problem = FitProblem(data, model.base, fixed, known, spectrum, floor, fitted, model.springs)
+    return problem, given
 
 
-def sharper(question: Question, better: Fit) -> Question | None:
-    """The question with the floor below a better model, where that is clearly lower.
+def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
+    """The problem with the floor below a better model, where that is clearly lower.
 
     Repeats may differ by an effect, such as what earlier runs have left in the rubber.
     """
-    floor = noise_floor(question.data, question.spectrum, better.residual)
-    return replace(question, floor=floor) if floor.total < LOWER * question.floor.total else None
+    floor = noise_floor(problem.data, problem.spectrum, better.residual)
+    return replace(problem, floor=floor) if floor.total < LOWER * problem.floor.total else None
 
 
 def base_starts(parameters: Sequence[Any]) -> Array:
@@ -100,10 +95,6 @@ def base_starts(parameters: Sequence[Any]) -> Array:
     if not scales.any():
         return start[None]
     return np.stack([np.where(scales, factor * start, start) for factor in (1.0, 0.9, 1.1)])
-
-
-STEP_SHARES = (1.0, 0.5, 0.0)  # tried; the one that fits the other folds best is taken
-SINGULAR = 1e-8
 
 
 @dataclass(frozen=True)
@@ -120,9 +111,9 @@ class HeldOut:
 
 
 def hold_out(fit: Fit) -> HeldOut:
-    """Predict every fold of the layout without its own data."""
-    layout = fit.problem.spectrum.layout
-    fold_of, folds = layout.fold_of(), len(layout.folds)
+    """Predict every fold without its own data."""
+    table = fit.likelihood.spectrum.table
+    fold_of, folds = table.fold, len(table.folds)
     count = np.maximum(np.bincount(fold_of, minlength=folds), 1)
     if not len(fit.values):
         return HeldOut(fit.residual, np.bincount(fold_of, fit.residual**2, folds) / count)
@@ -133,10 +124,10 @@ def hold_out(fit: Fit) -> HeldOut:
 
 def _held_out(fit: Fit, weighted: bool) -> Array:
     """Held-out residual (samples,) by steps with, or without, the weights of banded noise."""
-    layout = fit.problem.spectrum.layout
-    fold_of, folds = layout.fold_of(), len(layout.folds)
+    table = fit.likelihood.spectrum.table
+    fold_of, folds = table.fold, len(table.folds)
     values = np.stack([_values_without(fit, fold_of != fold, weighted) for fold in range(folds)])
-    residuals = fit.problem.residuals(values.reshape(-1, len(fit.values)))
+    residuals = fit.likelihood.residuals(values.reshape(-1, len(fit.values)))
     residuals = residuals.reshape(folds, len(STEP_SHARES), -1)
     residual = np.empty_like(fit.residual)
     for fold in range(folds):
@@ -147,11 +138,11 @@ def _held_out(fit: Fit, weighted: bool) -> Array:
     return residual
 
 
-def _values_without(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> Array:
+def _values_without(fit: Fit, kept: Mask, weighted: bool) -> Array:
     """Parameters (shares, k) fitted to the kept samples, by shares of one step."""
-    problem, scales = fit.problem, fit.problem.scales
+    likelihood, scales = fit.likelihood, fit.likelihood.scales
     rows, rest = _equations(fit, kept, weighted)
-    prior = 1.0 / problem.prior**2
+    prior = 1.0 / likelihood.prior**2
     normal = rows.T @ rows + np.diag(prior)
     gradient = rows.T @ rest - prior * (fit.values - 1.0)
     center = scales.inward(fit.values)
@@ -165,7 +156,7 @@ def _values_without(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> Array:
     return scales.outward(np.clip(tried, scales.low, scales.high))
 
 
-def _equations(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> tuple[Array, Array]:
+def _equations(fit: Fit, kept: Mask, weighted: bool) -> tuple[Array, Array]:
     """Jacobian (n, k) and residual (n,) of what is kept, over their errors.
 
     A fold is whole series, and so are its coefficients.
@@ -173,7 +164,7 @@ def _equations(fit: Fit, kept: NDArray[np.bool_], weighted: bool) -> tuple[Array
     if not weighted:
         scale = fit.rmse or 1.0
         return fit.jacobian[kept] / scale, fit.residual[kept] / scale
-    spectrum = fit.problem.spectrum
+    spectrum = fit.likelihood.spectrum
     errors = np.sqrt(fit.variance)[spectrum.bands][kept]
     rows = spectrum.coefficients(np.ascontiguousarray(fit.jacobian.T)).T[kept]
     return rows / errors[:, None], fit.coefficients[kept] / errors

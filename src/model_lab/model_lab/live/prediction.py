@@ -1,7 +1,5 @@
 """Live prediction of a hand's free tip angles from its pressures, sample by sample.
 
-Live prediction of a hand's free tip angles from its pressures, sample by sample.
-
 The kernel is that of simulator and lab: the chains' free rotation under the model's effects, whose
 memory is stepped from one angle sample to the next, with the pressure of its stamp.
 """
@@ -15,8 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Mask
 from softhand_model.chain.chain import BEND, discretise
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import OutputEffect
@@ -24,10 +22,10 @@ from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-
 KEPT = 5 * 10**9  # time [ns] for which pressures are kept; angles that come later find none
+SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
+WAITING = 500  # angle samples that wait for their pressure; older ones are dropped
+SECOND = 1e9  # [ns]
 
 
 class PressureTrack:
@@ -73,7 +71,7 @@ class PressureTrack:
         share = (stamp - first) / (last - first)
         return (1.0 - share) * self._values[after - 1] + share * self._values[after]
 
-    def stood(self, stamp: int, duration: int, band: float) -> Flags:
+    def stood(self, stamp: int, duration: int, band: float) -> Mask:
         """Whether each pressure has kept within a band [Pa] for a duration [ns] up to a stamp that
         is covered; False where that reaches back before the first.
         """
@@ -85,11 +83,6 @@ class PressureTrack:
 
     def _forget(self, count: int) -> None:
         del self._stamps[:count], self._values[:count]
-
-
-SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
-WAITING = 500  # angle samples that wait for their pressure; older ones are dropped
-SECOND = 1e9  # [ns]
 
 
 @dataclass(frozen=True)
@@ -104,7 +97,7 @@ class Comparison:
     names: tuple[str, ...]
     measured: Array
     predicted: Array
-    settled: Flags
+    settled: Mask
 
     @property
     def residual(self) -> Array:
@@ -242,7 +235,7 @@ class LivePrediction:
             np.array([settled[place] for place in places]),
         )
 
-    def _stood(self, stamp: int) -> Flags:
+    def _stood(self, stamp: int) -> Mask:
         if self._settling.time <= 0.0:
             return np.ones(len(self.hand.channels), bool)
         duration = round(self._settling.time * SECOND)

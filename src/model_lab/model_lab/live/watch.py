@@ -1,7 +1,4 @@
-"""Residuals of the last seconds by actuator, and what they say about model and hand (REP-107).
-
-What the monitor says about model and hand in /diagnostics, as levels of REP-107.
-"""
+"""Watch over a running hand: residuals of the last seconds, and their levels of REP-107."""
 
 from __future__ import annotations
 
@@ -13,6 +10,10 @@ from enum import IntEnum
 import numpy as np
 
 from model_lab.live.prediction import SECOND, Comparison, LivePrediction
+
+REMEMBERED = 10.0  # wall time for which a refused message or a clock set back is worth a word [s]
+REMINDER = "free bending only: contact shows as residual"
+PRESSURE, ANGLE = "pneumaticbox/state", "hand/tip_angles"
 
 
 @dataclass(frozen=True)
@@ -59,11 +60,6 @@ class ResidualWindow:
             len(kept),
             sum(settled for _, _, settled in kept),
         )
-
-
-REMEMBERED = 10.0  # wall time for which a refused message or a clock set back is worth a word [s]
-REMINDER = "free bending only: contact shows as residual"
-PRESSURE, ANGLE = "pneumaticbox/state", "hand/tip_angles"
 
 
 class Level(IntEnum):

@@ -11,12 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.diagnosis.black_boxes import driving_input
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run
-
-Array = NDArray[np.float64]
 
 SMOOTHED = 100  # a rate is taken over two of so many parts of a run ...
 LONGEST_SMOOTHED = 20  # ... but over twice so many samples at most
@@ -26,10 +23,7 @@ RESTING = 0.1  # of span over duration: below this rate the input rests
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
 COURSES = ("rises", "rests", "falls")
 DIRECTIONS = ("inflating", "deflating")
-DRIVING = {
-    "uniaxial": ("stretch", ""),
-    "valve_pulse": ("pressure drop", "Pa"),
-}  # others: pressure
+DRIVING = {"uniaxial": ("stretch", ""), "valve_pulse": ("pressure drop", "Pa")}  # others: pressure
 
 
 @dataclass(frozen=True)
@@ -49,7 +43,7 @@ class Axis:
 
 
 def axes_of(data: MeasurementSet) -> tuple[Axis, ...]:
-    """The axes along which a set varies, laid out as its samples (run by run, output by output)."""
+    """The axes along which a set varies, in the order of its table."""
     axes = [*_course_axes(data), *_run_axes(data)]
     varied = [axis for axis in axes if _varies(axis)]
     return tuple(
@@ -73,40 +67,38 @@ def input_rate(run: Run, values: Array) -> Array:
 
 def resting_share(data: MeasurementSet) -> float:
     """Share of all samples in which the driving input rests."""
-    inputs = [driving_input(run, data.experiment) for run in data.runs]
+    inputs = [data.driving(run) for run in data.runs]
     rests = [
         _course(run, values, input_rate(run, values)) == RESTS for run, values in _zip(data, inputs)
     ]
     return float(np.mean(np.concatenate(rests)))
 
 
-def per_sample(data: MeasurementSet, values: Sequence[Array | float]) -> Array:
-    """Values (samples,) of a set, given those of each run, repeated for every output."""
-    outputs = len(data.outputs)
-    parts = [
-        np.tile(np.broadcast_to(np.asarray(value, float), run.samples), outputs)
-        for run, value in zip(data.runs, values, strict=True)
-    ]
-    return np.concatenate(parts)
+def _in_runs(data: MeasurementSet, values: Sequence[Array]) -> Array:
+    """Values (samples,) of a set, given those of each run (samples of the run,)."""
+    return np.concatenate(values).astype(float)[data.table.row]
+
+
+def _of_runs(data: MeasurementSet, values: Sequence[float]) -> Array:
+    """Values (samples,) of a set, given one for each run."""
+    return np.array(values, float)[data.table.run]
 
 
 # ---------------------------------------------------------------------- within runs
 def _course_axes(data: MeasurementSet) -> list[Axis]:
     noun, unit = DRIVING.get(data.experiment, ("pressure", "Pa"))
-    inputs = [driving_input(run, data.experiment) for run in data.runs]
-    axes = [Axis("pressure", noun, unit, per_sample(data, inputs))]
+    inputs = [data.driving(run) for run in data.runs]
+    axes = [Axis("pressure", noun, unit, _in_runs(data, inputs))]
     if data.experiment == "valve_pulse":
         return axes + _pulse_axes(data)
     rates = [input_rate(run, values) for run, values in zip(data.runs, inputs, strict=True)]
     courses = [_course(run, values, rate) for run, values, rate in _zip(data, inputs, rates)]
-    axes.append(Axis("direction", noun, "", per_sample(data, courses), COURSES))
+    axes.append(Axis("direction", noun, "", _in_runs(data, courses), COURSES))
     if data.has_time:
-        axes.append(
-            Axis("pressure_rate", f"{noun} rate", _rate_unit(unit), per_sample(data, rates))
-        )
+        axes.append(Axis("pressure_rate", f"{noun} rate", _rate_unit(unit), _in_runs(data, rates)))
         since = [_since_moved(run, course) for run, course in zip(data.runs, courses, strict=True)]
-        axes.append(Axis("time_since_step", "time since a step", "s", per_sample(data, since)))
-    largest = per_sample(data, _largest_so_far(data, inputs))
+        axes.append(Axis("time_since_step", "time since a step", "s", _in_runs(data, since)))
+    largest = _in_runs(data, _largest_so_far(data, inputs))
     axes.append(Axis("largest_pressure", f"largest {noun} so far", unit, largest))
     return axes
 
@@ -119,8 +111,8 @@ def _pulse_axes(data: MeasurementSet) -> list[Axis]:
     deflating = [run.columns["direction"] == DEFLATE for run in data.runs]
     durations = [run.columns["duration"] for run in data.runs]
     return [
-        Axis("direction", "valve", "", per_sample(data, deflating), DIRECTIONS),
-        Axis("time_since_step", "pulse duration", "s", per_sample(data, durations)),
+        Axis("direction", "valve", "", _in_runs(data, deflating), DIRECTIONS),
+        Axis("time_since_step", "pulse duration", "s", _in_runs(data, durations)),
     ]
 
 
@@ -163,9 +155,9 @@ def _run_axes(data: MeasurementSet) -> list[Axis]:
     walls = [float(specimen.values.get("wall", np.nan)) for specimen in specimens]
     temperatures = [run.temperature for run in data.runs]
     return [
-        Axis("run_order", "run", "", per_sample(data, _order(data)), of_run=True),
-        Axis("temperature", "temperature", "K", per_sample(data, temperatures), of_run=True),
-        Axis("wall", "wall", "m", per_sample(data, walls), of_run=True),
+        Axis("run_order", "run", "", _of_runs(data, _order(data)), of_run=True),
+        Axis("temperature", "temperature", "K", _of_runs(data, temperatures), of_run=True),
+        Axis("wall", "wall", "m", _of_runs(data, walls), of_run=True),
         _named_axis(data, "mount", [specimen.mount for specimen in specimens]),
         _named_axis(data, "specimen", [specimen.name for specimen in specimens]),
     ]
@@ -174,7 +166,7 @@ def _run_axes(data: MeasurementSet) -> list[Axis]:
 def _named_axis(data: MeasurementSet, name: str, names: Sequence[str]) -> Axis:
     categories = tuple(dict.fromkeys(names))
     values = [float(categories.index(entry)) for entry in names]
-    return Axis(name, name, "", per_sample(data, values), categories, of_run=True)
+    return Axis(name, name, "", _of_runs(data, values), categories, of_run=True)
 
 
 def _order(data: MeasurementSet) -> list[float]:

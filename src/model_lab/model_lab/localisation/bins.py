@@ -1,25 +1,21 @@
-"""Bins along an axis, and sums of a residual in them when blocks are drawn at random.
-
-Sums of a residual by block and bin, and what they become when blocks are drawn at random.
-"""
+"""Bins along an axis, and the sums of a residual in them under a bootstrap of blocks."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, IntArray
 from model_lab.localisation.axes import Axis
-from model_lab.measurements.measurement_set import MeasurementSet
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from model_lab.measurements.sample_table import SampleTable
 
 BINS = 12
 SMALLEST_BIN = 5  # samples, on the average
 SAME = 1e-8  # of the range
 RANKED = 100_000  # samples from which the edges are taken
+DRAWS = 999
+BAND = 95.0  # [percent]
 
 
 @dataclass(frozen=True)
@@ -87,13 +83,6 @@ def _few_values(values: Array) -> Array | None:
     return found if len(found) <= BINS else None
 
 
-DRAWS = 999
-BAND = 95.0  # [percent]
-FEWEST_RUNS = 8  # below it runs are cut into blocks ...
-BLOCKS = 24  # ... so many in all
-SMALLEST_BLOCK = 8  # samples
-
-
 @dataclass(frozen=True)
 class Curve:
     """Mean residual (bins,) of one output along an axis with its 95 % band, in SI units.
@@ -108,34 +97,6 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class SampleLayout:
-    """Run, block and output (samples,) of every sample; blocks are runs or parts of runs."""
-
-    run: IntArray
-    block: IntArray
-    output: IntArray
-    blocks_are_runs: bool
-
-
-def layout_of(data: MeasurementSet) -> SampleLayout:
-    """The layout of a set: run by run, output by output."""
-    whole = len(data.runs) >= FEWEST_RUNS
-    each = 1 if whole else -(-BLOCKS // len(data.runs))
-    runs, blocks, outputs, first = [], [], [], 0
-    for index, run in enumerate(data.runs):
-        pieces = max(min(each, run.samples // SMALLEST_BLOCK), 1)
-        block = first + np.arange(run.samples) * pieces // run.samples
-        first += pieces
-        for output in range(len(data.outputs)):
-            runs.append(np.full(run.samples, index))
-            blocks.append(block)
-            outputs.append(np.full(run.samples, output))
-    return SampleLayout(
-        np.concatenate(runs), np.concatenate(blocks), np.concatenate(outputs), whole
-    )
-
-
-@dataclass(frozen=True)
 class BlockSums:
     """Sums of the residual and numbers of samples (blocks, outputs, bins)."""
 
@@ -143,11 +104,11 @@ class BlockSums:
     number: Array
 
     @classmethod
-    def of(cls, bins: Bins, layout: SampleLayout, residual: Array, outputs: int) -> BlockSums:
+    def of(cls, bins: Bins, table: SampleTable, residual: Array, outputs: int) -> BlockSums:
         """Sums of a residual (samples,)."""
         known = bins.index >= 0
-        shape = (int(layout.block[-1]) + 1, outputs, bins.count)
-        cell = (layout.block[known] * outputs + layout.output[known]) * bins.count
+        shape = (int(table.block[-1]) + 1, outputs, bins.count)
+        cell = (table.block[known] * outputs + table.output[known]) * bins.count
         cell += bins.index[known]
         size = int(np.prod(shape))
         value = np.bincount(cell, residual[known], size).astype(float)
@@ -174,10 +135,10 @@ class BlockSums:
         """Sums (1, outputs, bins) over all blocks."""
         return self.value.sum(axis=0, keepdims=True)
 
-    def turned(self, random: np.random.Generator) -> Array:
+    def flipped(self, random: np.random.Generator) -> Array:
         """Sums (draws, outputs, bins) as they could be if the bins did not differ.
 
-        A wild bootstrap: blocks take a sign at random. What is turned are the blocks' deviations
+        A wild bootstrap: blocks take a sign at random. What is flipped are the blocks' deviations
         from the bin means of the *other* blocks, so that neither a real dependence nor the fitting
         of the means passes for noise.
         """
@@ -190,12 +151,12 @@ class BlockSums:
         mean = (self.value.sum(axis=0) - self.value) / np.where(others > 0.0, others, 1.0)
         return self.value - self.number * mean
 
-    def curves(self, outputs: tuple[str, ...], turned: Array) -> dict[str, Curve]:
-        """Mean and band of each output, given the sums of turned deviations of `turned`."""
+    def curves(self, outputs: tuple[str, ...], flipped: Array) -> dict[str, Curve]:
+        """Mean and band of each output, given the sums of flipped deviations of `flipped`."""
         number = self.number.sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = self.value.sum(axis=0) / number
-            reach = np.percentile(np.abs(turned), BAND, axis=0) / number
+            reach = np.percentile(np.abs(flipped), BAND, axis=0) / number
         reach[np.count_nonzero(self.number, axis=0) < 2] = np.nan
         return {
             name: Curve(

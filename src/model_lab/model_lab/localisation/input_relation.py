@@ -10,12 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from model_lab.diagnosis.black_boxes import driving_input
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Run
-
-Array = NDArray[np.float64]
 
 STEPS = 500  # of the longest run
 FARTHEST = 50  # lag in steps
@@ -53,11 +50,9 @@ def input_relation(data: MeasurementSet, residual: Array) -> InputRelation | Non
     outputs = len(data.outputs)
     step = max(float(np.ptp(_time(run, data.has_time))) for run in data.runs) / STEPS or 1.0
     products = np.zeros((outputs, 2 * FARTHEST + 1))
-    squares, area, width, start = np.zeros((outputs, 2)), {}, {}, 0
-    for run in data.runs:
-        part = residual[start : start + outputs * run.samples].reshape(outputs, run.samples)
-        start += part.size
-        course = driving_input(run, data.experiment)
+    squares, area, width = np.zeros((outputs, 2)), {}, {}
+    for index, run in enumerate(data.runs):
+        part, course = data.table.of_run(residual, index), data.driving(run)
         area[run.name], width[run.name] = _loop(part, course)
         more = _products(part, course, _time(run, data.has_time), step)
         products, squares = products + more[0], squares + more[1]

@@ -1,12 +1,9 @@
-"""Where a model fails: its residual against every axis, with bands, a test by runs, and words for
-the part of an axis.
-
-Where a model fails: its residual against every axis, with bands and a test by runs.
+"""Localisation of a misfit: the residual against every axis, with bands, a test and a phrase.
 
 The residual is averaged in bins along each axis. Runs are the units that are drawn: the bands, and
-the test whether the means differ by more than chance, come from a wild bootstrap that turns the
-signs of whole runs. With few runs each is cut into blocks, and `basis`
-says so: then what differs between runs by mere scatter counts as found.
+the test whether the means differ by more than chance, come from a wild bootstrap that flips the
+signs of whole runs. With few runs each is cut into blocks, and `basis` says so: then what differs
+between runs by mere scatter counts as found.
 """
 
 from __future__ import annotations
@@ -15,21 +12,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, IntArray
 from model_lab.localisation.axes import COURSES, Axis, axes_of
-from model_lab.localisation.bins import Bins, BlockSums, Curve, SampleLayout, layout_of, make_bins
+from model_lab.localisation.bins import Bins, BlockSums, Curve, make_bins
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import Display, display_of
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 CLEAR = 0.2  # share of the error less share of the samples, from which a part stands out
 INNER_MARGIN = 0.1  # by which a part in the middle must be better than one at an end
 MOST_DIGITS = 6
 NAMED = 3  # categories at most
 ORDINALS = {1: "first", 2: "second", 3: "third"}
+SIGNIFICANCE = 0.05  # over all axes together
+SMALLEST_SHARE = 0.02
+RUNS, RUN_BLOCKS = "runs", "blocks of runs"
 
 
 def where_phrase(bins: Bins, error: Array, count: IntArray) -> str:
@@ -158,11 +155,6 @@ def _named(axis: Axis, chosen: list[int]) -> str:
     return f"{axis.name}{'s' if len(names) > 1 else ''} {listed}"
 
 
-SIGNIFICANCE = 0.05  # over all axes together
-SMALLEST_SHARE = 0.02
-RUNS, RUN_BLOCKS = "runs", "blocks of runs"
-
-
 @dataclass(frozen=True)
 class Dependence:
     """How a residual varies with one axis.
@@ -210,35 +202,31 @@ class Localisation:
 def localise(data: MeasurementSet, residual: Array, seed: int = 0) -> Localisation:
     """The residual (samples,) of a model against every axis along which the set varies.
 
-    The samples are laid out run by run, within them output by output. Same seed, same answer.
-    Raises ValueError when the residual does not fit the set.
+    Same seed, same answer. Raises ValueError when the residual does not fit the set.
     """
-    samples = sum(run.samples for run in data.runs) * len(data.outputs)
-    if residual.shape != (samples,):
-        raise ValueError(f"residual: expected shape ({samples},), got {residual.shape}")
-    layout = layout_of(data)
-    axes = [_dependence(data, layout, axis, residual, seed) for axis in axes_of(data)]
+    table = data.table
+    if residual.shape != (table.samples,):
+        raise ValueError(f"residual: expected shape ({table.samples},), got {residual.shape}")
+    axes = [_dependence(data, axis, residual, seed) for axis in axes_of(data)]
     axes.sort(key=lambda axis: -axis.share_of_error)
-    means = np.bincount(layout.output, residual) / np.bincount(layout.output)
+    means = np.bincount(table.output, residual) / np.bincount(table.output)
     mean_square = float(np.mean(residual**2))
-    constant = float(np.mean(means[layout.output] ** 2)) / mean_square if mean_square else 0.0
+    constant = float(np.mean(means[table.output] ** 2)) / mean_square if mean_square else 0.0
     return Localisation(tuple(axes), constant)
 
 
-def _dependence(
-    data: MeasurementSet, layout: SampleLayout, axis: Axis, residual: Array, seed: int
-) -> Dependence:
+def _dependence(data: MeasurementSet, axis: Axis, residual: Array, seed: int) -> Dependence:
     bins = make_bins(axis)
-    sums = BlockSums.of(bins, layout, residual, len(data.outputs))
-    turned = sums.turned(np.random.default_rng(seed))
-    null = sums.explained(turned)
+    sums = BlockSums.of(bins, data.table, residual, len(data.outputs))
+    flipped = sums.flipped(np.random.default_rng(seed))
+    null = sums.explained(flipped)
     observed = float(sums.explained(sums.total())[0])
     total = float(np.sum(residual**2))
     chance = float(null.mean())
     share = (observed - chance) / (total - chance) if total > chance else 0.0
     p_value = (1 + int(np.sum(null >= observed * (1.0 - 1e-9)))) / (1 + len(null))
-    basis = RUNS if layout.blocks_are_runs else RUN_BLOCKS
-    curves = sums.curves(data.outputs, turned)
+    basis = RUNS if data.table.blocks_are_runs else RUN_BLOCKS
+    curves = sums.curves(data.outputs, flipped)
     counts = np.stack([curve.count for curve in curves.values()])
     means = np.nan_to_num(np.stack([curve.mean for curve in curves.values()]))
     energy = np.sum(counts * means**2, axis=0)

@@ -1,7 +1,4 @@
-"""Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS.
-
-Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS.
-"""
+"""Columns of numbers from a rosbag2 folder (MCAP or sqlite3), read without ROS."""
 
 from __future__ import annotations
 
@@ -13,14 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.typesys import Stores, get_typestore
 
+from model_lab.aliases import Array, IntArray
 from softhand_model.yaml_document import DocumentError
 
 SHOWN_FIELDS = 24  # of those a message has, in an error
 _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[([^\[\]]+)\]")
+Stamps = IntArray  # [ns], as seconds since 1970 with their nanoseconds do not fit a float
+TOLD_EVERY = 2000  # messages
+CLOCK = "/clock"
 
 
 @dataclass(frozen=True)
@@ -109,14 +109,6 @@ def _elements(message: Any, path: str, values: Any) -> Iterator[str]:
             yield element
 
 
-Array = NDArray[np.float64]
-Stamps = NDArray[np.int64]  # [ns], as seconds since 1970 with their nanoseconds do not fit a float
-Tell = Callable[[float], None]
-
-TOLD_EVERY = 2000  # messages
-CLOCK = "/clock"
-
-
 @dataclass(frozen=True)
 class Source:
     """Where a column comes from: topic and field, and its place in the document for errors."""
@@ -135,7 +127,7 @@ class _Series:
 
 
 def read_bag_columns(
-    folder: Path, sources: Mapping[str, Source], leading: str, tell: Tell = lambda _: None
+    folder: Path, sources: Mapping[str, Source], leading: str, told: Callable[[float], None]
 ) -> dict[str, Array]:
     """Columns (samples,) of a bag at the stamps of the leading column, with `time` [s] from 0.
 
@@ -147,7 +139,7 @@ def read_bag_columns(
         folder: the rosbag2 folder.
         sources: by column.
         leading: the column at whose stamps the samples lie.
-        tell: is told the part that is done.
+        told: called with the part that is done.
 
     Raises:
         DocumentError: the bag cannot be read, lacks a topic or field or its messages; a value is
@@ -161,7 +153,7 @@ def read_bag_columns(
             _check_topic(folder, reader, sources[columns[0]])
         clock = _Clock(reader)
         total = sum(reader.topics[topic].msgcount for topic in by_topic)
-        counted = _counted(tell, total)
+        counted = _counted(told, total)
         series = [
             _read_topic(folder, reader, clock, {name: sources[name] for name in columns}, counted)
             for columns in by_topic.values()
@@ -208,7 +200,7 @@ def _check_topic(folder: Path, reader: AnyReader, source: Source) -> None:
         )
 
 
-def _counted(tell: Tell, total: int) -> Callable[[], None]:
+def _counted(told: Callable[[float], None], total: int) -> Callable[[], None]:
     """A function to call for every message, which now and then tells the part that is done."""
     done = 0
 
@@ -216,7 +208,7 @@ def _counted(tell: Tell, total: int) -> Callable[[], None]:
         nonlocal done
         done += 1
         if done % TOLD_EVERY == 0:
-            tell(done / total)
+            told(done / total)
 
     return count
 

@@ -13,11 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from softhand_model.yaml_document import DocumentError
-
-Array = NDArray[np.float64]
 
 SHOWN_CELL = 40  # characters of a cell in an error
 

@@ -1,16 +1,14 @@
-"""Reading of measurement sets: `experiment.yaml` with one CSV file or rosbag2 folder per run.
-
-Checks of what a run holds, by row: time rises, and no value lies where none can.
-"""
+"""Loading of measurement sets: `experiment.yaml` with one CSV file or rosbag2 folder per run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, Mask, Tell, tell_nobody
 from model_lab.measurements.bag import MessageField, Source, read_bag_columns
 from model_lab.measurements.csv_file import read_columns
 from model_lab.measurements.measurement_set import (
@@ -33,18 +31,33 @@ from softhand_model.yaml_document import (
     read_document,
 )
 
-Array = NDArray[np.float64]
-Tell = Callable[[float], None]
 Units = dict[str, Unit]
+Told = Callable[[float], None]  # with the part of a bag that has been read
 
 FORMAT = "softhand-measurement/1"
 TOP_KEYS = ("format", "experiment", "specimens", "runs")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
 WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
+# by column: which values (in SI units) are wrong, what was expected, the mend
+_RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
+    "stretch": (
+        lambda values: values <= 0.0,
+        "a number above 0",
+        "stretch is 1 at rest, that is strain + 1",
+    ),
+    "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
+    "p_out": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
+    "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
+    "direction": (
+        lambda values: np.abs(values) != 1.0,
+        "1 (inflate) or -1 (deflate)",
+        "take the row out",
+    ),
+}
 
 
-def load_measurements(path: str | Path, tell: Tell = lambda _: None) -> MeasurementSet:
+def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> MeasurementSet:
     """The measurement set of a folder (or of its experiment.yaml), all in SI units.
 
     Runs keep the order of the document. The columns of a run are those that the experiment needs
@@ -53,7 +66,7 @@ def load_measurements(path: str | Path, tell: Tell = lambda _: None) -> Measurem
 
     Args:
         path: the folder.
-        tell: is told the part that is done, for sets that take long.
+        tell: is told what is read.
 
     Raises:
         DocumentError (a ValueError): with file, row or key, expected, got, and the mend.
@@ -113,23 +126,24 @@ class _RunReader:
         entries = named_entries(node)
         if not entries:
             raise node.error("at least one run")
-        return tuple(
-            self._run(name, entry, _share(tell, index, len(entries)))
-            for index, (name, entry) in enumerate(entries.items())
-        )
+        runs = []
+        for number, (name, entry) in enumerate(entries.items(), 1):
+            tell(name, number, len(entries))
+            told = partial(_tell_part, tell, name, number, len(entries))
+            runs.append(self._run(name, entry, told))
+        return tuple(runs)
 
-    def _run(self, name: str, node: Node, tell: Tell) -> Run:
+    def _run(self, name: str, node: Node, told: Told) -> Run:
         fields = open_fields(node, ["specimen"], RUN_KEYS)
         specimen = fields["specimen"].choice(self._specimens)
         temperature = _temperature(fields)
         protocol = fields["protocol"].text() if "protocol" in fields else name
         virgin = "virgin" in fields and fields["virgin"].choice([True, False])
         initial = fields["initial"].choice(["rest", "steady"]) if "initial" in fields else "rest"
-        columns = self._columns(node, fields, tell)
-        tell(1.0)
+        columns = self._columns(node, fields, told)
         return Run(name, specimen, protocol, temperature, columns, virgin, initial == "steady")
 
-    def _columns(self, node: Node, fields: Mapping[str, Node], tell: Tell) -> dict[str, Array]:
+    def _columns(self, node: Node, fields: Mapping[str, Node], told: Told) -> dict[str, Array]:
         if ("file" in fields) == ("bag" in fields):
             raise DocumentError(
                 f"{node.file}: {node.key}: expected either file (CSV) or bag (rosbag2), "
@@ -146,7 +160,7 @@ class _RunReader:
                 "topics: {column: {topic: ..., field: ...}}"
             )
         path = self._folder / fields["bag"].text()
-        columns = self._bag(path, fields["topics"], tell)
+        columns = self._bag(path, fields["topics"], told)
         check_rows(path, columns)
         return columns
 
@@ -181,7 +195,7 @@ class _RunReader:
         return (*INPUTS[self._experiment], *OUTPUTS[self._experiment])
 
     # ---------------------------------------------------------------- bags
-    def _bag(self, path: Path, node: Node, tell: Tell) -> dict[str, Array]:
+    def _bag(self, path: Path, node: Node, told: Told) -> dict[str, Array]:
         topics = named_entries(node)
         for name in self._needed():
             if name not in topics and name != "time":
@@ -202,7 +216,7 @@ class _RunReader:
             for name, entry in entries.items()
         }
         sources = {name: _source(topics[name], entry) for name, entry in entries.items()}
-        columns = read_bag_columns(path, sources, OUTPUTS[self._experiment][0], tell)
+        columns = read_bag_columns(path, sources, OUTPUTS[self._experiment][0], told)
         self.bag_units.update(units)
         return {
             name: units[name].to_si(values) if name in units else values
@@ -210,9 +224,8 @@ class _RunReader:
         }
 
 
-def _share(tell: Tell, index: int, count: int) -> Tell:
-    """What the run of that index tells its part to."""
-    return lambda part: tell((index + part) / count)
+def _tell_part(tell: Tell, name: str, number: int, total: int, part: float) -> None:
+    tell(f"{name} ({part:.0%})", number, total)
 
 
 def _source(node: Node, entry: Mapping[str, Node]) -> Source:
@@ -235,26 +248,6 @@ def _temperature(fields: Mapping[str, Node]) -> float:
             f"{TEMPERATURES[1]:g}, got {value:g}; 20 degC are 293.15"
         )
     return value
-
-
-Mask = NDArray[np.bool_]
-
-# by column: which values (in SI units) are wrong, what was expected, the mend
-_RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
-    "stretch": (
-        lambda values: values <= 0.0,
-        "a number above 0",
-        "stretch is 1 at rest, that is strain + 1",
-    ),
-    "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
-    "p_out": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),
-    "duration": (lambda values: values <= 0.0, "a number above 0", "take the row out"),
-    "direction": (
-        lambda values: np.abs(values) != 1.0,
-        "1 (inflate) or -1 (deflate)",
-        "take the row out",
-    ),
-}
 
 
 def row_name(index: int) -> str:

@@ -1,23 +1,18 @@
-"""A measurement set in memory: specimens, runs with their columns in SI units, and its samples as
-series.
-
-The samples of a measurement set as series: what is held out together, repeats, and outputs.
-
-A series is one output of one run, or a contiguous block of it where blocks are held out.
-"""
+"""Measurement set in memory: specimens, and runs with their columns in SI units."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from model_lab.aliases import Array
+from model_lab.measurements.sample_table import SampleTable, make_table
 
+TIP_POSE = tuple(f"tip_{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 OUTPUTS = {
     "free_bending": ("tip_angle",),
     "blocked_tip": ("tip_force",),
@@ -30,17 +25,7 @@ INPUTS = {
     "blocked_tip": ("pressure",),
     "uniaxial": ("stretch",),
     "valve_pulse": ("direction", "duration", "p_in", "p_out"),
-    "base_torque": (
-        "time",
-        "pressure",
-        "tip_x",
-        "tip_y",
-        "tip_z",
-        "tip_qx",
-        "tip_qy",
-        "tip_qz",
-        "tip_qw",
-    ),
+    "base_torque": ("time", "pressure", *TIP_POSE),
 }
 OUTPUT_UNITS = {
     "free_bending": "rad",
@@ -92,6 +77,11 @@ class Run:
         """Number of samples."""
         return len(next(iter(self.columns.values())))
 
+    def measured(self, outputs: Sequence[str]) -> Array:
+        """Columns of that name (outputs, samples), NaN where the run has none."""
+        missing = np.full(self.samples, np.nan)
+        return np.array([self.columns.get(name, missing) for name in outputs], float)
+
 
 @dataclass(frozen=True)
 class MeasurementSet:
@@ -119,6 +109,26 @@ class MeasurementSet:
         """Whether every run was recorded against time."""
         return all("time" in run.columns for run in self.runs)
 
+    @cached_property
+    def table(self) -> SampleTable:
+        """All measured samples, in the order of every array (samples,) of the lab."""
+        measured = [run.measured(self.outputs) for run in self.runs]
+        return make_table(measured, self.groups(), [run.protocol for run in self.runs])
+
+    def column(self, name: str) -> Array:
+        """A recorded column (samples,) in the order of the table; KeyError if a run lacks it."""
+        return np.concatenate([run.columns[name] for run in self.runs])[self.table.row]
+
+    def driving(self, run: Run) -> Array:
+        """What drives a run (samples of the run,): pressure [Pa], stretch [-], or the pressure
+        drop of a pulse [Pa].
+        """
+        if self.experiment == "uniaxial":
+            return run.columns["stretch"]
+        if self.experiment == "valve_pulse":
+            return run.columns["p_in"] - run.columns["p_out"]
+        return run.columns["pressure"]
+
     def groups(self) -> list[list[int]]:
         """Indices of runs that repeat each other: same specimen and protocol, same temperature."""
         groups: list[list[int]] = []
@@ -142,68 +152,3 @@ def _repeats(first: Run, second: Run) -> bool:
         and first.protocol == second.protocol
         and abs(first.temperature - second.temperature) <= SAME_TEMPERATURE
     )
-
-
-IntArray = NDArray[np.int64]
-
-PROTOCOLS, BLOCKS = "protocols", "blocks"
-BLOCKS_A_RUN = 10  # where there are fewer than two protocols; every fifth is held out together
-BLOCK_FOLDS = 5
-
-
-@dataclass(frozen=True)
-class Series:
-    """Samples start..stop of a set laid out run after run, output after output.
-
-    group: index of the repeats it belongs to. fold: what is held out together with it.
-    """
-
-    run: int
-    output: int
-    group: int
-    fold: int
-    start: int
-    stop: int
-
-
-@dataclass(frozen=True)
-class SeriesLayout:
-    """All series of a set in the order of its samples; `holdout` says what the folds are."""
-
-    series: tuple[Series, ...]
-    holdout: str
-    folds: tuple[str, ...]
-
-    @property
-    def samples(self) -> int:
-        """Number of samples of all series."""
-        return self.series[-1].stop
-
-    def fold_of(self) -> IntArray:
-        """Fold of every sample (samples,)."""
-        return np.concatenate([np.full(part.stop - part.start, part.fold) for part in self.series])
-
-
-def series_of(data: MeasurementSet) -> SeriesLayout:
-    """The series of a set; with fewer than two protocols blocks of runs are held out."""
-    protocols = data.protocols()
-    by_block = len(protocols) < 2
-    folds = [f"block {fold + 1}" for fold in range(BLOCK_FOLDS)] if by_block else protocols
-    group_of = {run: index for index, group in enumerate(data.groups()) for run in group}
-    series: list[Series] = []
-    start = 0
-    for index, run in enumerate(data.runs):
-        for output in range(len(data.outputs)):
-            edges = _edges(run.samples, by_block)
-            for block, (low, high) in enumerate(pairwise(edges)):
-                fold = block % BLOCK_FOLDS if by_block else protocols.index(run.protocol)
-                series.append(
-                    Series(index, output, group_of[index], fold, start + low, start + high)
-                )
-            start += run.samples
-    return SeriesLayout(tuple(series), BLOCKS if by_block else PROTOCOLS, tuple(folds))
-
-
-def _edges(samples: int, by_block: bool) -> list[int]:
-    count = min(BLOCKS_A_RUN, samples) if by_block else 1
-    return [int(edge) for edge in np.linspace(0, samples, count + 1).round()]

@@ -1,13 +1,11 @@
-"""Recordings made ready for a fit: long ones thinned, the noise of a recorded input taken off.
+"""Preprocessing of recordings: long ones thinned, the noise of a recorded input taken off.
 
-A search tries some hundred models on every sample. Beyond some ten thousand of them the errors of
+A search tries some hundred models on every sample; beyond some ten thousand of them the errors of
 what it finds come from the few runs there are, not from the noise of samples.
 
-Noise of a recorded input, taken off before it passes for memory.
-
 A lag, a play and a viscous branch all average the noise of the pressure that drives them, so a
-model with one of them predicts better than one without, though nothing lags. Here every sample of
-the input is replaced by the middle of a parabola through its neighbours: through as many as the
+model with one of them predicts better than one without, though nothing lags. Therefore every sample
+of the input is replaced by the middle of a parabola through its neighbours: through as many as the
 noise, which is known from fourth differences, allows. Steps, kinks and inputs without noise stay.
 """
 
@@ -17,12 +15,22 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Run
 
 LARGEST_SET = 30000  # samples that are searched
 SHORTEST_RUN = 800  # samples that a run keeps
+DRIVING = ("pressure", "stretch")
+WINDOWS = (5, 7, 11, 17, 25)  # samples; the widest that fits is taken
+CURVATURE = 2  # order of the polynomials
+FEWEST = 40  # samples of a run from which its noise is known
+NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
+FOURTH_DIFFERENCE = np.sqrt(70.0)  # of white noise, over its standard deviation
+LIKELY = 1.35  # root mean square about a parabola over what noise alone would leave
+QUIET, LOUD = 1e-5, 0.01  # of the input's range: what is less, or more, is no noise of a sensor
+OPPOSED = -0.5  # correlation of neighbouring fourth differences, of which noise has -0.8
+ALIKE = 8.0  # autocorrelation of fourth differences, over its error, that noise never has
 
 
 def thinned(data: MeasurementSet) -> MeasurementSet:
@@ -42,21 +50,7 @@ def _thin(run: Run, wanted: float) -> Run:
     return replace(run, columns={name: values[::step] for name, values in run.columns.items()})
 
 
-Array = NDArray[np.float64]
-
-DRIVING = ("pressure", "stretch")
-WINDOWS = (5, 7, 11, 17, 25)  # samples; the widest that fits is taken
-CURVATURE = 2  # order of the polynomials
-FEWEST = 40  # samples of a run from which its noise is known
-NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
-FOURTH_DIFFERENCE = np.sqrt(70.0)  # of white noise, over its standard deviation
-LIKELY = 1.35  # root mean square about a parabola over what noise alone would leave
-QUIET, LOUD = 1e-5, 0.01  # of the input's range: what is less, or more, is no noise of a sensor
-OPPOSED = -0.5  # correlation of neighbouring fourth differences, of which noise has -0.8
-ALIKE = 8.0  # autocorrelation of fourth differences, over its error, that noise never has
-
-
-def steadied(data: MeasurementSet) -> MeasurementSet:
+def without_input_noise(data: MeasurementSet) -> MeasurementSet:
     """The set with the noise of the input taken off, in experiments that an input drives."""
     if not data.has_time:
         return data

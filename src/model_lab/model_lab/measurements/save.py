@@ -1,4 +1,4 @@
-"""Writing a measurement set to a folder in the layout that `loading` reads."""
+"""Writing of a measurement set to a folder in the layout that `load` reads."""
 
 from __future__ import annotations
 

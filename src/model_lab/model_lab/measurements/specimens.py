@@ -1,4 +1,4 @@
-"""Specimens of a measurement set, and what a model asks of them."""
+"""Specimens of a measurement set: reading their entries, and what a model requires of them."""
 
 from __future__ import annotations
 
@@ -6,39 +6,27 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from softhand_model.hand.actuator import read_profile
 from softhand_model.yaml_document import DocumentError, Node, named_entries, open_fields
 
-Array = NDArray[np.float64]
-
 DOCUMENT = "experiment.yaml"
-UNITS = {
-    "length": "m",
-    "height": "m",
-    "width": "m",
-    "wall": "m",
-    "side_wall": "m",
-    "shear_modulus": "Pa",
-    "mass": "kg",
-    "gauge_length": "m",
-}  # of the keys that models know
+KNOWN = {
+    "length": ("m", "0.09"),
+    "height": ("m", "0.02"),
+    "width": ("m", "0.02"),
+    "wall": ("m", "0.0025"),
+    "side_wall": ("m", "0.0025"),
+    "shear_modulus": ("Pa", "67000.0"),
+    "mass": ("kg", "0.035"),
+    "gauge_length": ("m", "0.033"),
+}  # keys that models know: unit, and an example
 PROFILES = ("height", "width")  # may vary along the specimen
 TAPER_POINTS = 65  # of a taper; straight lines between them miss that of P10 by 0.1 %
 MAY_VANISH = ("side_wall", "mass")
 MOUNTS = ("bending_plane_level", "base_up", "base_down")
-EXAMPLES = {
-    "length": "0.09",
-    "height": "0.02",
-    "width": "0.02",
-    "wall": "0.0025",
-    "side_wall": "0.0025",
-    "shear_modulus": "67000.0",
-    "mass": "0.035",
-    "gauge_length": "0.033",
-}
 
 
 def read_specimens(node: Node) -> dict[str, Specimen]:
@@ -53,7 +41,7 @@ def require_keys(data: MeasurementSet, specimen: Specimen, keys: Iterable[str], 
     """Raise DocumentError unless a specimen has numbers for all the keys; why: who needs them."""
     for key in keys:
         if key not in specimen.values:
-            unit = f" [{UNITS[key]}]" if key in UNITS else ""
+            unit = f" [{KNOWN[key][0]}]" if key in KNOWN else ""
             raise DocumentError(
                 f"{data.folder / DOCUMENT}: specimens.{specimen.name}: expected the key {key}{unit}"
                 f", which {why} needs, got {', '.join(specimen.values) or 'none'}; {_mend(key)}"
@@ -61,7 +49,7 @@ def require_keys(data: MeasurementSet, specimen: Specimen, keys: Iterable[str], 
 
 
 def _mend(key: str) -> str:
-    add = f"add it, such as {key}: {EXAMPLES[key]}" if key in EXAMPLES else "add it"
+    add = f"add it, such as {key}: {KNOWN[key][1]}" if key in KNOWN else "add it"
     other = "take --model linear for an actuator of another kind"
     return add if key == "mass" else f"{add}, or {other}"
 
@@ -86,11 +74,11 @@ def document_of(folder: Path) -> Path:
 
 
 def _specimen(name: str, node: Node) -> Specimen:
-    entries = open_fields(node, optional=[*UNITS, "mount", "batch"])
+    entries = open_fields(node, optional=[*KNOWN, "mount", "batch"])
     values: dict[str, float | Array] = {}
     notes: dict[str, object] = {}
     for key, entry in entries.items():
-        if key in UNITS:
+        if key in KNOWN:
             values[key] = _known(key, entry, entries.get("length"))
         elif _is_number(entry.value):
             values[key] = entry.number()

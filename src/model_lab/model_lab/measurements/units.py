@@ -1,7 +1,4 @@
-"""Units of measured columns, any that pint knows, converted to SI, and units in which people read.
-
-Units in which people read: degrees, kilopascal, milligram.
-"""
+"""Units of measured columns, any that pint knows, and units in which people read."""
 
 from __future__ import annotations
 
@@ -12,35 +9,20 @@ from typing import Any
 
 import numpy as np
 import pint
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from model_lab.aliases import Array
 
 COLUMN_UNITS = {
-    "time": "s",
-    "pressure": "Pa",
+    **dict.fromkeys(("time", "duration"), "s"),
+    **dict.fromkeys(("pressure", "p_in", "p_out", "stress"), "Pa"),
+    **dict.fromkeys(("friction_integral", "injector_integral"), "Pa s"),
+    **dict.fromkeys(("torque_x", "torque_y", "torque_z"), "N m"),
+    **dict.fromkeys(("tip_x", "tip_y", "tip_z"), "m"),
+    **dict.fromkeys(("tip_qx", "tip_qy", "tip_qz", "tip_qw", "stretch", "direction"), ""),
     "temperature": "K",
     "tip_angle": "rad",
     "tip_force": "N",
-    "stretch": "",
-    "stress": "Pa",
-    "direction": "",
-    "duration": "s",
-    "p_in": "Pa",
-    "p_out": "Pa",
-    "friction_integral": "Pa s",
-    "injector_integral": "Pa s",
     "mass": "kg",
-    "torque_x": "N m",
-    "torque_y": "N m",
-    "torque_z": "N m",
-    "tip_x": "m",
-    "tip_y": "m",
-    "tip_z": "m",
-    "tip_qx": "",
-    "tip_qy": "",
-    "tip_qz": "",
-    "tip_qw": "",
 }  # those whose quantity is known; any other column may have any unit
 REMEMBERED = 256  # units of a set, looked up once
 

@@ -1,4 +1,4 @@
-"""A comparison as text that a person reads, and as JSON."""
+"""Text and JSON of a comparison, and of a ladder of models."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 
 from model_lab.comparison.compare import Accuracy, Comparison, Part
+from model_lab.comparison.ladder import Ladder, Rung
 from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
 from model_lab.localisation.axes import DRIVING
 from model_lab.localisation.localise import SIGNIFICANCE, Dependence
 from model_lab.measurements.units import Display, display_of
 from model_lab.report.text import text_table
 
-FORMAT = "softhand-comparison/1"
+FORMAT, LADDER_FORMAT = "softhand-comparison/1", "softhand-ladder/1"
+BAR = 40  # characters of the largest error on a ladder
 MOST_RUNS = 24  # that are listed; of more only the worst
 WORST_RUNS = 12
 MANY_TIMES = 10.0
@@ -291,4 +293,64 @@ def _relation_json(found: Comparison) -> dict[str, Any] | None:
         "lag": relation.lag,
         "correlation": relation.correlation,
         "strongest": [{"lag": lag, "correlation": value} for lag, value in strongest],
+    }
+
+
+# ---------------------------------------------------------------------- ladder
+def ladder_text(ladder: Ladder) -> str:
+    """What `ladder` prints."""
+    display, floor = display_of(ladder.data.unit), ladder.floor
+    largest = max(rung.errors.held_out.rmse for rung in ladder.rungs)
+    unit = f"[{display.unit}]"
+    rows = [["model", f"held out {unit}", "fit", f"all data {unit}", "over floor", ""]]
+    for rung in ladder.rungs:
+        held_out, as_is = rung.errors.held_out, rung.errors.as_is
+        rows.append(
+            [
+                rung.name,
+                display.number(held_out.rmse),
+                f"{held_out.fit:.1f} %",
+                display.number(as_is.rmse),
+                f"{held_out.rmse / floor.total:.1f}",
+                _bar(held_out.rmse / largest),
+            ]
+        )
+    rows.append(
+        ["noise floor", display.number(floor.total), "", "", "", _bar(floor.total / largest)]
+    )
+    title = ladder.data.title or ladder.data.experiment
+    return f"{title}\n\n{text_table(rows)}\n"
+
+
+def ladder_json(ladder: Ladder) -> dict[str, Any]:
+    """What `ladder --json` writes; all in SI units."""
+    floor = ladder.floor
+    return {
+        "format": LADDER_FORMAT,
+        "experiment": ladder.data.experiment,
+        "unit": ladder.data.unit,
+        "holdout": ladder.best.errors.holdout,
+        "noise_floor": floor.total,
+        "noise_floor_upper": floor.upper,
+        "noise_floor_parts": {"within": floor.within, "between": floor.between},
+        "best": ladder.best.name,
+        "models": [_rung_json(rung) for rung in ladder.rungs],
+    }
+
+
+def _bar(share: float) -> str:
+    return "#" * max(round(BAR * share), 1)
+
+
+def _rung_json(rung: Rung) -> dict[str, Any]:
+    errors = rung.errors
+    return {
+        "model": rung.name,
+        "base": errors.model.base,
+        "effects": [effect.name for effect in errors.model.effects],
+        "calibration": errors.calibration,
+        "rmse": errors.as_is.rmse,
+        "rmse_heldout": errors.held_out.rmse,
+        "fit_percent": errors.as_is.fit,
+        "fit_percent_heldout": errors.held_out.fit,
     }

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
+from model_lab.measurements.sample_table import Series
 from model_lab.report.drawing import COLOURS, Drawing, by_rows, light_grid, line_handle, thinned
-from model_lab.report.view import Panel, Trace, View
-
-Array = NDArray[np.float64]
+from model_lab.report.view import Panel, View
 
 MOST_PANELS = 36
 SHAPES = (
@@ -67,8 +65,8 @@ def draw_panels(figure: Figure, view: View, panels: Sequence[Panel], columns: in
     name, display, abscissa = view.abscissa()
     for axes, panel in zip(grid.flat, panels, strict=False):
         light_grid(axes)
-        for trace in panel.traces:
-            _draw_trace(axes, view, trace, display.factor * abscissa[trace.run])
+        for course in panel.courses:
+            _draw_course(axes, view, course, display.factor * abscissa[course.run])
         axes.set_title(
             _short(panel.title, columns), loc="left", pad=3, fontsize=TITLES.get(columns)
         )
@@ -89,9 +87,9 @@ def _output_name(view: View) -> str:
     return outputs[0].replace("_", " ") if len(outputs) == 1 else "torque on the base"
 
 
-def _draw_trace(axes: Axes, view: View, trace: Trace, at: Array) -> None:
+def _draw_course(axes: Axes, view: View, course: Series, at: Array) -> None:
     factor = view.display.factor
-    measured = factor * view.measured[trace.samples]
+    measured = factor * view.measured[course.samples]
     dots = thinned(len(at), DOTS)
     axes.plot(
         at[dots],
@@ -104,7 +102,7 @@ def _draw_trace(axes: Axes, view: View, trace: Trace, at: Array) -> None:
     )
     kept = dots if view.data.experiment == "valve_pulse" else thinned(len(at))
     for label, scored in view.models:
-        line = factor * view.predicted(scored)[trace.samples][kept]
+        line = factor * view.predicted(scored)[course.samples][kept]
         axes.plot(at[kept], line, color=COLOURS[label], **_style(view, label))
 
 

@@ -16,9 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from model_lab.aliases import Indices
 
 # Okabe and Ito's colours, told apart by colour-blind readers too
 COLOURS = {
@@ -112,7 +111,7 @@ def _coarse(text: str) -> str:
     return re.sub(r'\s(?:d|x|y|transform)="[^"]*"', rounded, text)
 
 
-def thinned(count: int, most: int = MOST_POINTS) -> NDArray[np.intp]:
+def thinned(count: int, most: int = MOST_POINTS) -> Indices:
     """Indices (n,) of at most so many of `count` points, evenly and with both ends."""
     if count <= most:
         return np.arange(count)

@@ -52,7 +52,7 @@ def draw_ladder(axes: Axes, view: View) -> None:
     axes.barh(places, lengths, height=0.62, color=colours)
     for place, length, step in zip(places, lengths, view.steps, strict=True):
         text = view.display.shown(step.rmse)
-        end = max(length, factor * view.outcome.question.floor.upper)  # clear of the strip
+        end = max(length, factor * view.outcome.problem.floor.upper)  # clear of the strip
         axes.annotate(text, (end, place), (4, 0), textcoords="offset points", va="center")
     _floor(axes, view)
     axes.set_yticks(places, [step.label for step in view.steps])
@@ -65,7 +65,7 @@ def draw_ladder(axes: Axes, view: View) -> None:
 
 def _floor(axes: Axes, view: View) -> None:
     """The noise floor, from its value to its upper bound."""
-    factor, floor = view.display.factor, view.outcome.question.floor
+    factor, floor = view.display.factor, view.outcome.problem.floor
     light_grid(axes, "x")
     axes.axvspan(
         factor * floor.total, factor * floor.upper, color=COLOURS["floor"], alpha=0.25, lw=0
@@ -175,18 +175,18 @@ def _end_of_scale(rows: Sequence[Row], before: float) -> float:
 
 def rest(view: View) -> Drawing | None:
     """Held-out error of black boxes on top of the last model; None when none could be tried."""
-    rivals = view.outcome.rivals
-    if not rivals:
+    black_boxes = view.outcome.black_boxes
+    if not black_boxes:
         return None
     final = view.outcome.selection.final.held_out.rmse
     against = view.diagnosis.unexplained.against
     rows = [
         Row(
-            rival.name.replace("_", " "),
-            rival.rmse,
-            "tied" if rival.against in against else "other",
+            black_box.name.replace("_", " "),
+            black_box.rmse,
+            "tied" if black_box.against in against else "other",
         )
-        for rival in rivals
+        for black_box in black_boxes
     ]
     caption = (
         "Held-out error when a black box (a flexible curve without physics) of one kind of input "

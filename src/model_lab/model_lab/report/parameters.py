@@ -6,13 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.diagnosis.result import Estimate, estimate
 from model_lab.report.drawing import COLOURS, Drawing
 from model_lab.report.view import View
-
-Array = NDArray[np.float64]
 
 MOST = 14  # parameters in the figure: one factor a specimen may be many
 ROW = 0.55  # [in]
@@ -21,7 +19,7 @@ STRONG = 0.9  # correlation that is worth a word
 
 def parameter_estimates(view: View) -> dict[str, Estimate]:
     """Estimates of the calibration and of all effects of the best model, by name."""
-    fitted = view.best.fit.problem.forward.parameters
+    fitted = view.best.fit.likelihood.parameters
     return {entry.name: estimate(view.best, index) for index, entry in enumerate(fitted)}
 
 
@@ -38,7 +36,7 @@ def parameters(view: View) -> Drawing | None:
     if count == 0:
         return None
     shown = list(range(count))[-MOST:]  # those of effects come last
-    names = [entry.name for entry in view.best.fit.problem.forward.parameters]
+    names = [entry.name for entry in view.best.fit.likelihood.parameters]
     caption = (
         "Every fitted parameter with its 95 % interval; the grey bar is the range in which the "
         "parameter is usually found."
@@ -79,7 +77,7 @@ def _draw(figure: Figure, view: View, shown: list[int]) -> None:
 
 
 def _draw_interval(axes: Axes, view: View, index: int) -> None:
-    parameter = view.best.fit.problem.forward.parameters[index]
+    parameter = view.best.fit.likelihood.parameters[index]
     found = estimate(view.best, index)
     colour = COLOURS["other"] if parameter.effect is None else COLOURS["after"]
     axes.hlines(0.0, *parameter.typical, color="#DDDDDD", linewidth=9)
@@ -103,7 +101,7 @@ def _draw_interval(axes: Axes, view: View, index: int) -> None:
 
 def _draw_correlation(axes: Axes, view: View, shown: list[int]) -> None:
     matrix = correlation(view)[np.ix_(shown, shown)]
-    names = [view.best.fit.problem.forward.parameters[index].name for index in shown]
+    names = [view.best.fit.likelihood.parameters[index].name for index in shown]
     short = [name.partition(".")[2] or name for name in names]
     axes.imshow(matrix, cmap="PuOr", vmin=-1.0, vmax=1.0)
     axes.set_xticks(range(len(short)), short, rotation=35, ha="right")

@@ -42,7 +42,7 @@ def _most_improved(view: View) -> list[Panel]:
     error = view.before.held_out.residual
 
     def size(panel: Panel) -> float:
-        return float(np.mean([np.mean(error[trace.samples] ** 2) for trace in panel.traces]))
+        return float(np.mean([np.mean(error[course.samples] ** 2) for course in panel.courses]))
 
     panels = view.panels()
     largest = sorted(panels, key=size)[-SHOWN:]

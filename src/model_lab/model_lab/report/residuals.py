@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array, IntArray
 from model_lab.localisation.axes import Axis
 from model_lab.localisation.bins import Bins
 from model_lab.localisation.localise import RUNS, Dependence, Localisation, localise
@@ -23,8 +23,6 @@ from model_lab.report.drawing import (
 )
 from model_lab.report.sentences import listed
 from model_lab.report.view import View
-
-Array = NDArray[np.float64]
 
 DOTS = 260  # samples of a panel that are drawn
 COLUMNS = 3
@@ -166,7 +164,7 @@ def _names(bins: Bins) -> tuple[str, ...]:
     return ()
 
 
-def _places(bins: Bins, values: Array, index: NDArray[np.int64]) -> Array:
+def _places(bins: Bins, values: Array, index: IntArray) -> Array:
     """Where values of an axis are drawn; index: of their bins."""
     if _names(bins):
         return values if bins.axis.categories else index.astype(float)

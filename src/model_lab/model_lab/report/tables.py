@@ -1,9 +1,9 @@
-"""Tables of a report as HTML."""
+"""Tables of a report as plain text; those without rows are not shown."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,21 +21,21 @@ SOURCES = {
 }
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; cells are plain text, those after the first that are numbers stand to the right."""
-    body = "".join(f"<tr>{''.join(_cell(text) for text in row)}</tr>" for row in rows)
-    top = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
-    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+class Table(NamedTuple):
+    """A table of plain text."""
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
 
 
-def _cell(text: str) -> str:
-    number = text[:1].isdigit() or (text[:1] in "-+" and text[1:2].isdigit())
-    return f"<td{' class=n' if number else ''}>{escape(text)}</td>"
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number, which stands to the right."""
+    return cell[:1].isdigit() or (cell[:1] in "-+" and cell[1:2].isdigit())
 
 
-def before_and_after(view: View) -> str:
+def before_and_after(view: View) -> Table:
     """Errors of both models beside the floor."""
-    floor = view.outcome.question.floor
+    floor = view.outcome.problem.floor
     shown = view.display.shown
     found = [view.accuracy(scored) for _, scored in view.models]
     rows = [
@@ -46,12 +46,16 @@ def before_and_after(view: View) -> str:
         ["largest held-out error", *(shown(entry.largest) for entry in found)],
         ["free parameters", *(str(len(scored.fit.values)) for _, scored in view.models)],
     ]
-    head = ["", "before", "after"] if view.after else ["", "model"]
-    note = (
+    return Table(["", "before", "after"] if view.after else ["", "model"], rows)
+
+
+def floor_note(view: View) -> str:
+    """The noise floor in a sentence."""
+    floor, shown = view.outcome.problem.floor, view.display.shown
+    return (
         f"Noise floor {shown(floor.total)} (95 % bound {shown(floor.upper)}), "
         f"{SOURCES.get(floor.source, floor.source)}{_floor_parts(view)}."
     )
-    return f"{table(head, rows)}<p>{escape(note)}</p>"
 
 
 def _ratio(value: float) -> str:
@@ -61,33 +65,29 @@ def _ratio(value: float) -> str:
 
 def _floor_parts(view: View) -> str:
     """The parts of the floor, as far as the set tells them."""
-    floor, shown = view.outcome.question.floor, view.display.shown
+    floor, shown = view.outcome.problem.floor, view.display.shown
     if floor.source != REPEATS:
         return "; what differs from run to run is not known"
     return f"; {shown(floor.within)} within a run, {shown(floor.between)} between runs"
 
 
-def runs(view: View) -> str:
+def runs(view: View) -> Table:
     """Held-out error of every run."""
     head = ["run", "specimen", "protocol", "temperature", "samples"]
     head += ["error before", "error after"] if view.after else ["error"]
     rows = []
-    traces = view.traces()
     for index, run in enumerate(view.data.runs):
-        mine = [trace.samples for trace in traces if trace.run == index]
-        errors = [
-            np.sqrt(np.mean(np.concatenate([scored.held_out.residual[s] for s in mine]) ** 2))
-            for _, scored in view.models
-        ]
+        mine = view.data.table.run == index
+        errors = [np.sqrt(np.mean(s.held_out.residual[mine] ** 2)) for _, s in view.models]
         warm = display_of("K").shown(run.temperature)
         rows.append(
             [run.name, run.specimen, run.protocol, warm, str(run.samples)]
             + [view.display.shown(float(error)) for error in errors]
         )
-    return table(head, rows)
+    return Table(head, rows)
 
 
-def failures(view: View) -> str:
+def failures(view: View) -> Table | None:
     """Where the model as it was fails."""
     titles = {axis.name: axis_title(axis) for axis in axes_of(view.data)}
     rows = [
@@ -100,10 +100,10 @@ def failures(view: View) -> str:
         for entry in view.diagnosis.failures
     ]
     head = ["against", "where", "share of the error", "p-value"]
-    return table(head, rows) if rows else ""
+    return Table(head, rows) if rows else None
 
 
-def ranking(view: View) -> str:
+def ranking(view: View) -> Table:
     """Every effect that was tried alone."""
     rows = [
         [
@@ -116,10 +116,10 @@ def ranking(view: View) -> str:
         for entry in view.diagnosis.ranking
     ]
     head = ["effect", "held-out error", "BIC against without", "p-value", "plausible"]
-    return table(head, rows)
+    return Table(head, rows)
 
 
-def parameters(view: View) -> str:
+def parameters(view: View) -> Table:
     """Every fitted parameter of the best model."""
     rows = [
         [
@@ -131,24 +131,24 @@ def parameters(view: View) -> str:
         ]
         for name, entry in parameter_estimates(view).items()
     ]
-    return table(["parameter", "value", "standard error", "95 % interval", "unit"], rows)
+    return Table(["parameter", "value", "standard error", "95 % interval", "unit"], rows)
 
 
-def not_visible(view: View) -> str:
+def not_visible(view: View) -> Table | None:
     """Effects on which these data are silent, together by reason."""
     by_reason: dict[str, list[str]] = {}
     for entry in view.diagnosis.not_visible:
         by_reason.setdefault(entry.reason, []).append(entry.name)
     rows = [[reason, ", ".join(names)] for reason, names in by_reason.items()]
-    return table(["reason", "effects"], rows) if rows else ""
+    return Table(["reason", "effects"], rows) if rows else None
 
 
-def detectable(view: View) -> str:
+def detectable(view: View) -> Table | None:
     """The weakest value of each effect that would have shown."""
-    classes = view.outcome.question.classes
+    classes = view.outcome.problem.classes
     rows = []
     for entry in view.diagnosis.detectable:
         units = {parameter.name: parameter.unit for parameter in classes[entry.name].parameters}
         value = display_of(units[entry.parameter]).shown(entry.smallest, 2)
         rows.append([entry.name, entry.parameter, value])
-    return table(["effect", "parameter", "weakest that would have shown"], rows) if rows else ""
+    return Table(["effect", "parameter", "weakest that would have shown"], rows) if rows else None

@@ -1,9 +1,4 @@
-"""A diagnosis, and an effect that was added, as text that a person reads.
-
-A diagnosis as text that a person reads.
-
-What `add` says of the effect that it added.
-"""
+"""Text and JSON of a diagnosis, of an addition and of a proposed experiment."""
 
 from __future__ import annotations
 
@@ -28,6 +23,11 @@ from model_lab.measurements.save import (
 )
 from model_lab.measurements.units import display_of
 from model_lab.report.sentences import effect_words, listed, tie_sentences, verdict_sentence
+
+ADDITION_FORMAT, PLAN_FORMAT = "softhand-addition/1", "softhand-plan/1"
+MOST_RANKED = 8
+COURSE, PART = "next.csv", "experiment-part.yaml"
+REPEATS = ("next_a", "next_b")
 
 
 def text_table(rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
@@ -54,9 +54,6 @@ def _is_number(cell: str) -> bool:
     return (
         not text or text.lstrip("-").replace(".", "", 1).replace("e-", "").isdigit() or text == "-"
     )
-
-
-MOST_RANKED = 8
 
 
 def diagnosis_text(diagnosis: Diagnosis) -> str:
@@ -124,14 +121,11 @@ def _next_experiment(diagnosis: Diagnosis) -> str:
     return "" if planned is None else proposal_text(planned)
 
 
-FORMAT = "softhand-addition/1"
-
-
 def addition_text(addition: Addition, path: Path) -> str:
     """What is printed."""
-    display = display_of(addition.question.data.unit)
+    display = display_of(addition.problem.data.unit)
     before, after = addition.before.held_out.rmse, addition.after.held_out.rmse
-    floor = display.shown(addition.question.floor.total)
+    floor = display.shown(addition.problem.floor.total)
     if after < before:
         error = (
             f"The held-out error falls from {display.shown(before)} to {display.shown(after)}; "
@@ -148,7 +142,7 @@ def addition_text(addition: Addition, path: Path) -> str:
 def _added(addition: Addition) -> str:
     """The effect with its values; of a generic term they say nothing."""
     name = addition.effect.name
-    if addition.question.classes[name].physical:
+    if addition.problem.classes[name].physical:
         return effect_words(addition.effect)
     return f"{name}, {NOT_PHYSICS}: it says how far the model is off, not why"
 
@@ -156,21 +150,16 @@ def _added(addition: Addition) -> str:
 def addition_json(addition: Addition, path: str) -> dict[str, Any]:
     """What `--json` writes; all in SI units."""
     return {
-        "format": FORMAT,
+        "format": ADDITION_FORMAT,
         "model": path,
         "effect": asdict(addition.effect),
-        "physical": addition.question.classes[addition.effect.name].physical,
+        "physical": addition.problem.classes[addition.effect.name].physical,
         "calibration": addition.model.calibration,
         "rmse_before": addition.before.held_out.rmse,
         "rmse_after": addition.after.held_out.rmse,
-        "noise_floor": addition.question.floor.total,
-        "unit": addition.question.data.unit,
+        "noise_floor": addition.problem.floor.total,
+        "unit": addition.problem.data.unit,
     }
-
-
-FORMAT = "softhand-plan/1"
-COURSE, PART = "next.csv", "experiment-part.yaml"
-REPEATS = ("next_a", "next_b")
 
 
 def plan_text(diagnosis: Diagnosis) -> str:
@@ -190,7 +179,7 @@ def proposal_text(planned: Mapping[str, Any]) -> str:
 def plan_json(diagnosis: Diagnosis, files: list[Path]) -> dict[str, Any]:
     """What `--json` writes; all in SI units."""
     return {
-        "format": FORMAT,
+        "format": PLAN_FORMAT,
         "experiment": diagnosis.experiment,
         "verdict": diagnosis.verdict,
         "effects": [effect.name for effect in diagnosis.effects],

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from model_lab.aliases import Array
 from model_lab.comparison.compare import Accuracy, accuracy
 from model_lab.diagnosis.diagnose import Outcome
 from model_lab.diagnosis.result import EFFECTS_MISSING, Diagnosis
 from model_lab.diagnosis.search import Scored, Unseen, score_with
-from model_lab.fitting.problem import Question
-from model_lab.localisation.axes import driving_input, resting_share
+from model_lab.fitting.problem import FitProblem
+from model_lab.localisation.axes import resting_share
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet
+from model_lab.measurements.sample_table import Series
 from model_lab.measurements.units import Display, display_of
-
-Array = NDArray[np.float64]
 
 MOSTLY = 0.5  # share of samples at rest, from which curves over pressure are heaps of dots
 TIME_SHOWS = {"time_since_step", "time_in_run", "pressure_rate", "direction"}
-
-
-@dataclass(frozen=True)
-class Trace:
-    """One output of one run: its samples in the layout of the set."""
-
-    run: int
-    output: int
-    samples: slice
 
 
 @dataclass(frozen=True)
@@ -37,7 +26,7 @@ class Panel:
     """Runs that repeat each other, seen by one output."""
 
     title: str
-    traces: tuple[Trace, ...]
+    courses: tuple[Series, ...]
 
 
 @dataclass(frozen=True)
@@ -59,13 +48,13 @@ class View:
     steps: tuple[Step, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        steps = _ladder(self.outcome.question, self.before, self.after)
+        steps = _ladder(self.outcome.problem, self.before, self.after)
         object.__setattr__(self, "steps", steps)
 
     @property
     def data(self) -> MeasurementSet:
         """The set; of long recordings as many samples as were searched."""
-        return self.outcome.question.data
+        return self.outcome.problem.data
 
     @property
     def diagnosis(self) -> Diagnosis:
@@ -102,41 +91,26 @@ class View:
     @property
     def measured(self) -> Array:
         """Measured outputs (samples,) in SI units."""
-        return self.before.fit.problem.forward.measured
+        return self.data.table.value
 
     def accuracy(self, scored: Scored) -> Accuracy:
         """How near a model comes to runs that it was not fitted to."""
-        output = [np.full(t.samples.stop - t.samples.start, t.output) for t in self.traces()]
-        return accuracy(self.measured, scored.held_out.residual, np.concatenate(output))
+        return accuracy(self.measured, scored.held_out.residual, self.data.table.output)
 
     def predicted(self, scored: Scored) -> Array:
         """What a model predicts (samples,) for runs that it was not fitted to."""
         return self.measured - scored.held_out.residual
 
-    def traces(self) -> list[Trace]:
-        """All runs and outputs in the order of the samples."""
-        found, start = [], 0
-        for index, run in enumerate(self.data.runs):
-            for output in range(len(self.data.outputs)):
-                found.append(Trace(index, output, slice(start, start + run.samples)))
-                start += run.samples
-        return found
-
     def panels(self) -> list[Panel]:
         """Repeats together, one panel for each output."""
-        by_run: dict[int, list[Trace]] = {}
-        for trace in self.traces():
-            by_run.setdefault(trace.run, []).append(trace)
-        panels = []
-        for group in self.data.groups():
-            for output in range(len(self.data.outputs)):
-                title = self._title(group, output)
-                panels.append(Panel(title, tuple(by_run[run][output] for run in group)))
-        return panels
+        found: dict[tuple[int, int], list[Series]] = {}
+        for course in self.data.table.courses:
+            found.setdefault((course.group, course.output), []).append(course)
+        return [Panel(self._title(found[key][0]), tuple(found[key])) for key in sorted(found)]
 
-    def _title(self, group: Sequence[int], output: int) -> str:
+    def _title(self, first: Series) -> str:
         """Specimen and protocol, as far as they differ in the set; temperature if it varies."""
-        run = self.data.runs[group[0]]
+        run = self.data.runs[first.run]
         parts = [run.protocol] if len(self.data.protocols()) > 1 else []
         if len(self.data.specimens) > 1 or not parts:
             parts.append(run.specimen)
@@ -144,7 +118,7 @@ class View:
         if max(temperatures) - min(temperatures) > 1.0:
             parts.append(display_of("K").shown(run.temperature))
         if len(self.data.outputs) > 1:
-            parts.append(self.data.outputs[output].removeprefix("torque_"))
+            parts.append(self.data.outputs[first.output].removeprefix("torque_"))
         return ", ".join(parts)
 
     def abscissa(self) -> tuple[str, Display, list[Array]]:
@@ -165,7 +139,7 @@ class View:
             return "time", Display("s"), shown
         name = "stretch" if data.experiment == "uniaxial" else "pressure"
         display = Display("-") if name == "stretch" else display_of("Pa")
-        return name, display, [driving_input(run, data.experiment) for run in data.runs]
+        return name, display, [data.driving(run) for run in data.runs]
 
     def _over_time(self) -> bool:
         data = self.data
@@ -177,7 +151,7 @@ class View:
         named = [entry.name for entry in self.diagnosis.effects]
         for names in self.diagnosis.tied:
             named += names
-        classes = self.outcome.question.classes
+        classes = self.outcome.problem.classes
         rest = set(self.diagnosis.unexplained.against)
         return bool(rest & TIME_SHOWS) or any(classes[name].has_memory for name in named)
 
@@ -187,19 +161,17 @@ def _signed(direction: Array, durations: Array) -> Array:
     return np.where(direction == DEFLATE, DEFLATE, INFLATE) * durations
 
 
-def _ladder(question: Question, before: Scored, after: Scored | None) -> tuple[Step, ...]:
+def _ladder(problem: FitProblem, before: Scored, after: Scored | None) -> tuple[Step, ...]:
     """Errors of the model as it was and with each missing effect in turn."""
     naive = {"valve_pulse": "naive flow", "base_torque": "static chain"}
-    base = naive.get(
-        question.data.experiment, "linear base" if question.base == "linear" else "base"
-    )
+    base = naive.get(problem.data.experiment, "linear base" if problem.base == "linear" else "base")
     steps = [Step(" + ".join([base, *before.effects]), before.held_out.rmse)]
     if after is None:
         return tuple(steps)
     added = [name for name in after.effects if name not in before.effects]
     between = before
     for effect in added[:-1]:
-        scored = score_with(question, between, effect)
+        scored = score_with(problem, between, effect)
         if isinstance(scored, Unseen):  # seen only together with the next
             return (*steps, Step("+ " + " + ".join(added), after.held_out.rmse))
         between = scored

@@ -1,0 +1,334 @@
+"""Cases of the benchmark: what is hidden in a set, how it is measured, and what is right to say.
+
+The names seed the sets: a case that is renamed is another set.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from bench.hidden.design import ExtraRun
+from bench.hidden.laws.registry import Parameters
+from bench.hidden.protocols import ONE_RATE_SAMPLES
+from bench.hidden.sets.driven import make_set
+
+NOISES = (0.002, 0.006, 0.015)  # over full scale
+LOW_NOISES, FINEST = NOISES[:2], NOISES[:1]
+SLOW = (0.006,)  # where a diagnosis takes a minute
+STRENGTHS = {"weak": 2.0, "medium": 4.0, "strong": 10.0}
+FORM_STRENGTHS = {"medium": 4.0, "strong": 8.0}
+DRIVEN = ("free_bending", "blocked_tip", "uniaxial")
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What is right to say.
+
+    verdict: adequate, effects_missing or unexplained. names: per hidden law the names of the
+    catalogue that are its family. tied: names that the data cannot tell apart, all of which must
+    come out in one tie (none: no such demand).
+    """
+
+    verdict: str
+    names: tuple[frozenset[str], ...] = ()
+    tied: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case of a row of the benchmark; `ratio` is error before over floor of each law alone."""
+
+    name: str
+    row: str
+    experiment: str
+    hidden: tuple[tuple[str, Parameters], ...]
+    expected: Expected
+    ratio: float | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+    noises: tuple[float, ...] = NOISES
+
+    def make(
+        self, folder: Path, seed: int, noise: float, extra: tuple[ExtraRun, ...] = ()
+    ) -> dict[str, Any]:
+        """Write the set and return its truth, see `make_set`."""
+        more = {"extra": extra} if extra else {}
+        return make_set(
+            folder,
+            self.experiment,
+            [(name, dict(parameters)) for name, parameters in self.hidden],
+            seed=zlib.crc32(self.name.encode()) % 2**20 * 1000 + seed,
+            noise=noise,
+            ratio=self.ratio,
+            **self.options,
+            **more,
+        )
+
+
+def visible(truth: Mapping[str, Any]) -> bool:
+    """Whether what is hidden shows: each law alone at least twice the floor, or as asked."""
+    return all(ratio >= 1.95 for ratio in [*truth["ratios"], truth["ratio"]])
+
+
+ADEQUATE, UNEXPLAINED = Expected("adequate"), Expected("unexplained")
+
+
+def named(*families: tuple[str, ...]) -> Expected:
+    """One effect of each of these families must be named."""
+    return Expected("effects_missing", tuple(map(frozenset, families)))
+
+
+def _hidden(*laws: str) -> tuple[tuple[str, Parameters], ...]:
+    return tuple((law, {}) for law in laws)
+
+
+# ---------------------------------------------------------------------- effects of the catalogue
+# the design in which an effect shows, where it is not the standard one
+DESIGN = {
+    "mullins_softening": "recovered",
+    "ogden_roxburgh": "recovered",
+    "temperature_modulus": "temperatures",
+    "arrhenius": "temperatures",
+    "gravity": "mounts",
+    "tip_heavy": "mounts",
+    "thick_wall": "walls",
+    "rational_thick_wall": "walls",
+}
+CATALOGUE = {
+    "free_bending": "gent_stiffening yeoh_stiffening viscoelasticity tube_lag hysteresis "
+    "mullins_softening pressure_offset dead_zone section_rounding temperature_modulus gravity "
+    "thick_wall actuation_nonlinearity angle_offset angle_sensor_lag",
+    "blocked_tip": "pressure_offset pressure_gain tube_lag dead_zone section_rounding "
+    "gauge_compliance tip_friction force_offset",
+    "uniaxial": "gent_stiffening yeoh_stiffening mooney_rivlin viscoelasticity hysteresis "
+    "mullins_softening temperature_modulus",
+    "valve_pulse": "line_friction switching_volume pulse_bias valve_delay leakage",
+    "base_torque": "bend_twist_coupling passive_layer_slack",
+}
+
+
+def _designed(experiment: str, *laws: str) -> dict[str, Any]:
+    """The design in which all of the laws show, for experiments that have designs."""
+    special = [DESIGN[law] for law in laws if law in DESIGN]
+    return {"design": special[0] if special else "standard"} if experiment in DRIVEN else {}
+
+
+def catalogue(experiment: str, noises: tuple[float, ...] = NOISES) -> Iterator[Case]:
+    """Every effect of the catalogue that is visible in an experiment, at three strengths."""
+    for law, (word, ratio) in product(CATALOGUE[experiment].split(), STRENGTHS.items()):
+        name, options = f"{experiment}/{law}/{word}", _designed(experiment, law)
+        yield Case(
+            name, "catalogue", experiment, _hidden(law), named((law,)), ratio, options, noises
+        )
+
+
+def _fixed_strength(
+    experiment: str, law: str, noises: tuple[float, ...], options: Mapping[str, Any]
+) -> Case:
+    """An effect without a strength of its own; it does not show above these noises."""
+    name, hidden = f"{experiment}/{law}", _hidden(law)
+    return Case(name, "catalogue", experiment, hidden, named((law,)), 2.0, options, noises)
+
+
+# ---------------------------------------------------------------------- the same in another form
+STIFFENING = "gent_stiffening yeoh_stiffening"
+FORMS = {  # law: its family
+    "ogden": STIFFENING,
+    "arruda_boyce": STIFFENING,
+    "fung": STIFFENING,
+    "gent_thomas": "mooney_rivlin",
+    "two_modes": "viscoelasticity",
+    "power_law": "viscoelasticity",
+    "bouc_wen": "hysteresis",
+    "plays": "hysteresis",
+    "ogden_roxburgh": "mullins_softening",
+    "second_order_tube": "tube_lag",
+    "orifice_tube": "tube_lag",
+    "soft_dead_zone": "dead_zone",
+    "curved_zero": "pressure_offset",
+    "arrhenius": "temperature_modulus",
+    "rational_rounding": "section_rounding",
+    "tip_heavy": "gravity",
+    "rational_thick_wall": "thick_wall",
+    "cascaded_sensor": "angle_sensor_lag",
+    "hardening_gauge": "gauge_compliance",
+    "smooth_tip_friction": "tip_friction",
+    "compressible_line": "line_friction",
+    "orifice_leak": "leakage",
+    "pressed_valve": "valve_delay switching_volume",
+    "warm_dead_volume": "switching_volume",
+}
+FORMS_IN = {
+    "free_bending": "ogden arruda_boyce fung two_modes power_law bouc_wen plays ogden_roxburgh "
+    "second_order_tube orifice_tube soft_dead_zone curved_zero arrhenius rational_rounding "
+    "tip_heavy rational_thick_wall cascaded_sensor",
+    "blocked_tip": "second_order_tube orifice_tube soft_dead_zone curved_zero rational_rounding "
+    "hardening_gauge smooth_tip_friction",
+    "uniaxial": "ogden arruda_boyce fung gent_thomas two_modes power_law bouc_wen plays "
+    "ogden_roxburgh arrhenius",
+    "valve_pulse": "compressible_line orifice_leak pressed_valve warm_dead_volume",
+}
+
+
+def other_forms(experiment: str) -> Iterator[Case]:
+    """The same family in another functional form."""
+    for law, (word, ratio) in product(FORMS_IN[experiment].split(), FORM_STRENGTHS.items()):
+        name, family = f"form/{experiment}/{law}/{word}", named(tuple(FORMS[law].split()))
+        options = _designed(experiment, law)
+        yield Case(name, "other form", experiment, _hidden(law), family, ratio, options)
+
+
+# ---------------------------------------------------------------------- two effects at once
+PAIRS = {
+    "free_bending": "gent_stiffening+tube_lag gent_stiffening+angle_offset "
+    "gent_stiffening+dead_zone gent_stiffening+temperature_modulus gent_stiffening+gravity "
+    "yeoh_stiffening+angle_sensor_lag yeoh_stiffening+pressure_offset "
+    "viscoelasticity+pressure_offset viscoelasticity+dead_zone viscoelasticity+angle_offset "
+    "viscoelasticity+temperature_modulus viscoelasticity+gravity viscoelasticity+section_rounding "
+    "hysteresis+pressure_offset hysteresis+tube_lag hysteresis+angle_offset "
+    "hysteresis+temperature_modulus mullins_softening+tube_lag mullins_softening+angle_offset "
+    "thick_wall+tube_lag dead_zone+angle_sensor_lag temperature_modulus+tube_lag "
+    "gravity+dead_zone",
+    "blocked_tip": "pressure_offset+tip_friction tube_lag+force_offset dead_zone+tip_friction "
+    "gauge_compliance+tube_lag",
+    "uniaxial": "gent_stiffening+temperature_modulus viscoelasticity+temperature_modulus "
+    "hysteresis+temperature_modulus yeoh_stiffening+temperature_modulus",
+    "valve_pulse": "injector_flow+switching_volume injector_flow+pulse_bias",
+}
+
+
+def pairs(experiment: str, noises: tuple[float, ...] = LOW_NOISES) -> Iterator[Case]:
+    """Two effects of different stages, each three times the floor alone."""
+    for pair in PAIRS[experiment].split():
+        laws = pair.split("+")
+        name, both = f"pair/{experiment}/{pair}", named(*((law,) for law in laws))
+        options = _designed(experiment, *laws)
+        yield Case(name, "pairs", experiment, _hidden(*laws), both, 3.0, options, noises)
+
+
+# ---------------------------------------------------------------------- nothing hidden
+WAYS: dict[str, dict[str, Any]] = {
+    "repeats": {},
+    "no_repeats": {"repeats": 1, "runs": 6},
+    "no_noise_key": {"with_noise": False},
+    "no_noise_key_no_repeats": {"with_noise": False, "repeats": 1, "runs": 6},
+    "few_runs": {"runs": 4},
+    "correlated": {"correlation": 0.9},
+    "without_time": {"with_time": False},
+    "walls": {"design": "walls"},
+    "temperatures": {"design": "temperatures"},
+    "mounts": {"design": "mounts"},
+    "tapered": {"design": "tapered"},
+    "jitter": {"jitter": 0.01},
+}
+
+
+def nothing(
+    experiment: str, ways: tuple[str, ...], noises: tuple[float, ...] = NOISES
+) -> Iterator[Case]:
+    """Nothing hidden, measured in several ways."""
+    for way in ways:
+        name = f"nothing/{experiment}/{way}"
+        yield Case(name, "nothing", experiment, (), ADEQUATE, None, WAYS[way], noises)
+
+
+# ---------------------------------------------------------------------- outside the catalogue
+FAULTS = (
+    "hard_saturation soft_saturation clock_drift clamp_slip gain_step session_drift "
+    "warming_sensor interference"
+)
+OUTSIDE = {  # laws, and error before over floor
+    "free_bending": (f"snap_through two_leaks {FAULTS}", (3.0, 5.0, 10.0)),
+    "blocked_tip": (f"snap_through two_leaks {FAULTS}", (5.0,)),
+    "uniaxial": (FAULTS, (5.0,)),
+    "valve_pulse": ("sticky_valve saturated_meter stepping_gain wearing_choke", (5.0,)),
+    "base_torque": ("crosstalk", (5.0,)),
+}
+WEARING = ("session_drift", "wearing_choke")  # shows where repeats follow one another at once
+
+
+def outside(experiment: str, noises: tuple[float, ...] = LOW_NOISES) -> Iterator[Case]:
+    """Nothing of the catalogue."""
+    laws, ratios = OUTSIDE[experiment]
+    for law, ratio in product(laws.split(), ratios):
+        name = f"outside/{experiment}/{law}/{ratio:g}"
+        options = {} if experiment == "base_torque" else {"adjacent": law in WEARING}
+        yield Case(name, "outside", experiment, _hidden(law), UNEXPLAINED, ratio, options, noises)
+
+
+# ---------------------------------------------------------------------- ties
+LOOPS: dict[str, dict[str, float]] = {  # memory too short for the samples to resolve
+    "viscoelasticity": {"relaxation_time": 0.3},
+    "tube_lag": {},
+    "hysteresis": {"stretch_scale": 0.01},
+}
+RATES = {"drives": "one_rate", "samples": ONE_RATE_SAMPLES}
+TIED: tuple[tuple[str, str, str, Parameters, dict[str, Any]], ...] = (
+    *(("one_rate", "free_bending", law, given, RATES) for law, given in LOOPS.items()),
+    ("above", "free_bending", "pressure_offset", {}, {"drives": "above"}),
+    ("above", "free_bending", "dead_zone", {}, {"drives": "above"}),
+    ("above", "blocked_tip", "pressure_offset", {}, {"drives": "above"}),
+    ("above", "blocked_tip", "dead_zone", {}, {"drives": "above"}),
+    ("slow", "free_bending", "thick_wall", {}, {"drives": "slow"}),
+    ("slow", "free_bending", "tube_lag", {}, {"drives": "slow"}),
+    ("slow", "free_bending", "angle_sensor_lag", {}, {"drives": "slow"}),
+)
+
+
+def one_rate() -> Iterator[Case]:
+    """Triangles of one rate: loops of different causes look alike (so does a sensor's lag)."""
+    expected = Expected("effects_missing", (frozenset(LOOPS),), frozenset(LOOPS))
+    for law, given in LOOPS.items():
+        name, hidden = f"one_rate/free_bending/{law}", ((law, given),)
+        yield Case(name, "one rate", "free_bending", hidden, expected, 2.0, RATES, LOW_NOISES)
+
+
+def tied() -> Iterator[Case]:
+    """One effect, seen by too few kinds of runs, so that an experiment has to be proposed."""
+    for (word, experiment, law, given, options), ratio in product(TIED, (2.0, 4.0)):
+        name, expected = f"plan/{experiment}/{word}/{law}/{ratio:g}", named((law,))
+        hidden = ((law, dict(given)),)
+        yield Case(name, "plan", experiment, hidden, expected, ratio, options, LOW_NOISES)
+
+
+@lru_cache(maxsize=1)
+def all_cases() -> tuple[Case, ...]:
+    """Every case, by row."""
+    few, choke = ("repeats", "no_repeats", "temperatures"), ("injector_flow",)
+    form_of_choke = Case(
+        "form/valve_pulse/iso_choke",
+        "other form",
+        "valve_pulse",
+        _hidden("iso_choke"),
+        named(choke),
+        2.0,
+        {},
+        FINEST,
+    )
+    return (
+        *(case for experiment in DRIVEN for case in catalogue(experiment)),
+        _fixed_strength("free_bending", "side_wall_integral", LOW_NOISES, {"design": "walls"}),
+        *(case for experiment in DRIVEN for case in other_forms(experiment)),
+        *(case for experiment in DRIVEN for case in pairs(experiment)),
+        *nothing("free_bending", tuple(WAYS)),
+        *nothing("blocked_tip", few),
+        *nothing("uniaxial", few),
+        *(case for experiment in DRIVEN for case in outside(experiment)),
+        *one_rate(),
+        *catalogue("valve_pulse"),
+        _fixed_strength("valve_pulse", "injector_flow", FINEST, {}),  # the choke's bend
+        *other_forms("valve_pulse"),
+        form_of_choke,
+        *pairs("valve_pulse", FINEST),
+        *nothing("valve_pulse", ("repeats", "no_repeats")),
+        *outside("valve_pulse"),
+        *tied(),
+        *catalogue("base_torque", SLOW),
+        *nothing("base_torque", ("repeats",), SLOW),
+        *outside("base_torque", SLOW),
+    )

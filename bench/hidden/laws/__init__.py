@@ -1,0 +1,1 @@
+"""What can be hidden: the registry, and laws by family; importing a family registers it."""

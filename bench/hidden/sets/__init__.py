@@ -1,0 +1,1 @@
+"""Measurement sets with hidden laws, by kind of experiment, written as folders."""

@@ -1,0 +1,333 @@
+"""The commands of `model-lab`: what each is for, its arguments, and what it does.
+
+What a command computes with is imported when it runs, so that `--help` comes at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from model_lab.cli import options
+from model_lab.cli.options import Argument, argument
+from model_lab.cli.progress import Progress
+
+REPORT = "report.html"
+NOISE = 0.006  # of synthesised sets
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command: its help, a longer description, examples, arguments in order, and its work."""
+
+    help: str
+    description: str
+    examples: tuple[str, ...]
+    arguments: tuple[Argument, ...]
+    run: Callable[[argparse.Namespace], None]
+
+
+def compare(arguments: argparse.Namespace) -> None:
+    """Compare, print, and write the JSON."""
+    from model_lab.comparison.compare import compare
+    from model_lab.report.comparison_text import comparison_json, comparison_text
+
+    options.check_json(arguments)
+    model = options.model(arguments)
+    data = options.measurements(arguments)
+    with Progress("comparing") as progress:
+        found = compare(data, model, arguments.seed, progress)
+    print(comparison_text(found, arguments.model), end="")
+    options.save_json(arguments, comparison_json(found, arguments.model))
+
+
+def diagnose(arguments: argparse.Namespace) -> None:
+    """Diagnose, print the verdict, and write JSON and report."""
+    from model_lab.diagnosis.diagnose import diagnose
+    from model_lab.report.text import diagnosis_text
+    from softhand_model.output_file import check_new
+
+    options.check_json(arguments)
+    if arguments.report is not None:
+        check_new(arguments.report / REPORT, arguments.force)
+    model = options.model(arguments)
+    classes = options.classes(arguments, model)
+    data = options.measurements(arguments)
+    with Progress("diagnosing") as progress:
+        outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
+    print(diagnosis_text(outcome.diagnosis), end="")
+    options.save_json(arguments, outcome.diagnosis.as_json())
+    if arguments.report is not None:
+        from model_lab.report import write_report
+
+        arguments.report.mkdir(parents=True, exist_ok=True)
+        write_report(outcome, arguments.report / REPORT, [_again(arguments)])
+
+
+def _again(arguments: argparse.Namespace) -> str:
+    """The line that makes the report again."""
+    words = ["model-lab", "diagnose", str(arguments.data), "--model", arguments.model]
+    for path in arguments.effects:
+        words += ["--effects", str(path)]
+    words += ["--seed", str(arguments.seed), "--report", str(arguments.report), "--force"]
+    return shlex.join(words)
+
+
+def add(arguments: argparse.Namespace) -> None:
+    """Fit, print what was found, and write the model file and the JSON."""
+    from model_lab.comparison.add import add_effect, check_model_file, write_model
+    from model_lab.report.text import addition_json, addition_text
+
+    options.check_json(arguments)
+    check_model_file(arguments.out, arguments.force)
+    model = options.model(arguments)
+    classes = options.classes(arguments, model)
+    data = options.measurements(arguments)
+    with Progress("adding") as progress:
+        addition = add_effect(arguments.effect, data, model, classes, progress)
+    known = {effect.name for effect in addition.model.effects}
+    own = {name: path for name, path in options.files(arguments).items() if name in known}
+    written = replace(addition.model, files={**model.files, **own})
+    fitted_to = data.title or data.experiment
+    comment = f"{arguments.effect} added to {arguments.model}, fitted to {fitted_to}"
+    write_model(arguments.out, written, comment, arguments.force)
+    print(addition_text(addition, arguments.out), end="")
+    options.save_json(arguments, addition_json(addition, str(arguments.out)))
+
+
+def ladder(arguments: argparse.Namespace) -> None:
+    """Compare the models, print the rungs, and write the JSON."""
+    from model_lab.comparison.ladder import compare_models
+    from model_lab.report.comparison_text import ladder_json, ladder_text
+
+    options.check_json(arguments)
+    models = {name: options.named_model(arguments, name) for name in arguments.models}
+    data = options.measurements(arguments)
+    with Progress("comparing") as progress:
+        ladder = compare_models(data, models, progress)
+    print(ladder_text(ladder), end="")
+    options.save_json(arguments, ladder_json(ladder))
+
+
+def plan(arguments: argparse.Namespace) -> None:
+    """Diagnose, print what to do next, and write template and JSON."""
+    from model_lab.diagnosis.diagnose import diagnose
+    from model_lab.measurements.save import check_folder
+    from model_lab.report.text import plan_json, plan_text, write_template
+
+    options.check_json(arguments)
+    if arguments.out is not None:
+        check_folder(arguments.out, arguments.force)
+    model = options.model(arguments)
+    classes = options.classes(arguments, model)
+    data = options.measurements(arguments)
+    with Progress("diagnosing and planning") as progress:
+        outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
+    diagnosis, files = outcome.diagnosis, []
+    print(plan_text(diagnosis), end="")
+    if diagnosis.next_experiment is not None and arguments.out is not None:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        files = write_template(diagnosis.next_experiment, data, arguments.out)
+        print(f"Written: {', '.join(map(str, files))}")
+    options.save_json(arguments, plan_json(diagnosis, files))
+
+
+def synthesize(arguments: argparse.Namespace) -> None:
+    """Make the set and write it."""
+    from model_lab.bench.synthesize import synthesize, write_synthesised
+    from model_lab.measurements.save import check_folder
+
+    options.check_json(arguments)
+    check_folder(arguments.out, arguments.force)
+    own = options.own_classes(arguments) or None
+    experiment = arguments.experiment
+    with Progress("measuring") as progress:
+        made = synthesize(
+            experiment, arguments.seed, arguments.hide, own, arguments.noise, progress
+        )
+    write_synthesised(made, arguments.out, arguments.force)
+    runs = len(made.data.runs)
+    print(f"{arguments.out}: {made.data.title}, {runs} runs; the truth is sealed")
+    content = {"format": "softhand-synthesis/1", "experiment": experiment}
+    options.save_json(arguments, {**content, "folder": str(arguments.out), "runs": runs})
+
+
+def reveal(arguments: argparse.Namespace) -> None:
+    """Open the seal and print what is in it."""
+    from model_lab.bench.synthesize import open_seal
+
+    options.check_json(arguments)
+    truth = open_seal(arguments.folder)
+    for effect in truth["effects"]:
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in effect["parameters"].items())
+        print(f"hidden: {effect['name']} ({values})" if values else f"hidden: {effect['name']}")
+    if not truth["effects"]:
+        print("hidden: nothing")
+    print(f"calibration (SI units): {_calibration(truth['calibration'])}")
+    print(f"noise, one sigma (SI units): {truth['noise']:.3g}")
+    options.save_json(arguments, {"format": "softhand-truth/1", **truth})
+
+
+def _calibration(entries: Mapping[str, Any]) -> str:
+    """Numbers of a calibration, by name and batch or alone."""
+    return ", ".join(
+        f"{name} {_calibration(entry)}" if isinstance(entry, Mapping) else f"{name} {entry:.4g}"
+        for name, entry in entries.items()
+    )
+
+
+COMMANDS: Mapping[str, Command] = {
+    "compare": Command(
+        "how far a model is off, and where",
+        "Compare a model with measurements: error over all data and held out, fit in percent, "
+        "the noise floor, and where the error lies: against pressure, rate, time, history, "
+        "temperature and specimen. Tables show units as at the bench (deg, kPa, mg, N mm); --json "
+        "is in SI units.",
+        (
+            "model-lab compare out/set --model base",
+            "model-lab compare out/set --model model.yaml --json after.json",
+        ),
+        (
+            options.DATA,
+            options.MODEL,
+            options.EFFECTS,
+            *options.RESULTS,
+            options.SEED,
+        ),
+        compare,
+    ),
+    "diagnose": Command(
+        "which physical effect is missing",
+        "Search the known effects, and your own, for what the model lacks. Names an effect "
+        "only if it removes at least half of the excess error on held-out data; else says "
+        "`adequate` or `unexplained`. Errors are shown in deg, kPa, mg or N mm, parameters in the "
+        "units of docs/reference/effects.md; --json is in SI units.",
+        (
+            "model-lab diagnose out/set --model base --report out/report",
+            "model-lab diagnose out/set --effects examples/own_effect.py --jobs 2",
+        ),
+        (
+            options.DATA,
+            options.MODEL,
+            options.EFFECTS,
+            argument(
+                "--report", type=Path, metavar="DIR", help=f"folder in which to write {REPORT}"
+            ),
+            *options.RESULTS,
+            options.SEED,
+            options.JOBS,
+        ),
+        diagnose,
+    ),
+    "add": Command(
+        "add an effect to the model, fitted to the data",
+        "Fit the model together with one more effect and write the model file that simulator, "
+        "monitor and lab load. `add discrepancy` adds a generic term, marked as not physics, for "
+        "when no known effect explains the error. Units: see docs/reference/effects.md.",
+        (
+            "model-lab add gent_stiffening --data out/set --model base --out model.yaml",
+            "model-lab add discrepancy --data out/set --model base --out working.yaml",
+        ),
+        (
+            argument("effect", metavar="EFFECT", help="name of the effect"),
+            argument("--data", type=Path, required=True, metavar="DATA", help="measurements"),
+            options.MODEL,
+            argument(
+                "--out", type=Path, required=True, metavar="M2", help="the model file to write"
+            ),
+            options.EFFECTS,
+            *options.RESULTS,
+        ),
+        add,
+    ),
+    "ladder": Command(
+        "the errors of several models, side by side",
+        "Compare several models with the same measurements: one rung for each, with the noise "
+        "floor below which no model can go. Errors are shown in deg, kPa, mg or N mm; --json is in "
+        "SI units.",
+        ("model-lab ladder out/set base gravity model.yaml",),
+        (
+            options.DATA,
+            argument(
+                "models",
+                nargs="+",
+                metavar="MODEL",
+                help="model file, or the name of a shipped one",
+            ),
+            options.EFFECTS,
+            *options.RESULTS,
+        ),
+        ladder,
+    ),
+    "plan": Command(
+        "the next experiment, which would separate what is still tied",
+        "Diagnose, and propose the experiment in which the effects that the data cannot tell "
+        "apart differ most, within the pressures that the set has seen. With --out it is written "
+        "as a template: a CSV file of time [s] and pressure [kPa] to be played, and the part of "
+        "experiment.yaml for it. --json is in SI units.",
+        (
+            "model-lab plan out/set --model base --out out/next",
+            "model-lab plan out/set --model model.yaml --json next.json",
+        ),
+        (
+            options.DATA,
+            options.MODEL,
+            options.EFFECTS,
+            argument("--out", type=Path, metavar="DIR", help="folder for the run's template"),
+            *options.RESULTS,
+            options.SEED,
+            options.JOBS,
+        ),
+        plan,
+    ),
+    "synthesize": Command(
+        "make measurements with a hidden effect, to try the lab on",
+        "Make a measurement set with the model itself: two repeats of six protocols, with noise. "
+        "EXPERIMENT is free_bending, blocked_tip, uniaxial, valve_pulse or base_torque. With "
+        "--hide one effect acts in it that is sealed in the folder, and only `reveal` opens the "
+        "seal. The CSV files are in the units that experiment.yaml states, such as kPa and deg.",
+        (
+            "model-lab synthesize free_bending --hide --seed 3 --out trial",
+            "model-lab diagnose trial && model-lab reveal trial",
+        ),
+        (
+            argument("experiment", metavar="EXPERIMENT", help="such as free_bending"),
+            argument("--hide", action="store_true", help="hide an effect in it"),
+            argument("--out", type=Path, required=True, metavar="DIR", help="folder to write"),
+            argument(
+                "--noise",
+                type=float,
+                default=NOISE,
+                metavar="SHARE",
+                help="one sigma over the largest reading, and scatter of whole runs "
+                "(default: %(default)s)",
+            ),
+            argument(
+                "--effects",
+                type=Path,
+                action="append",
+                default=[],
+                metavar="FILE",
+                help="Python file with effects of your own: one of them is hidden",
+            ),
+            options.SEED,
+            *options.RESULTS,
+        ),
+        synthesize,
+    ),
+    "reveal": Command(
+        "say what was hidden in synthesised measurements",
+        "Open the seal of a set that `synthesize --hide` made, and say what acts in it, in SI "
+        "units.",
+        ("model-lab reveal trial",),
+        (
+            argument("folder", type=Path, metavar="DIR", help="folder of the set"),
+            *options.RESULTS,
+        ),
+        reveal,
+    ),
+}

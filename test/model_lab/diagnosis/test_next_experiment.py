@@ -1,0 +1,163 @@
+"""The next experiment: how far apart explanations are in it, and whether it breaks the tie."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from bench.hidden.cases import tied
+from bench.hidden.design import ExtraRun
+from bench.hidden.sets.writing import append_runs
+from model_lab.cli.main import main
+from model_lab.diagnosis.diagnose import diagnose
+from model_lab.diagnosis.next_experiment import (
+    BREAKS,
+    _separation,
+    proposal,
+)
+from model_lab.measurements.load import load_measurements
+from model_lab.report.text import plan_json, plan_text, write_template
+from softhand_model.model_file import load_model
+
+CASES = {case.name: case for case in tied()}
+
+
+def test_separation_is_that_of_the_full_covariance():
+    """d**2 = D' (1 + J1 S1 J1' + J2 S2 J2')**-1 D, by the dense matrix."""
+    random = np.random.default_rng(0)
+    first, second = random.normal(size=(4, 30)), random.normal(size=(3, 30))
+    difference = first[0] - second[0]
+    dense = np.eye(30) + first[1:].T @ first[1:] + second[1:].T @ second[1:]
+    expected = np.sqrt(difference @ np.linalg.solve(dense, difference))
+    assert _separation(first, second) == pytest.approx(expected)
+
+
+def test_what_an_explanation_can_give_way_counts_little():
+    along = np.ones(50)
+    stiff, loose = np.stack([along, 0.0 * along]), np.stack([along, 1e3 * along])
+    other = np.zeros((1, 50))
+    assert _separation(stiff, other) == pytest.approx(np.sqrt(50.0))
+    assert _separation(loose, other) < 0.01
+
+
+@pytest.fixture(scope="module")
+def one_rate(tmp_path_factory):
+    """Triangles of one rate of a finger behind a thin tube: its folder and how it was made."""
+    folder = tmp_path_factory.mktemp("rate") / "set"
+    case = CASES["plan/free_bending/one_rate/tube_lag/2"]
+    case.make(folder, 0, 0.006)
+    return folder, case
+
+
+@pytest.fixture(scope="module")
+def outcome(one_rate):
+    return diagnose(load_measurements(one_rate[0]), load_model("base"))
+
+
+@pytest.fixture(scope="module")
+def planned(outcome):
+    return outcome.diagnosis.next_experiment
+
+
+def names_of(diagnosis):
+    return {effect.name for effect in diagnosis.effects} | {
+        name for names in diagnosis.tied for name in names
+    }
+
+
+def test_loops_of_one_rate_are_separated_by_another_rate(outcome, planned):
+    assert len(names_of(outcome.diagnosis)) > 1
+    assert planned["breaks"] and planned["separation"] > BREAKS
+    assert planned["changes"] == []
+    rates = [
+        np.abs(np.diff(run.columns["pressure"]) / np.diff(run.columns["time"])).max()
+        for run in outcome.problem.data.runs
+    ]
+    rate = np.abs(np.diff(planned["inputs"]["pressure"]) / np.diff(planned["inputs"]["time"])).max()
+    assert rate > 3.0 * max(rates)
+    assert set(planned["separates"][0]) <= names_of(outcome.diagnosis)
+    json.dumps(planned, allow_nan=False)
+
+
+def test_done_and_added_it_breaks_the_tie(one_rate, outcome, planned, tmp_path):
+    folder, case = one_rate
+    extra = ExtraRun(
+        planned["protocol"],
+        planned["specimen"],
+        planned["temperature"],
+        np.array(planned["inputs"]["time"]),
+        np.array(planned["inputs"]["pressure"]),
+    )
+    case.make(tmp_path / "longer", 0, 0.006, (extra, extra))
+    append_runs(folder, tmp_path / "longer")
+    data = load_measurements(folder)
+    assert len(data.runs) == len(outcome.problem.data.runs) + 2
+    after = names_of(diagnose(data, load_model("base")).diagnosis)
+    assert "tube_lag" in after
+    assert len(after) < len(names_of(outcome.diagnosis))
+
+
+def test_nothing_is_proposed_where_nothing_is_tied(outcome):
+    final = outcome.selection.final
+    assert proposal(outcome.problem, final, ((),)) is None
+    assert proposal(outcome.problem, final, ()) is None
+
+
+def test_readings_that_an_offset_rules_out_separate_nothing(tmp_path):
+    """A sensor that reads 5 kPa of an empty chamber never reads less: below, the dead zone and the
+    offset differ only on paper.
+    """
+    CASES["plan/free_bending/above/pressure_offset/4"].make(tmp_path / "set", 0, 0.006)
+    found = diagnose(load_measurements(tmp_path / "set"), load_model("base"))
+    assert names_of(found.diagnosis) == {"pressure_offset", "dead_zone"}
+    best = found.diagnosis.next_experiment
+    assert best["separation"] < BREAKS
+    assert not best["breaks"]
+
+
+def test_the_template_becomes_runs_of_the_set(one_rate, outcome, planned, tmp_path):
+    place = tmp_path / "set"
+    one_rate[1].make(place, 0, 0.006)
+    files = write_template(planned, outcome.problem.data, tmp_path)
+    course = np.genfromtxt(files[0], delimiter=",", names=True)
+    np.testing.assert_allclose(course["pressure"] * 1e3, planned["inputs"]["pressure"], rtol=1e-6)
+    np.testing.assert_allclose(course["time"], planned["inputs"]["time"], rtol=1e-6)
+    part = yaml.safe_load(files[1].read_text())
+    document = yaml.safe_load((place / "experiment.yaml").read_text())
+    assert {name: entry["unit"] for name, entry in part["columns"].items()} == {
+        name: entry["unit"] for name, entry in document["columns"].items()
+    }
+    document["runs"] |= part["runs"]
+    (place / "experiment.yaml").write_text(yaml.safe_dump(document, sort_keys=False))
+    rows = np.column_stack([course["time"], course["pressure"], 0.0 * course["time"]])
+    head = "time,pressure,tip_angle"
+    for name in part["runs"]:
+        np.savetxt(place / f"{name}.csv", rows, delimiter=",", header=head, comments="")
+    groups = load_measurements(place).groups()
+    assert [len(group) for group in groups] == [2] * 7
+
+
+def test_it_is_told_in_the_units_of_the_bench(outcome):
+    text = plan_text(outcome.diagnosis)
+    assert "temperature      20 degC" in text
+    assert "peak pressure" in text and "kPa" in text
+    assert "breaks the tie" in text
+    content = plan_json(outcome.diagnosis, [])
+    assert content["next_experiment"]["peak"] > 1e4
+    assert content["tied"] == [list(names) for names in outcome.diagnosis.tied]
+
+
+def test_a_new_specimen_is_entered_like_the_first(outcome, planned, tmp_path):
+    new = {**planned, "specimen": "finger_base_up", "mount": "base_up", "wall": 0.004}
+    files = write_template(new, outcome.problem.data, tmp_path)
+    part = yaml.safe_load(files[1].read_text())
+    entry = part["specimens"]["finger_base_up"]
+    assert (entry["mount"], entry["wall"], entry["length"]) == ("base_up", 0.004, 0.09)
+    assert part["runs"]["next_b"]["specimen"] == "finger_base_up"
+
+
+def test_a_folder_with_files_is_not_written_into(one_rate, tmp_path, capsys):
+    (tmp_path / "mine").write_text("mine")
+    assert main(["plan", str(one_rate[0]), "--out", str(tmp_path)]) == 2
+    assert "--force" in capsys.readouterr().err
