@@ -18,9 +18,9 @@ def energy(simulation):
     inertia = hand.inertia(simulation.step_size)
     chain_kernel.place_joints(0, n, bodies.q, hand.offset, hand.center, inertia, *placed)
     chain_kernel.inertial_torque(0, n, bodies.v, hand.mass, *placed, momentum)
-    elastic = 0.5 * np.sum(hand.stiffness * bodies.rotations() ** 2)
+    elastic = 0.5 * np.sum(hand.stiffness * bodies.rotations ** 2)
     if hand.stretching.any():
-        elastic += np.sum(hand.stiffness[:, 1] * beyond_linear(bodies.rotations(), hand.stretching))
+        elastic += np.sum(hand.stiffness[:, 1] * beyond_linear(bodies.rotations, hand.stretching))
     return 0.5 * np.sum(bodies.v * momentum) + elastic
 
 
@@ -91,5 +91,5 @@ def test_a_joint_let_go_swings_as_a_damped_oscillator_of_ten_milliseconds(
         t = simulation.time
         shape = np.cos(swing * t) + decay * np.sin(swing * t) / swing
         expected = start * float((np.exp(-decay * t) * shape).real)
-        assert bodies.rotations()[0, 1] == pytest.approx(expected, abs=0.02 * start)
+        assert bodies.rotations[0, 1] == pytest.approx(expected, abs=0.02 * start)
     assert abs(expected) < 0.7 * start

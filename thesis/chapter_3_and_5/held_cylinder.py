@@ -122,7 +122,7 @@ class HeldCylinder:
     def _step(self, force: Array, share: float) -> None:
         """One step with the channels at a share of the pressures; they stay open to the supply."""
         simulation = self.simulation
-        volumes = simulation.air.volumes(simulation.bodies.rotations())
+        volumes = simulation.air.volumes(simulation.bodies.rotations)
         content = (share * self._pressures + simulation.ambient) * volumes
         rest = simulation.ambient * simulation.air.rest_volumes
         simulation.set_air_masses((content - rest) / (GAS_CONSTANT * simulation.temperature))

@@ -101,7 +101,7 @@ class FingerStand:
     def step(self, pressure: float) -> None:
         """One step with the chamber at a gauge pressure [Pa]."""
         simulation = self.simulation
-        volumes = simulation.air.volumes(simulation.bodies.rotations())
+        volumes = simulation.air.volumes(simulation.bodies.rotations)
         content = (pressure + simulation.ambient) * volumes
         rest = simulation.ambient * simulation.air.rest_volumes
         simulation.set_air_masses((content - rest) / (GAS_CONSTANT * simulation.temperature))
@@ -172,7 +172,7 @@ class FingerStand:
 
     def bends(self) -> Array:
         """Angles (n,) [rad] of the joints about y."""
-        return self.simulation.bodies.rotations()[:, 1]
+        return self.simulation.bodies.rotations[:, 1].copy()
 
     def line(self) -> Array:
         """Places (n + 2, 3) [m] of base, joints and tip."""

@@ -109,8 +109,10 @@ class Simulation:
         client, weight_scale = self.world.client, model.gravity_scale
         pybullet.setGravity(0, 0, -STANDARD_GRAVITY * weight_scale, physicsClientId=client)
         self.wrist = self._new_wrist()
+        self.air = AirCoupling(layout)
         self.bodies = HandBodies(
             layout,
+            self.air,
             self.world,
             self.wrist,
             self.scene.rigid_wrist,
@@ -121,7 +123,6 @@ class Simulation:
         )
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
-        self.air = AirCoupling(layout)
         self.stops = JointStops(layout)
         self.plant = PLANT(self.channels, self.air.rest_volumes, seed=config.seed)
         self.ambient = self.plant.parameters.ambient_pressure
@@ -182,7 +183,7 @@ class Simulation:
         self.bodies.reset(self.wrist)
         self.plant.reset(self.air.rest_volumes)
         self._imposed: Array | None = None
-        self._volumes = self.air.volumes(self.bodies.turned)
+        self._volumes = self.air.volumes(self.bodies.rotations)
         self.pressures_abs = np.full(len(self.channels), self.ambient)
         self._put_object()
 
@@ -225,12 +226,13 @@ class Simulation:
         beyond its stop.
         """
         self._update_air(valves)
-        self.stops.look(self.pressures_abs - self.ambient)
+        pressures = self.pressures()
+        self.stops.look(pressures)
         if not self.air.by_tables:
             self.air.bend_by_models(
-                self.step_size, self.pressures(), self.bodies.turned, self.temperature
+                self.step_size, pressures, self.bodies.rotations, self.temperature
             )
-        self.bodies.drive(self.air, self.ambient, self.pressures_abs, self._volumes, self.wrist)
+        self.bodies.drive(self.ambient, self.pressures_abs, self._volumes, self.wrist)
         if self._body is not None and self._object_weight:
             self._body.pull_down(self._object_weight)
         pybullet.stepSimulation(physicsClientId=self.world.client)
@@ -240,13 +242,13 @@ class Simulation:
             self.tip_sensors.step(self.step_size, self.tip_angles())
 
     def _update_air(self, valves: Array | None) -> None:
-        turned = self.bodies.turned
+        rotations = self.bodies.rotations
         if self._imposed is not None:
             self.pressures_abs, self._volumes = self.air.imposed_pressures(
-                self._imposed, self.ambient, self.temperature, turned
+                self._imposed, self.ambient, self.temperature, rotations
             )
             return
-        self._volumes = self.air.volumes(turned)
+        self._volumes = self.air.volumes(rotations)
         wanted = np.zeros(len(self.channels)) if valves is None else valves
         self.pressures_abs = self.plant.step(self.step_size, wanted, self._volumes)
 
@@ -293,7 +295,7 @@ class Simulation:
 
     def air_masses(self) -> Array:
         """True air mass of each channel [kg above rest at ambient]."""
-        volumes = self.air.volumes(self.bodies.turned)
+        volumes = self.air.volumes(self.bodies.rotations)
         heat = GAS_CONSTANT * self.temperature
         return (self.pressures_abs * volumes - self.ambient * self.air.rest_volumes) / heat
 
@@ -305,7 +307,7 @@ class Simulation:
         """Bend of each chain from base to tip [rad], the sum of its joints' bends without the
         strut.
         """
-        return self.shape.tip_angles(self.bodies.turned[:, BEND])
+        return self.shape.tip_angles(self.bodies.rotations[:, BEND])
 
     def read_tip_angles(self) -> dict[str, float]:
         """Tip angles [rad] as their sensors show them."""

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.dynamics.chain import Links
+from pneuflex_sim.dynamics.joint_springs import Springs
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
@@ -60,15 +62,16 @@ class HandLayout:
     center: Array
     mass: Array
 
-    @property
-    def starts(self) -> NDArray[np.int64]:
-        """First joint of each body, and the number of joints at the end."""
-        return np.array([body.joints.start for body in self.bodies] + [len(self.mass)])
+    def links(self, step: float) -> Links:
+        """The links for the kernels, with the inertia that a step [s] needs."""
+        start = np.array([body.joints.start for body in self.bodies] + [len(self.mass)])
+        return Links(start, self.offset, self.center, self.inertia(step), self.mass)
 
-    @property
-    def damping(self) -> Array:
-        """Joint damping (n, 3) [N m s/rad]."""
-        return DAMPING_TIME * self.stiffness
+    def springs(self) -> Springs:
+        """The joints' springs for the kernels."""
+        damping = DAMPING_TIME * self.stiffness
+        rest = np.ascontiguousarray(self.rest)
+        return Springs(rest, self.stiffness, self.stretching, damping)
 
     def inertia(self, step: float) -> Array:
         """Principal inertia (n, 3) [kg m2] of the links, as boxes, with the rotary inertia that a
