@@ -19,8 +19,7 @@ from pneuflex_sim.hand.air import (
     BEND,
     AirCoupling,
     act_on_joints,
-    chamber_volumes,
-    enclosed_pressures,
+    enclosed_air,
 )
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
@@ -51,7 +50,6 @@ class MujocoSimulation:
         described = thing if isinstance(thing, ObjectDescription) else load_object(thing)
         self.layout = build_layout(self.hand, config.segments, load_model(None))
         self.air, self.shape = AirCoupling(self.layout), HandShape(self.layout)
-        self._tables = self.air.arrays(self.air.rest_volumes)[2:]
         self.channels, self.step_size = tuple(self.hand.channels), config.step
         self.model = mujoco.MjModel.from_xml_string(
             model_text(
@@ -114,10 +112,9 @@ class MujocoSimulation:
             self._pressures,
             AMBIENT_PRESSURE,
             GAS_CONSTANT * ROOM_TEMPERATURE,
-            air.rest_volumes,
-            air.volume_gain,
-            self._tables,
-            air.actuated,
+            air.chambers,
+            air.tables,
+            air.actuation,
             self.layout.stiffness,
             self._address,
             self._qpos,
@@ -198,10 +195,9 @@ def move_references(
     pressures,
     ambient,
     heat,
-    rest_volumes,
-    gain,
+    chambers,
     tables,
-    actuated,
+    actuation,
     stiffness,
     address,
     qpos,
@@ -219,25 +215,11 @@ def move_references(
                 turn[k] = qpos[address[i] + (k + 1) % 4]
             turned[i, 0], turned[i, 1], turned[i, 2] = rotation_between(straight, turn)
     volumes = np.empty_like(masses)
-    chamber_volumes(rest_volumes, gain, turned, volumes)
-    enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, pressures)
-    channel, step, cubic, start, width = tables
-    bend, gas = actuated
-    act_on_joints(
-        pressures - ambient,
-        np.zeros_like(pressures),
-        True,
-        channel,
-        step,
-        cubic,
-        start,
-        width,
-        stiffness,
-        bend,
-        gas,
-    )
+    enclosed_air(masses, heat, ambient, chambers, turned, volumes, pressures)
+    no_drop = np.zeros_like(pressures)
+    act_on_joints(pressures - ambient, no_drop, True, tables, stiffness, actuation)
     for i in range(len(address)):
         if address[i] >= 0:
-            rest = quaternion_of_rotation(bend[i])
+            rest = quaternion_of_rotation(actuation.bend[i])
             for k in range(4):
                 reference[address[i] + (k + 1) % 4] = rest[k]

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from pneuflex_sim.dynamics.joint_springs import Actuation
+from pneuflex_sim.hand.air import act_on_joints
+
 PRESSURES = np.array([21e3, 35e3, 12e3, 61e3])
 
 
@@ -37,7 +40,10 @@ def test_gas_stiffness_is_the_torque_per_common_bend_at_constant_mass(coupling):
     index = joints[layout.chain_joints["index"]][1:]  # channel b feeds the index alone
     rotations = np.zeros_like(layout.offset)
     volumes, ambient = coupling.volumes(rotations), 101.3e3
-    stiffness = coupling.gas_stiffness(PRESSURES, PRESSURES + ambient, volumes)
+    actuation = Actuation(np.zeros_like(rotations), np.zeros_like(rotations))
+    drop = (PRESSURES + ambient) / volumes * coupling.chambers.total
+    act_on_joints(PRESSURES, drop, False, coupling.tables, layout.stiffness, actuation)
+    stiffness = actuation.gas
     rotations[index, 1] += small
     raised = (PRESSURES + ambient) * volumes / coupling.volumes(rotations) - ambient
     rest = [coupling.rest_bend(0.001, p, rotations, 293.15)[:, 1] for p in (PRESSURES, raised)]

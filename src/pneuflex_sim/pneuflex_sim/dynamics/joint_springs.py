@@ -203,15 +203,15 @@ def _brake(dt, v, stiffness, torque, equation):
 
 
 @compiled
-def look_at_joints(rest, joints, rotations):
+def look_at_joints(rest, q, v, rotations):
     """Fill the rotation vectors (n, 3) [rad] of the joints against their rest orientations without
     pressure; the greatest joint speed [rad/s] about an axis, not a number where one is not.
     """
     fastest = 0.0
     for i in range(len(rest)):
-        write(rotation_between(rest[i], joints.q[i]), rotations[i])
+        write(rotation_between(rest[i], q[i]), rotations[i])
         for k in range(3):
-            speed = abs(joints.v[i, k])
+            speed = abs(v[i, k])
             if speed > fastest or speed != speed:
                 fastest = speed
     return fastest

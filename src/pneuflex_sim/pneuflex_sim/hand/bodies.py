@@ -27,7 +27,7 @@ from pneuflex_sim.hand.driven_bases import BASE_INERTIA, BASE_MASS, DrivenBases,
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import Body, HandLayout
 from pneuflex_sim.hand.palm_pad import PalmPad
-from pneuflex_sim.hand.step import HandArrays, drive_hand, joint_torques
+from pneuflex_sim.hand.step import Carrier, HandArrays, drive_hand, joint_torques, plain
 from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.world import World
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -106,7 +106,7 @@ class HandBodies:
         self._states = JointStates(self.ids, counts, world.client)
         self.q, self.v = self._states.joints
         self.rotations, self.torque = np.zeros_like(self.v), np.zeros_like(self.v)
-        self._hand = HandArrays(
+        hand = HandArrays(
             layout.links(world.step_size),
             layout.springs(),
             self._states.joints,
@@ -115,8 +115,11 @@ class HandBodies:
             air.actuation,
             Before(np.zeros_like(self.v), self.torque, not_placed(len(self.v))),
         )
+        self._rest, self._before, self._hand = hand.springs.rest, hand.before, plain(hand)
         self.pad = None if layout.description.sheet is None else PalmPad(layout.description.sheet)
         self.bases = self._driven_bases(weight_scale * STANDARD_GRAVITY)
+        bases = self.bases
+        self._carrier = plain(Carrier(bases.arrays, bases.weight, bases.pad, wrist.arm))
         self.reset(wrist)
 
     # ---------------------------------------------------------------- creation
@@ -247,8 +250,7 @@ class HandBodies:
         self._states.read()
         if not self.rigid:
             self.bases.read()
-        rest, joints = self._hand.springs.rest, self._hand.joints
-        fastest = look_at_joints(rest, joints, self.rotations)
+        fastest = look_at_joints(self._rest, self.q, self.v, self.rotations)
         self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
         if not math.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
             raise RuntimeError(self._diverged(fastest))
@@ -273,8 +275,8 @@ class HandBodies:
             array[:] = saved
 
     def _arrays(self) -> tuple[Array, ...]:
-        before = self._hand.before
-        kept = (self.q, self.v, self.rotations, before.v, self.torque, *before.placed)
+        v, torque, placed = self._before
+        kept = (self.q, self.v, self.rotations, v, torque, *placed)
         return (*kept, *self.bases.arrays, self.bases.pad.state)
 
     # ---------------------------------------------------------------- forces
@@ -282,12 +284,12 @@ class HandBodies:
         """Apply the torques of all joints at these absolute pressures [Pa] and volumes [m3] of the
         channels; advance the wrist under the load of the last step, and push the bases along.
         """
+        step = (self.world.step_size, self._first)
         air = (self._air.by_tables, ambient, pressures_abs, volumes)
         if self.rigid:
-            joint_torques(self.world.step_size, self._first, *air, self._hand)
+            joint_torques(*step, *air, self._hand)
         else:
-            carried = (self.bases.arrays, self.bases.weight, self.bases.pad, wrist.arm, wrist.state)
-            drive_hand(self.world.step_size, self._first, *air, self._hand, *carried)
+            drive_hand(*step, *air, self._hand, self._carrier, tuple(wrist.state))
             self.bases.push()
         self._first = False
         self._states.push(self.torque)

@@ -1,10 +1,14 @@
-"""All between two steps of PyBullet in one compiled call: air, springs, wrist and bases."""
+"""All between two steps of PyBullet in one compiled call: air, springs, wrist and bases.
+
+The call takes its groups of arrays as plain tuples (see `plain`) and names them inside: to look at
+a named tuple costs the caller of a kernel half a microsecond, ten in all.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from pneuflex_sim.dynamics.chain import Links
+from pneuflex_sim.dynamics.chain import Links, Placed
 from pneuflex_sim.dynamics.joint_springs import (
     Actuation,
     Before,
@@ -13,13 +17,14 @@ from pneuflex_sim.dynamics.joint_springs import (
     spring_torques,
 )
 from pneuflex_sim.hand.air import Chambers, RestTables, act_on_joints
-from pneuflex_sim.hand.driven_bases import BASE_MASS, carry_bases
-from pneuflex_sim.hand.palm_pad import sink_pad
+from pneuflex_sim.hand.driven_bases import BASE_MASS, Bases, HandWeight, carry_bases
+from pneuflex_sim.hand.palm_pad import PadSpring, sink_pad
+from pneuflex_sim.hand.wrist import Arm, Drive, WristState
 from softhand_model.numerics.compiled import compiled
 
 
 class HandArrays(NamedTuple):
-    """A hand for `joint_torques`: all of its joints, with what acts on them."""
+    """A hand for the kernels: all of its joints, with what acts on them."""
 
     links: Links
     springs: Springs
@@ -30,45 +35,45 @@ class HandArrays(NamedTuple):
     before: Before
 
 
+class Carrier(NamedTuple):
+    """What carries a hand that rides on the wrist."""
+
+    bases: Bases
+    weight: HandWeight
+    pad: PadSpring
+    arm: Arm
+
+
+def plain(group: Any) -> Any:
+    """A group of arguments, and the groups in it, as plain tuples."""
+    return tuple(plain(part) for part in group) if isinstance(group, tuple) else group
+
+
 @compiled
 def joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, hand):
-    """Joint torques of a step [s], into `hand.before`, at the absolute pressures [Pa] and volumes
-    [m3] of the channels.
+    """Joint torques of a step [s], into what the hand has `before` the next one, at the absolute
+    pressures [Pa] and volumes [m3] of the channels; `hand` is a plain `HandArrays`.
 
-    `by_tables`: the rest shape follows from the tables; else `hand.actuation` holds it already.
+    `by_tables`: the rest shape follows from the tables; else the hand's actuation holds it already.
     """
-    drop = pressures_abs / volumes * hand.chambers.total
-    act_on_joints(
-        pressures_abs - ambient,
-        drop,
-        by_tables,
-        hand.tables,
-        hand.springs.stiffness,
-        hand.actuation,
-    )
-    spring_torques(
-        step, first_step, hand.links, hand.springs, hand.joints, hand.actuation, hand.before
-    )
+    links, springs, joints, chambers, tables, actuation, (v, torque, placed) = hand
+    springs, actuation, chambers = Springs(*springs), Actuation(*actuation), Chambers(*chambers)
+    drop = pressures_abs / volumes * chambers.total
+    pressures = pressures_abs - ambient
+    act_on_joints(pressures, drop, by_tables, RestTables(*tables), springs.stiffness, actuation)
+    before = Before(v, torque, Placed(*placed))
+    spring_torques(step, first_step, Links(*links), springs, Joints(*joints), actuation, before)
 
 
 @compiled
-def drive_hand(
-    step,
-    first_step,
-    by_tables,
-    ambient,
-    pressures_abs,
-    volumes,
-    hand,
-    bases,
-    weight,
-    pad,
-    arm,
-    wrist,
-):
+def drive_hand(step, first_step, by_tables, ambient, pressures_abs, volumes, hand, carrier, wrist):
     """`joint_torques`, and the push on the bases of a hand that rides on the wrist; its palm sheet
-    yields to what its base gained on the last push.
+    yields to what its base gained on the last push. `carrier` is a plain `Carrier`, `wrist` a plain
+    `WristState`.
     """
     joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, hand)
-    sink_pad(step, BASE_MASS, pad, bases, wrist.orientation)
-    carry_bases(step, bases, weight, arm, wrist)
+    bases, weight, pad, (translation, rotation) = carrier
+    bases, wrist = Bases(*bases), WristState(*wrist)
+    sink_pad(step, BASE_MASS, PadSpring(*pad), bases, wrist.orientation)
+    arm = Arm(Drive(*translation), Drive(*rotation))
+    carry_bases(step, bases, HandWeight(*weight), arm, wrist)
