@@ -13,7 +13,7 @@ from pneuflex_sim.pictures.surfaces import (
     object_mesh,
     pressure_color,
 )
-from pneuflex_sim.scene.mesh import tube, write_stl
+from pneuflex_sim.scene.mesh import tube, write_meshes
 from pneuflex_sim.scene.objects import load_object, load_objects
 
 
@@ -101,7 +101,7 @@ def test_a_mesh_of_many_triangles_is_shown_by_its_hull(tmp_path):
         for r, z in zip(radius, height, strict=True)
     ]
     path, fine = tmp_path / "waist.stl", tube(0.05 * np.array(rings))
-    write_stl(path, {"waist": fine})
+    write_meshes(path, {"waist": fine})
     (tmp_path / "waist.yaml").write_text(
         "format: pneuflex-object/1\nshape: mesh\nfile: waist.stl\npieces: hull\nmass: 0.1\n"
         "material: wood\n"

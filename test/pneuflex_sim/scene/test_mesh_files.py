@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneuflex_sim.scene.mesh import box, open_edges, read_mesh, write_obj, write_stl
+from pneuflex_sim.scene.mesh import box, open_edges, read_mesh, write_meshes
 
 SIZE = (0.02, 0.03, 0.04)
 PYRAMID = """# a pyramid with a square base
@@ -26,8 +26,8 @@ f 4 1 -1
 
 def test_what_is_written_is_read_again(tmp_path):
     mesh = box(SIZE, np.array([0.1, 0.0, 0.0]))
-    write_stl(tmp_path / "box.stl", {"box": mesh})
-    write_obj(tmp_path / "box.obj", {"box": mesh})
+    write_meshes(tmp_path / "box.stl", {"box": mesh})
+    write_meshes(tmp_path / "box.obj", {"box": mesh})
     for name in ("box.stl", "box.obj"):
         found = read_mesh(tmp_path / name)
         assert found.volume == pytest.approx(np.prod(SIZE), rel=1e-6)
@@ -55,14 +55,14 @@ def test_faces_of_many_corners_slashes_and_negative_indices(tmp_path):
 def test_faces_that_look_inwards_are_turned(tmp_path):
     mesh = box(SIZE, np.zeros(3))
     inwards = type(mesh)(mesh.vertices, mesh.normals, mesh.indices[::-1])
-    write_obj(tmp_path / "box.obj", {"box": inwards})
+    write_meshes(tmp_path / "box.obj", {"box": inwards})
     assert read_mesh(tmp_path / "box.obj").volume == pytest.approx(np.prod(SIZE))
 
 
 @pytest.mark.parametrize("removed", [1, 2])
 def test_open_edges_are_counted(tmp_path, removed):
     mesh = box(SIZE, np.zeros(3))
-    write_obj(
+    write_meshes(
         tmp_path / "box.obj",
         {"box": type(mesh)(mesh.vertices, mesh.normals, mesh.indices[3 * removed :])},
     )
@@ -74,7 +74,7 @@ def test_open_edges_are_counted(tmp_path, removed):
     [
         ("none.ply", "ply", "expected a file .stl or .obj, got '.ply'"),
         ("torn.stl", "solid nothing", "expected 4 triangles or more"),
-        ("torn.obj", "v 0 0 x", "expected a mesh, got could not convert"),
+        ("torn.obj", "v 0 0 x", "expected a mesh, got string or file could not be read"),
         ("torn.obj", "v 0 0 1\nf 1 2 3", "expected a mesh, got index"),
         (
             "large.obj",

@@ -11,7 +11,7 @@ from pneuflex_sim.scene.solids import (
     ellipsoid_solid,
     hull_solid,
     joined,
-    polyhedron_solid,
+    mesh_solid,
 )
 
 
@@ -34,7 +34,7 @@ def torus(ring, tube, around=96, across=64):
 
 def test_a_box_as_a_mesh_is_the_box_of_the_closed_form():
     size, center = (0.02, 0.05, 0.11), np.array([0.3, -0.2, 0.1])
-    solid, expected = polyhedron_solid(box(size, center).corners), box_solid(size)
+    solid, expected = mesh_solid(box(size, center)), box_solid(size)
     assert solid.volume == pytest.approx(expected.volume)
     np.testing.assert_allclose(solid.center, center)
     np.testing.assert_allclose(solid.inertia, expected.inertia, atol=1e-15)
@@ -42,7 +42,7 @@ def test_a_box_as_a_mesh_is_the_box_of_the_closed_form():
 
 def test_a_torus_as_a_mesh_is_the_torus_of_the_closed_form():
     ring, tube = 0.04, 0.012
-    solid = polyhedron_solid(torus(ring, tube).corners)
+    solid = mesh_solid(torus(ring, tube))
     assert solid.volume == pytest.approx(2 * np.pi**2 * ring * tube**2, rel=5e-3)
     about_axis = ring**2 + 0.75 * tube**2
     across = 0.5 * ring**2 + 0.625 * tube**2
@@ -53,9 +53,7 @@ def test_a_torus_as_a_mesh_is_the_torus_of_the_closed_form():
 
 def test_the_integral_comes_to_the_closed_form_by_the_square_of_the_mesh_width():
     exact = 2 * np.pi**2 * 0.04 * 0.012**2
-    errors = [
-        1 - polyhedron_solid(torus(0.04, 0.012, n, n).corners).volume / exact for n in (24, 48)
-    ]
+    errors = [1 - mesh_solid(torus(0.04, 0.012, n, n)).volume / exact for n in (24, 48)]
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
 
 
@@ -89,7 +87,7 @@ def test_two_halves_of_a_box_are_the_box():
 
 def test_principal_axes_of_a_turned_box_give_its_inertia_back():
     turn = Rotation.from_euler("xyz", (0.4, -0.7, 1.1)).as_matrix()
-    solid = polyhedron_solid(box((0.02, 0.05, 0.11), np.zeros(3)).moved(np.zeros(3), turn).corners)
+    solid = mesh_solid(box((0.02, 0.05, 0.11), np.zeros(3)).moved(np.zeros(3), turn))
     moments, axes = solid.principal()
     matrix = Rotation.from_quat(axes).as_matrix()
     np.testing.assert_allclose(matrix @ np.diag(moments) @ matrix.T, solid.inertia, atol=1e-12)
@@ -104,4 +102,5 @@ def test_axes_that_are_principal_stay():
 
 def test_a_surface_that_looks_inwards_is_refused():
     with pytest.raises(ValueError, match="expected one that encloses a volume, got -"):
-        polyhedron_solid(box((0.1, 0.1, 0.1), np.zeros(3)).corners[:, ::-1])
+        mesh = box((0.1, 0.1, 0.1), np.zeros(3))
+        mesh_solid(mesh_of(mesh.vertices, mesh.indices[::-1]))

@@ -21,9 +21,8 @@ from pneuflex_sim.pictures.render import (
     photograph,
 )
 from pneuflex_sim.scene.friction import load_friction
-from pneuflex_sim.scene.mesh import box
+from pneuflex_sim.scene.mesh import box, merged
 from pneuflex_sim.scene.object_body import Sheet
-from pneuflex_sim.scene.object_shapes import merged
 from pneuflex_sim.scene.objects import ObjectDescription, load_object, load_objects
 from softhand_model.output_file import PICTURES, check_new
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pneuflex_sim.pictures.hand_picture import closing_hand
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
-from pneuflex_sim.scene.mesh import write_obj, write_stl
+from pneuflex_sim.scene.mesh import write_meshes
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.output_file import check_new
 
@@ -104,8 +104,7 @@ def _writer(kind: str, renderer: Renderer) -> Callable[[Path, Array], None]:
     """What writes joints (n, 4) as a file of a kind."""
     if kind == "png":
         return lambda path, joints: _save(path, _views(renderer, joints))
-    files = {"stl": write_stl, "obj": write_obj}
-    return lambda path, joints: files[kind](
+    return lambda path, joints: write_meshes(
         path, {name: mesh for name, (_, mesh) in renderer.skin.parts(joints).items()}
     )
 

@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 from pneuflex_sim.pictures.render import COLORS, OBJECT, TABLE, Color, surroundings
 from pneuflex_sim.pictures.skin import COARSE, HandSkin
 from pneuflex_sim.scene.contacts import Contact
-from pneuflex_sim.scene.mesh import Mesh, box, tube
-from pneuflex_sim.scene.object_shapes import hull_mesh
+from pneuflex_sim.scene.mesh import Mesh, box, hull_mesh, tube
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.simulation import Simulation
 from softhand_model.hand.hand import HandDescription

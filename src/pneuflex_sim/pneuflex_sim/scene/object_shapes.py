@@ -9,10 +9,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from pneuflex_sim.hand.collision import MARGIN
-from pneuflex_sim.scene.mesh import Mesh, box, creased, mesh_of, open_edges, read_mesh, tube
+from pneuflex_sim.scene.mesh import (
+    Mesh,
+    box,
+    creased,
+    hull_mesh,
+    merged,
+    open_edges,
+    read_mesh,
+    tube,
+)
 from pneuflex_sim.scene.solids import (
     Solid,
     box_solid,
@@ -22,7 +30,7 @@ from pneuflex_sim.scene.solids import (
     eroded,
     hull_solid,
     joined,
-    polyhedron_solid,
+    mesh_solid,
 )
 
 Array = NDArray[np.float64]
@@ -158,30 +166,7 @@ def _mesh(dimensions: Dimensions) -> Geometry:
     if not whole:
         hull = creased(hull_mesh(surface.vertices))
         return _of_pieces([surface.vertices], hull_solid(surface.vertices), hull)
-    return _of_pieces(convex_pieces(surface), polyhedron_solid(surface.corners), creased(surface))
-
-
-def hull_mesh(points: Array) -> Mesh:
-    """The convex hull of points (k, 3) [m]."""
-    hull = ConvexHull(points)
-    corners = points[hull.simplices]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inwards = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
-    faces = hull.simplices.copy()
-    faces[inwards] = faces[inwards, ::-1]
-    return mesh_of(points, faces.astype(np.int32).ravel())
-
-
-def merged(meshes: Sequence[Mesh]) -> Mesh:
-    """Several meshes as one."""
-    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
-    return Mesh(
-        np.vstack([mesh.vertices for mesh in meshes]),
-        np.vstack([mesh.normals for mesh in meshes]),
-        np.concatenate(
-            [mesh.indices + np.int32(start) for mesh, start in zip(meshes, starts, strict=True)]
-        ),
-    )
+    return _of_pieces(convex_pieces(surface), mesh_solid(surface), creased(surface))
 
 
 SHAPES: dict[str, Callable[[Dimensions], Geometry]] = {
