@@ -22,9 +22,9 @@ from pneuflex_sim.hand.collision import (
     ENVIRONMENT,
     MARGIN,
     PALM,
-    chain_pieces,
     collides_with,
     collision_groups,
+    collision_hulls,
 )
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import DAMPING_TIME, Body, HandLayout
@@ -210,7 +210,7 @@ def _chain(
     pieces = [
         piece
         for name in body.chains
-        for piece in chain_pieces(layout.models[name].description, layout.segments)
+        for piece in collision_hulls(layout.models[name].description, layout.segments)
     ]
     for index, joint in enumerate(range(body.joints.start, body.joints.stop)):
         place, turn = layout.offset[joint], layout.rest[joint]

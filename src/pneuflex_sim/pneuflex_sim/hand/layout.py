@@ -183,9 +183,8 @@ def _mounted(
     offset, rest = np.array(segments.offset, float), np.array(segments.rest, float)
     mount = description.chain(name).mount
     if mount.parent != "wrist":
-        turn = Rotation.from_quat(mount.quaternion)
-        offset[0] = (
-            models[mount.parent].segments.tip_offset + mount.position + turn.apply(offset[0])
-        )
-        rest[0] = (turn * Rotation.from_quat(rest[0])).as_quat()
+        mounted = Rotation.from_quat(mount.quaternion)
+        tip = models[mount.parent].segments.tip_offset
+        offset[0] = tip + mount.position + mounted.apply(offset[0])
+        rest[0] = (mounted * Rotation.from_quat(rest[0])).as_quat()
     return offset, rest

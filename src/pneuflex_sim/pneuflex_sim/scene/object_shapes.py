@@ -110,8 +110,9 @@ def _directions() -> Array:
     """Unit vectors (k, 3) over the sphere, both poles of z among them."""
     around = 2.0 * np.pi * np.arange(ROUND) / ROUND
     height = np.pi * np.arange(1, ROUND // 2) / (ROUND // 2)
-    turn, tilt = (grid.ravel() for grid in np.meshgrid(around, height))
-    rings = np.stack([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), np.cos(tilt)], -1)
+    azimuth, polar = (grid.ravel() for grid in np.meshgrid(around, height))
+    across = np.sin(polar)
+    rings = np.stack([np.cos(azimuth) * across, np.sin(azimuth) * across, np.cos(polar)], -1)
     return np.vstack([rings, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
 
 
