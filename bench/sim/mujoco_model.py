@@ -252,11 +252,18 @@ def _pad(
 ) -> None:
     """The palm sheet, which sinks along the normal of its crown."""
     sheet = pad.sheet
-    body = _add(hand, "body", name=PAD, pos=pad.place, quat=_wxyz(pad.turn))
+    body = _add(hand, "body", name=PAD, pos=pad.spring.place, quat=_wxyz(pad.orientation))
     if not rigid:
         mass = PAD_DENSITY * sheet.length * sheet.width * sheet.thickness
         _set(body, gravcomp=1)
-        _add(body, "joint", name=PAD, type="slide", axis=(1.0, 0.0, 0.0), **_springs(pad.stiffness))
+        _add(
+            body,
+            "joint",
+            name=PAD,
+            type="slide",
+            axis=(1.0, 0.0, 0.0),
+            **_springs(pad.spring.stiffness),
+        )
         _add(body, "inertial", pos=(0.0, 0.0, 0.0), mass=mass, diaginertia=(1e-5,) * 3)
     geom = _hull(body, assets, PAD, pad_vertices(sheet, MARGIN))
     _touch(geom, friction, PALM, collides_with(PALM))

@@ -16,7 +16,7 @@ from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import write_urdf
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import load_model
-from softhand_model.output_file import PICTURES, check_new
+from softhand_model.output_file import PICTURES, check_new, write_new
 
 Array = NDArray[np.float64]
 
@@ -115,9 +115,8 @@ def run_urdf(options: argparse.Namespace) -> None:
     text = write_urdf(build_layout(load_hand(options.hand), options.segments, load_model(None)))
     if options.out is None:
         print(text)
-        return
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(text + "\n", encoding="utf-8")
+    else:
+        write_new(options.out, text + "\n", force=True)
 
 
 def parser() -> argparse.ArgumentParser:
