@@ -48,11 +48,8 @@ def mass_for_pressure():
         bend = simulation.air.rest_bend(
             simulation.step_size, gauge, simulation.bodies.rotations, 293.15
         )
-        volumes = simulation.air.volumes(bend)
-        absolute = gauge + simulation.ambient
-        return (absolute * volumes - simulation.ambient * simulation.air.rest_volumes) / (
-            287.05 * 293.15
-        )
+        ambient, temperature = simulation.ambient, simulation.temperature
+        return simulation.air.masses(gauge + ambient, ambient, temperature, bend)
 
     return masses
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.air import BEND, AirCoupling
 from pneuflex_sim.hand.bodies import HandBodies
-from pneuflex_sim.hand.collision import PIECES, check_kind
+from pneuflex_sim.hand.collision import PIECES, Touch, check_kind
 from pneuflex_sim.hand.joint_stops import JointStops
 from pneuflex_sim.hand.kinematics import HandShape, TipSensors
 from pneuflex_sim.hand.layout import build_layout
@@ -26,7 +26,7 @@ from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, build_scene, load_scene
 from pneuflex_sim.world import BulletState, SolverSettings, World
 from softhand_model.effects.load import STANDARD_GRAVITY
-from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
+from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import Model, load_model
 from softhand_model.pneumatics.compiled_plant import PLANT
@@ -34,14 +34,7 @@ from softhand_model.pneumatics.compiled_plant import PLANT
 Array = NDArray[np.float64]
 
 LARGEST_STEP = 0.05  # [s]; contacts are missed there, see docs/simulator.md
-STATE = (
-    "steps",
-    "wrist",
-    "pressures_abs",
-    "_volumes",
-    "_imposed",
-    "tip_sensors",
-)
+STATE = ("steps", "wrist", "pressures_abs", "_volumes", "_imposed", "tip_sensors")
 
 
 @dataclass(frozen=True)
@@ -110,16 +103,10 @@ class Simulation:
         pybullet.setGravity(0, 0, -STANDARD_GRAVITY * weight_scale, physicsClientId=client)
         self.wrist = self._new_wrist()
         self.air = AirCoupling(layout)
+        touch = Touch(config.collision, self.friction.hand, config.finger_contact)
+        rigid = self.scene.rigid_wrist
         self.bodies = HandBodies(
-            layout,
-            self.air,
-            self.world,
-            self.wrist,
-            self.scene.rigid_wrist,
-            weight_scale,
-            config.collision,
-            self.friction.hand,
-            config.finger_contact,
+            layout, self.air, self.world, self.wrist, rigid, weight_scale, touch
         )
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
@@ -295,9 +282,9 @@ class Simulation:
 
     def air_masses(self) -> Array:
         """True air mass of each channel [kg above rest at ambient]."""
-        volumes = self.air.volumes(self.bodies.rotations)
-        heat = GAS_CONSTANT * self.temperature
-        return (self.pressures_abs * volumes - self.ambient * self.air.rest_volumes) / heat
+        return self.air.masses(
+            self.pressures_abs, self.ambient, self.temperature, self.bodies.rotations
+        )
 
     def read_sensors(self) -> Array:
         """Noisy absolute pressures [Pa] of the channels and, last, of the supply."""

@@ -106,6 +106,16 @@ class AirCoupling:
         enclosed_air(masses, heat, ambient, self.chambers, rotations, volumes, pressures_abs)
         return pressures_abs, volumes
 
+    def masses(
+        self, pressures_abs: Array, ambient: float, temperature: float, rotations: Array
+    ) -> Array:
+        """Air [kg above the fill at rest and ambient] that the channels hold at these absolute
+        pressures [Pa]: the inverse of `imposed_pressures`.
+        """
+        heat = GAS_CONSTANT * temperature
+        content = pressures_abs * self.volumes(rotations)
+        return (content - ambient * self.chambers.rest) / heat
+
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> Array:

@@ -17,7 +17,7 @@ from pneuflex_sim.dynamics.joint_springs import Before, Joints, look_at_joints
 from pneuflex_sim.hand.air import AirCoupling
 from pneuflex_sim.hand.collision import (
     PALM,
-    PIECES,
+    Touch,
     collides_with,
     collision_groups,
     link_shapes,
@@ -94,13 +94,10 @@ class HandBodies:
         wrist: Wrist,
         rigid: bool,
         weight_scale: float,
-        collision: str = PIECES,
-        friction: float = 1.0,
-        finger_contact: bool = False,
+        touch: Touch,
     ) -> None:
-        self.layout, self.world, self.rigid = layout, world, rigid
-        self.collision, self.friction = collision, friction
-        self.finger_contact, self._air = finger_contact, air
+        self.layout, self.world, self.rigid, self.touch = layout, world, rigid, touch
+        self._by_tables = air.by_tables
         self.ids = [self._create_body(body) for body in layout.bodies]
         counts = [body.joints.stop - body.joints.start for body in layout.bodies]
         self._states = JointStates(self.ids, counts, world.client)
@@ -136,7 +133,7 @@ class HandBodies:
     def _create_body(self, body: Body) -> int:
         layout, client, joints = self.layout, self.world.client, body.joints
         count = joints.stop - joints.start
-        shapes = link_shapes(layout, body, self.collision, client)
+        shapes = link_shapes(layout, body, self.touch.kind, client)
         base = pybullet.createMultiBody(
             0.0 if self.rigid else BASE_MASS,
             -1,
@@ -165,7 +162,9 @@ class HandBodies:
         client = self.world.client
         base = pad.create(0.0 if self.rigid else BASE_MASS, client)
         self._set_base_dynamics(base)
-        pybullet.changeDynamics(base, -1, lateralFriction=self.friction, physicsClientId=client)
+        pybullet.changeDynamics(
+            base, -1, lateralFriction=self.touch.friction, physicsClientId=client
+        )
         pybullet.setCollisionFilterGroupMask(
             base, -1, PALM, collides_with(PALM), physicsClientId=client
         )
@@ -205,11 +204,11 @@ class HandBodies:
                 linearDamping=0,
                 angularDamping=0,
                 jointDamping=0,
-                lateralFriction=self.friction,
+                lateralFriction=self.touch.friction,
                 physicsClientId=client,
             )
-            set_margin(base, link, self.collision, client)
-            mask = collides_with(groups[link], self.finger_contact)
+            set_margin(base, link, self.touch.kind, client)
+            mask = collides_with(groups[link], self.touch.neighbours)
             pybullet.setCollisionFilterGroupMask(
                 base, link, groups[link], mask, physicsClientId=client
             )
@@ -285,7 +284,7 @@ class HandBodies:
         channels; advance the wrist under the load of the last step, and push the bases along.
         """
         step = (self.world.step_size, self._first)
-        air = (self._air.by_tables, ambient, pressures_abs, volumes)
+        air = (self._by_tables, ambient, pressures_abs, volumes)
         if self.rigid:
             joint_torques(*step, *air, self._hand)
         else:

@@ -10,6 +10,8 @@ so on bending no gap opens in the passive layer; wedges open on the back, as bet
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pybullet
 from numpy.typing import NDArray
@@ -139,6 +141,17 @@ def inset(ring: Array, distances: Array) -> Array:
     level = np.einsum("ij,ij->i", normal, ring) - distances
     halfplanes = np.column_stack([normal, -level])
     return np.unique(HalfspaceIntersection(halfplanes, ring.mean(axis=0)).intersections, axis=0)
+
+
+@dataclass(frozen=True)
+class Touch:
+    """How a hand touches: kind of its collision shapes, PyBullet's coefficient of its friction [-],
+    whether neighbouring fingers meet.
+    """
+
+    kind: str = PIECES
+    friction: float = 1.0
+    neighbours: bool = False
 
 
 def check_kind(kind: str) -> None:
