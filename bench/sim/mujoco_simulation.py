@@ -19,7 +19,8 @@ from pneuflex_sim.hand.air import (
     BEND,
     AirCoupling,
     act_on_joints,
-    enclosed_air,
+    chamber_volumes,
+    enclosed_pressures,
 )
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
@@ -112,7 +113,8 @@ class MujocoSimulation:
             self._pressures,
             AMBIENT_PRESSURE,
             GAS_CONSTANT * ROOM_TEMPERATURE,
-            air.chambers,
+            air.rest_volumes,
+            air.volume_gain,
             air.tables,
             air.actuation,
             self.layout.stiffness,
@@ -195,7 +197,8 @@ def move_references(
     pressures,
     ambient,
     heat,
-    chambers,
+    rest_volumes,
+    gain,
     tables,
     actuation,
     stiffness,
@@ -215,7 +218,8 @@ def move_references(
                 turn[k] = qpos[address[i] + (k + 1) % 4]
             turned[i, 0], turned[i, 1], turned[i, 2] = rotation_between(straight, turn)
     volumes = np.empty_like(masses)
-    enclosed_air(masses, heat, ambient, chambers, turned, volumes, pressures)
+    chamber_volumes(rest_volumes, gain, turned, volumes)
+    enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, pressures)
     no_drop = np.zeros_like(pressures)
     act_on_joints(pressures - ambient, no_drop, True, tables, stiffness, actuation)
     for i in range(len(address)):

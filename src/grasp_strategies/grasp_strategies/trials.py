@@ -29,6 +29,16 @@ from softhand_model.output_file import check_new, write_new
 OFFSET = 0.010  # largest shift of the object in x and in y [m]
 MASS_SPREAD = 0.20  # largest change of the object's mass, as a share of it
 MOST_OFFSET = 1.0  # what a user may ask for [m]
+OF_SCENE = (  # settings that a scene is built from
+    "object",
+    "scene",
+    "model",
+    "step",
+    "segments",
+    "solver",
+    "friction",
+    "wall_inclination",
+)
 
 
 def draw_placement(
@@ -92,18 +102,6 @@ class Trial:
         if math.isnan(result["slip"]):
             result["slip"] = None
         return record | result
-
-
-OF_SCENE = (
-    "object",
-    "scene",
-    "model",
-    "step",
-    "segments",
-    "solver",
-    "friction",
-    "wall_inclination",
-)
 
 
 class StartedScene:

@@ -41,7 +41,7 @@ def test_gas_stiffness_is_the_torque_per_common_bend_at_constant_mass(coupling):
     rotations = np.zeros_like(layout.offset)
     volumes, ambient = coupling.volumes(rotations), 101.3e3
     actuation = Actuation(np.zeros_like(rotations), np.zeros_like(rotations))
-    drop = (PRESSURES + ambient) / volumes * coupling.chambers.total
+    drop = (PRESSURES + ambient) / volumes * coupling.total_gain
     act_on_joints(PRESSURES, drop, False, coupling.tables, layout.stiffness, actuation)
     stiffness = actuation.gas
     rotations[index, 1] += small

@@ -20,16 +20,6 @@ LEAST_VOLUME = 0.2  # of a chamber bent the wrong way, as a share of that at res
 BEND = 1  # index of the bending axis (y) in joint rotations
 
 
-class Chambers(NamedTuple):
-    """Chambers by channel: volumes rest (channels,) [m3] and their gain (channels, n) [m3/rad] with
-    the bend of each joint; total (channels,) [m3/rad] with a bend of all joints alike.
-    """
-
-    rest: Array
-    gain: Array
-    total: Array
-
-
 class RestTables(NamedTuple):
     """Rest shape over pressure of all actuators, as cubics between pressures `step` (actuators,)
     [Pa] apart: the channel that feeds each, its first joint, and how many columns of `cubic`
@@ -47,8 +37,10 @@ class AirCoupling:
     """Chambers of a hand grouped by channel; channels in the order of the hand's YAML, joints in
     that of the layout.
 
-    by_tables: whether the rest shape follows from tables alone; else effects of the model act on
-    it. actuation: what the pressures of the step do to the joints.
+    rest_volumes (channels,) [m3]; volume_gain (channels, n) [m3/rad]: with each joint's bend;
+    total_gain (channels,) [m3/rad]: with a bend of all joints alike. by_tables: whether the rest
+    shape follows from tables alone; else effects of the model act on it. actuation: what the
+    pressures of the step do to the joints.
     """
 
     def __init__(self, layout: HandLayout) -> None:
@@ -64,7 +56,7 @@ class AirCoupling:
             np.add.at(rest, channels, model.volume(np.zeros(joints.stop - joints.start)))
             for row, channel in enumerate(channels):
                 gain[channel, joints] += model.volume_gain[row]
-        self.chambers = Chambers(rest, gain, gain.sum(axis=1))
+        self.rest_volumes, self.volume_gain, self.total_gain = rest, gain, gain.sum(axis=1)
         self.by_tables = all(layout.models[name].rest_tables for name in self._fed)
         self.tables = self._stack_tables()
         self.actuation = Actuation(np.zeros((n, 3)), np.zeros((n, 3)))
@@ -84,15 +76,10 @@ class AirCoupling:
         steps = np.array([table.step for table in tables])
         return RestTables(np.array(channels), steps, cubic, np.array(starts), columns)
 
-    @property
-    def rest_volumes(self) -> Array:
-        """Volume of each channel [m3] at rest without pressure."""
-        return self.chambers.rest
-
     def volumes(self, rotations: Array) -> Array:
         """Volume of each channel [m3] for the joint rotations (n, 3) against rest [rad]."""
-        found = np.empty_like(self.chambers.rest)
-        chamber_volumes(self.chambers, rotations, found)
+        found = np.empty_like(self.rest_volumes)
+        chamber_volumes(self.rest_volumes, self.volume_gain, rotations, found)
         return found
 
     def imposed_pressures(
@@ -102,8 +89,9 @@ class AirCoupling:
         air [kg above the fill at rest and ambient].
         """
         volumes, pressures_abs = np.empty_like(masses), np.empty_like(masses)
+        chamber_volumes(self.rest_volumes, self.volume_gain, rotations, volumes)
         heat = GAS_CONSTANT * temperature
-        enclosed_air(masses, heat, ambient, self.chambers, rotations, volumes, pressures_abs)
+        enclosed_pressures(masses, heat, ambient, self.rest_volumes, volumes, pressures_abs)
         return pressures_abs, volumes
 
     def masses(
@@ -114,7 +102,7 @@ class AirCoupling:
         """
         heat = GAS_CONSTANT * temperature
         content = pressures_abs * self.volumes(rotations)
-        return (content - ambient * self.chambers.rest) / heat
+        return (content - ambient * self.rest_volumes) / heat
 
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float
@@ -145,23 +133,24 @@ class AirCoupling:
 
 
 @compiled
-def chamber_volumes(chambers, rotations, volumes):
-    """Fill the volumes (channels,) [m3] for the joint rotations (n, 3) [rad]."""
+def chamber_volumes(rest_volumes, gain, rotations, volumes):
+    """Fill the volumes (channels,) [m3] for the joint rotations (n, 3) [rad]; `gain` (channels, n)
+    [m3/rad].
+    """
     for channel in range(len(volumes)):
-        volume = chambers.rest[channel]
-        for i in range(chambers.gain.shape[1]):
-            volume += chambers.gain[channel, i] * rotations[i, BEND]
-        volumes[channel] = max(volume, LEAST_VOLUME * chambers.rest[channel])
+        volume = rest_volumes[channel]
+        for i in range(gain.shape[1]):
+            volume += gain[channel, i] * rotations[i, BEND]
+        volumes[channel] = max(volume, LEAST_VOLUME * rest_volumes[channel])
 
 
 @compiled
-def enclosed_air(masses, heat, ambient, chambers, rotations, volumes, pressures_abs):
-    """Fill volumes (channels,) [m3] and absolute pressures (channels,) [Pa] of masses [kg above
-    rest] with R_s T = heat [J/kg] behind closed valves.
+def enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, pressures_abs):
+    """Fill the absolute pressures (channels,) [Pa] of masses [kg above rest] behind closed valves,
+    with R_s T = heat [J/kg].
     """
-    chamber_volumes(chambers, rotations, volumes)
     for channel in range(len(volumes)):
-        content = ambient * chambers.rest[channel] + masses[channel] * heat
+        content = ambient * rest_volumes[channel] + masses[channel] * heat
         pressures_abs[channel] = content / volumes[channel]
 
 

@@ -107,7 +107,7 @@ class HandBodies:
             layout.links(world.step_size),
             layout.springs(),
             self._states.joints,
-            air.chambers,
+            air.total_gain,
             air.tables,
             air.actuation,
             Before(np.zeros_like(self.v), self.torque, not_placed(len(self.v))),

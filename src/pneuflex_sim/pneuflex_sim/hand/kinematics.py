@@ -17,6 +17,8 @@ from softhand_model.model_file import Model
 
 Array = NDArray[np.float64]
 
+QUANTITY = "tip_angle"  # of output effects that act on the sensors
+
 
 class HandShape:
     """Forward kinematics of a layout."""
@@ -69,9 +71,6 @@ class HandShape:
         """Centre of mass (3,) of the chains in the wrist frame [m]."""
         center = self.frames(q)[2]
         return self.layout.mass @ center / self.layout.mass.sum()
-
-
-QUANTITY = "tip_angle"
 
 
 class TipSensors:

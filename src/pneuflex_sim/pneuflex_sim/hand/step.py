@@ -16,7 +16,8 @@ from pneuflex_sim.dynamics.joint_springs import (
     Springs,
     spring_torques,
 )
-from pneuflex_sim.hand.air import Chambers, RestTables, act_on_joints
+from pneuflex_sim.dynamics.spatial import Array
+from pneuflex_sim.hand.air import RestTables, act_on_joints
 from pneuflex_sim.hand.driven_bases import BASE_MASS, Bases, HandWeight, carry_bases
 from pneuflex_sim.hand.palm_pad import PadSpring, sink_pad
 from pneuflex_sim.hand.wrist import Arm, Drive, WristState
@@ -24,12 +25,14 @@ from softhand_model.numerics.compiled import compiled
 
 
 class HandArrays(NamedTuple):
-    """A hand for the kernels: all of its joints, with what acts on them."""
+    """A hand for the kernels: all of its joints, with what acts on them. total_gain (channels,)
+    [m3/rad] of the chambers with a bend of all joints alike.
+    """
 
     links: Links
     springs: Springs
     joints: Joints
-    chambers: Chambers
+    total_gain: Array
     tables: RestTables
     actuation: Actuation
     before: Before
@@ -56,9 +59,9 @@ def joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, 
 
     `by_tables`: the rest shape follows from the tables; else the hand's actuation holds it already.
     """
-    links, springs, joints, chambers, tables, actuation, (v, torque, placed) = hand
-    springs, actuation, chambers = Springs(*springs), Actuation(*actuation), Chambers(*chambers)
-    drop = pressures_abs / volumes * chambers.total
+    links, springs, joints, total_gain, tables, actuation, (v, torque, placed) = hand
+    springs, actuation = Springs(*springs), Actuation(*actuation)
+    drop = pressures_abs / volumes * total_gain
     pressures = pressures_abs - ambient
     act_on_joints(pressures, drop, by_tables, RestTables(*tables), springs.stiffness, actuation)
     before = Before(v, torque, Placed(*placed))

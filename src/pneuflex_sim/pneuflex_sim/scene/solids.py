@@ -25,6 +25,10 @@ from pneuflex_sim.scene.mesh import Mesh, hull_mesh
 Array = NDArray[np.float64]
 
 NEAR_DIAGONAL = 1e-9  # products of inertia below this share of the trace count as none
+CONVEX = 0.99  # share of the hull's volume from which a mesh counts as convex
+SETTINGS = {"threshold": 0.05, "max_ch_vertex": 64, "decimate": True, "seed": 0}  # of CoACD
+SHARPEST = 10.0  # erosions by which a corner moves at most
+THINNEST = 0.45  # share of a piece's thickness that erosion takes from each side at most
 
 
 @dataclass(frozen=True)
@@ -95,12 +99,6 @@ def joined(solids: Sequence[Solid]) -> Solid:
         away = solid.center - center
         inertia += share * (solid.inertia + away @ away * np.eye(3) - np.outer(away, away))
     return Solid(float(volumes.sum()), center, inertia)
-
-
-CONVEX = 0.99  # share of the hull's volume from which a mesh counts as convex
-SETTINGS = {"threshold": 0.05, "max_ch_vertex": 64, "decimate": True, "seed": 0}
-SHARPEST = 10.0  # erosions by which a corner moves at most
-THINNEST = 0.45  # share of a piece's thickness that erosion takes from each side at most
 
 
 def convex_pieces(mesh: Mesh) -> tuple[Array, ...]:
