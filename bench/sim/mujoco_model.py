@@ -199,11 +199,7 @@ def _carrier(hand: xml.Element, layout: HandLayout) -> None:
 
 
 def _chain(
-    hand: xml.Element,
-    assets: xml.Element,
-    layout: HandLayout,
-    body: Body,
-    friction: FrictionTable,
+    hand: xml.Element, assets: xml.Element, layout: HandLayout, body: Body, friction: FrictionTable
 ) -> None:
     """One serial body of the layout, link in link."""
     parent, groups = hand, collision_groups(layout, body)

@@ -20,7 +20,7 @@ from pneuflex_sim.hand.air import (
     AirCoupling,
     act_on_joints,
     chamber_volumes,
-    enclosed_pressures,
+    enclosed_pressures_abs,
 )
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
@@ -219,7 +219,7 @@ def move_references(
             turned[i, 0], turned[i, 1], turned[i, 2] = rotation_between(straight, turn)
     volumes = np.empty_like(masses)
     chamber_volumes(rest_volumes, gain, turned, volumes)
-    enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, pressures)
+    enclosed_pressures_abs(masses, heat, ambient, rest_volumes, volumes, pressures)
     no_drop = np.zeros_like(pressures)
     act_on_joints(pressures - ambient, no_drop, True, tables, stiffness, actuation)
     for i in range(len(address)):

@@ -231,7 +231,7 @@ class Simulation:
     def _update_air(self, valves: Array | None) -> None:
         rotations = self.bodies.rotations
         if self._imposed is not None:
-            self.pressures_abs, self._volumes = self.air.imposed_pressures(
+            self.pressures_abs, self._volumes = self.air.enclosed_air(
                 self._imposed, self.ambient, self.temperature, rotations
             )
             return

@@ -63,7 +63,7 @@ def test_imposed_masses_and_pressures_meet_the_gas_law(coupling):
     rotations = np.zeros_like(coupling.layout.offset)
     rotations[:, 1] = 0.2
     masses, ambient = np.array([3e-5, 1e-5, 2e-5, 0.0]), 101.3e3
-    pressures, volumes = coupling.imposed_pressures(masses, ambient, 293.15, rotations)
+    pressures, volumes = coupling.enclosed_air(masses, ambient, 293.15, rotations)
     content = pressures * volumes / (287.05 * 293.15)
     at_rest = ambient * coupling.rest_volumes / (287.05 * 293.15)
     np.testing.assert_allclose(content - at_rest, masses, atol=1e-15)

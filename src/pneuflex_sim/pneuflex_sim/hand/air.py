@@ -82,7 +82,7 @@ class AirCoupling:
         chamber_volumes(self.rest_volumes, self.volume_gain, rotations, found)
         return found
 
-    def imposed_pressures(
+    def enclosed_air(
         self, masses: Array, ambient: float, temperature: float, rotations: Array
     ) -> tuple[Array, Array]:
         """Absolute pressures [Pa] and volumes [m3] of the channels when they hold these masses of
@@ -91,14 +91,14 @@ class AirCoupling:
         volumes, pressures_abs = np.empty_like(masses), np.empty_like(masses)
         chamber_volumes(self.rest_volumes, self.volume_gain, rotations, volumes)
         heat = GAS_CONSTANT * temperature
-        enclosed_pressures(masses, heat, ambient, self.rest_volumes, volumes, pressures_abs)
+        enclosed_pressures_abs(masses, heat, ambient, self.rest_volumes, volumes, pressures_abs)
         return pressures_abs, volumes
 
     def masses(
         self, pressures_abs: Array, ambient: float, temperature: float, rotations: Array
     ) -> Array:
         """Air [kg above the fill at rest and ambient] that the channels hold at these absolute
-        pressures [Pa]: the inverse of `imposed_pressures`.
+        pressures [Pa]: the inverse of `enclosed_air`.
         """
         heat = GAS_CONSTANT * temperature
         content = pressures_abs * self.volumes(rotations)
@@ -145,7 +145,7 @@ def chamber_volumes(rest_volumes, gain, rotations, volumes):
 
 
 @compiled
-def enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, pressures_abs):
+def enclosed_pressures_abs(masses, heat, ambient, rest_volumes, volumes, pressures_abs):
     """Fill the absolute pressures (channels,) [Pa] of masses [kg above rest] behind closed valves,
     with R_s T = heat [J/kg].
     """

@@ -233,11 +233,7 @@ class HandBodies:
         for body, base in zip(self.layout.bodies, self.ids, strict=True):
             for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
                 pybullet.resetJointStateMultiDof(
-                    base,
-                    link,
-                    joints[joint].tolist(),
-                    [0, 0, 0],
-                    physicsClientId=self.world.client,
+                    base, link, joints[joint].tolist(), [0, 0, 0], physicsClientId=self.world.client
                 )
         self._first, self._fast_time = True, 0.0
         self.read()

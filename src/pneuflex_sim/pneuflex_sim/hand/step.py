@@ -9,13 +9,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from pneuflex_sim.dynamics.chain import Links, Placed
-from pneuflex_sim.dynamics.joint_springs import (
-    Actuation,
-    Before,
-    Joints,
-    Springs,
-    spring_torques,
-)
+from pneuflex_sim.dynamics.joint_springs import Actuation, Before, Joints, Springs, spring_torques
 from pneuflex_sim.dynamics.spatial import Array
 from pneuflex_sim.hand.air import RestTables, act_on_joints
 from pneuflex_sim.hand.driven_bases import BASE_MASS, Bases, HandWeight, carry_bases

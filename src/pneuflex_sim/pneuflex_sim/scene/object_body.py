@@ -182,10 +182,7 @@ class ObjectBody:
     def _set_surface(self, friction: float) -> None:
         compliance, soft = self.description.compliance, {}
         if compliance is not None:
-            soft = {
-                "contactStiffness": compliance.stiffness,
-                "contactDamping": compliance.damping,
-            }
+            soft = {"contactStiffness": compliance.stiffness, "contactDamping": compliance.damping}
         for link in self._surfaces:
             pybullet.changeDynamics(
                 self.id,
