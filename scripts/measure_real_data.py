@@ -1,7 +1,7 @@
 """What the lab says of measurements on disk: `python scripts/measure_real_data.py [FOLDER]`.
 
 FOLDER holds measurement sets, one folder each; without it the environment's SOFTHAND_MEASUREMENTS
-does. Prints tables in Markdown (docs/understand/measurements.md is made from them) and writes a report of each
+does. Prints the tables of docs/understand/measurements.md in Markdown and writes a report of each
 set to out/real-data; --figure draws measured and predicted curves of all of them. A set is
 diagnosed with the base model if its specimens have what that needs, else with `linear`. For tensile
 tests the last table has what plain least squares finds.

@@ -1,4 +1,4 @@
-"""What step, segments and iterations do to motion and grasp: a table for docs/understand/simulator.md.
+"""What step, segments and iterations do to motion and grasp: a table of the simulator's page.
 
 python -m bench.sim.convergence --help
 """

@@ -70,10 +70,7 @@ def configuration(seed: int, step: float, segments: int = 5) -> SimulationConfig
 
 
 def _run(
-    build: Callable[[], Any],
-    simulator: type,
-    engine: tuple[Any, str],
-    count: Callable[[Any], int],
+    build: Callable[[], Any], simulator: type, engine: tuple[Any, str], count: Callable[[Any], int]
 ) -> Grasp:
     points: list[int] = []
     simulation = build()

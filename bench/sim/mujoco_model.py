@@ -22,9 +22,9 @@ from pneuflex_sim.hand.collision import (
     ENVIRONMENT,
     MARGIN,
     PALM,
-    chain_pieces,
     collides_with,
     collision_groups,
+    collision_hulls,
 )
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import DAMPING_TIME, Body, HandLayout
@@ -199,18 +199,14 @@ def _carrier(hand: xml.Element, layout: HandLayout) -> None:
 
 
 def _chain(
-    hand: xml.Element,
-    assets: xml.Element,
-    layout: HandLayout,
-    body: Body,
-    friction: FrictionTable,
+    hand: xml.Element, assets: xml.Element, layout: HandLayout, body: Body, friction: FrictionTable
 ) -> None:
     """One serial body of the layout, link in link."""
     parent, groups = hand, collision_groups(layout, body)
     pieces = [
         piece
         for name in body.chains
-        for piece in chain_pieces(layout.models[name].description, layout.segments)
+        for piece in collision_hulls(layout.models[name].description, layout.segments)
     ]
     for index, joint in enumerate(range(body.joints.start, body.joints.stop)):
         place, turn = layout.offset[joint], layout.rest[joint]
@@ -252,11 +248,18 @@ def _pad(
 ) -> None:
     """The palm sheet, which sinks along the normal of its crown."""
     sheet = pad.sheet
-    body = _add(hand, "body", name=PAD, pos=pad.place, quat=_wxyz(pad.turn))
+    body = _add(hand, "body", name=PAD, pos=pad.spring.place, quat=_wxyz(pad.orientation))
     if not rigid:
         mass = PAD_DENSITY * sheet.length * sheet.width * sheet.thickness
         _set(body, gravcomp=1)
-        _add(body, "joint", name=PAD, type="slide", axis=(1.0, 0.0, 0.0), **_springs(pad.stiffness))
+        _add(
+            body,
+            "joint",
+            name=PAD,
+            type="slide",
+            axis=(1.0, 0.0, 0.0),
+            **_springs(pad.spring.stiffness),
+        )
         _add(body, "inertial", pos=(0.0, 0.0, 0.0), mass=mass, diaginertia=(1e-5,) * 3)
     geom = _hull(body, assets, PAD, pad_vertices(sheet, MARGIN))
     _touch(geom, friction, PALM, collides_with(PALM))

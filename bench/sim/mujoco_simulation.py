@@ -20,7 +20,7 @@ from pneuflex_sim.hand.air import (
     AirCoupling,
     act_on_joints,
     chamber_volumes,
-    enclosed_pressures,
+    enclosed_pressures_abs,
 )
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
@@ -51,7 +51,6 @@ class MujocoSimulation:
         described = thing if isinstance(thing, ObjectDescription) else load_object(thing)
         self.layout = build_layout(self.hand, config.segments, load_model(None))
         self.air, self.shape = AirCoupling(self.layout), HandShape(self.layout)
-        self._tables = self.air.arrays(self.air.rest_volumes)[2:]
         self.channels, self.step_size = tuple(self.hand.channels), config.step
         self.model = mujoco.MjModel.from_xml_string(
             model_text(
@@ -116,8 +115,8 @@ class MujocoSimulation:
             GAS_CONSTANT * ROOM_TEMPERATURE,
             air.rest_volumes,
             air.volume_gain,
-            self._tables,
-            air.actuated,
+            air.tables,
+            air.actuation,
             self.layout.stiffness,
             self._address,
             self._qpos,
@@ -201,7 +200,7 @@ def move_references(
     rest_volumes,
     gain,
     tables,
-    actuated,
+    actuation,
     stiffness,
     address,
     qpos,
@@ -220,24 +219,11 @@ def move_references(
             turned[i, 0], turned[i, 1], turned[i, 2] = rotation_between(straight, turn)
     volumes = np.empty_like(masses)
     chamber_volumes(rest_volumes, gain, turned, volumes)
-    enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, pressures)
-    channel, step, cubic, start, width = tables
-    bend, gas = actuated
-    act_on_joints(
-        pressures - ambient,
-        np.zeros_like(pressures),
-        True,
-        channel,
-        step,
-        cubic,
-        start,
-        width,
-        stiffness,
-        bend,
-        gas,
-    )
+    enclosed_pressures_abs(masses, heat, ambient, rest_volumes, volumes, pressures)
+    no_drop = np.zeros_like(pressures)
+    act_on_joints(pressures - ambient, no_drop, True, tables, stiffness, actuation)
     for i in range(len(address)):
         if address[i] >= 0:
-            rest = quaternion_of_rotation(bend[i])
+            rest = quaternion_of_rotation(actuation.bend[i])
             for k in range(4):
                 reference[address[i] + (k + 1) % 4] = rest[k]

@@ -9,7 +9,6 @@ import numpy as np
 
 from bench.row import at_most
 from pneuflex_sim.simulation import Simulation, SimulationConfig
-from softhand_model.gas import GAS_CONSTANT
 
 TRIALS = {0.005: 200, 0.002: 20, 0.001: 10}  # by step [s]
 OBJECTS = ("cylinder", "tube", "ball", "tape_dispenser", "marker")
@@ -24,9 +23,8 @@ def masses_at(simulation: Simulation, pressures: np.ndarray) -> np.ndarray:
     """Air masses [kg above rest] that give these gauge pressures [Pa] when nothing is touched."""
     still = np.zeros_like(simulation.bodies.v)
     bend = simulation.air.rest_bend(simulation.step_size, pressures, still, simulation.temperature)
-    filled = (pressures + simulation.ambient) * simulation.air.volumes(bend)
-    rest = simulation.ambient * simulation.air.rest_volumes
-    return (filled - rest) / (GAS_CONSTANT * simulation.temperature)
+    ambient, temperature = simulation.ambient, simulation.temperature
+    return simulation.air.masses(pressures + ambient, ambient, temperature, bend)
 
 
 class RandomCommands:

@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.sim.random_trials import masses_at
 from pneuflex_sim.scene.friction import FrictionTable
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
-from softhand_model.gas import GAS_CONSTANT
 
 HAND = Path(__file__).parent / "data" / "six_fingers.yaml"
 HEIGHT = 0.098  # of the mounts above the table [m]
@@ -69,11 +69,7 @@ def build(segments: int, step: float, parts: int = 1) -> Simulation:
 
 def closed_mass(simulation: Simulation, pressure: float = PRESSURE) -> np.ndarray:
     """Air masses [kg above rest] that give a gauge pressure [Pa] when nothing is touched."""
-    gauge, still = np.array([pressure]), np.zeros_like(simulation.bodies.v)
-    bend = simulation.air.rest_bend(simulation.step_size, gauge, still, simulation.temperature)
-    filled = (gauge + simulation.ambient) * simulation.air.volumes(bend)
-    heat = GAS_CONSTANT * simulation.temperature
-    return (filled - simulation.ambient * simulation.air.rest_volumes) / heat
+    return masses_at(simulation, np.array([pressure]))
 
 
 def grasp(segments: int, step: float) -> dict[str, float]:

@@ -61,8 +61,5 @@ def timed_steps(
         times.whole.append(time.thread_time() - start)
         after(simulation)
 
-    with (
-        mock.patch.object(*engine, step_engine),
-        mock.patch.object(simulator, "step", step_all),
-    ):
+    with mock.patch.object(*engine, step_engine), mock.patch.object(simulator, "step", step_all):
         yield times

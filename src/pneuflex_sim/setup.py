@@ -37,6 +37,7 @@ setup(
         "PyYAML",
         "pybullet",
         "numba",
+        "trimesh",
     ],
     extras_require={"test": ["pytest"], "plot": ["matplotlib"], "mesh": ["coacd"]},
     zip_safe=False,

@@ -46,13 +46,10 @@ def mass_for_pressure():
         """Air masses [kg above rest] that give these gauge pressures [Pa] at free bending."""
         gauge = np.asarray(pressures, float)
         bend = simulation.air.rest_bend(
-            simulation.step_size, gauge, simulation.bodies.rotations(), 293.15
+            simulation.step_size, gauge, simulation.bodies.rotations, 293.15
         )
-        volumes = simulation.air.volumes(bend)
-        absolute = gauge + simulation.ambient
-        return (absolute * volumes - simulation.ambient * simulation.air.rest_volumes) / (
-            287.05 * 293.15
-        )
+        ambient, temperature = simulation.ambient, simulation.temperature
+        return simulation.air.masses(gauge + ambient, ambient, temperature, bend)
 
     return masses
 
@@ -68,7 +65,7 @@ def hold_pressure():
 
         def impose(_valves):
             share = min(1.0, (simulation.time - start) / ramp)
-            simulation._volumes = simulation.air.volumes(simulation.bodies.turned)
+            simulation._volumes = simulation.air.volumes(simulation.bodies.rotations)
             simulation.pressures_abs = simulation.ambient + share * goal
 
         simulation._update_air = impose

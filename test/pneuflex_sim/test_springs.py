@@ -121,7 +121,7 @@ def test_a_finger_softer_sideways_and_in_twist_yields_to_the_least_energy(
         pybullet.applyExternalForce(
             bodies.ids[0], tip, share * force, at, pybullet.WORLD_FRAME, physicsClientId=client
         )
-        simulation._volumes = simulation.air.volumes(bodies.turned)
+        simulation._volumes = simulation.air.volumes(bodies.rotations)
         simulation.pressures_abs = simulation.ambient + np.array([share * 20e3])
 
     simulation._update_air = push

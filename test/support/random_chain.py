@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.dynamics import chain as chain_kernel
+from pneuflex_sim.dynamics.chain import Links, not_placed, place_links
 
 
 class RandomChain:
@@ -15,8 +15,9 @@ class RandomChain:
         self.q = Rotation.from_rotvec(rng.normal(size=(n, 3))).as_quat()
         self.offset, self.com = rng.normal(size=(n, 3)), rng.normal(size=(n, 3))
         self.inertia, self.mass = rng.uniform(0.1, 1, (n, 3)), rng.uniform(0.5, 2, n)
-        self.placed = (np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)))
-        chain_kernel.place_joints(0, n, self.q, self.offset, self.com, self.inertia, *self.placed)
+        start, self.placed = np.array([0, n]), not_placed(n)
+        self.links = Links(start, self.offset, self.com, self.inertia, self.mass)
+        place_links(self.q, self.links, self.placed)
 
     def jacobians(self):
         frames = []

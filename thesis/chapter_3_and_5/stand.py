@@ -12,7 +12,6 @@ from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.scene.scenes import SceneDescription, load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.chain.segments import SegmentChain
-from softhand_model.gas import GAS_CONSTANT
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
@@ -39,10 +38,10 @@ def hand_of(actuator: Actuator) -> HandDescription:
 
 def fill(simulation: Simulation, pressures: Array | float) -> None:
     """Give the chambers the air that they hold at gauge pressures [Pa] as they are bent now."""
-    volumes = simulation.air.volumes(simulation.bodies.rotations())
-    content = (pressures + simulation.ambient) * volumes
-    rest = simulation.ambient * simulation.air.rest_volumes
-    simulation.set_air_masses((content - rest) / (GAS_CONSTANT * simulation.temperature))
+    pressures_abs = pressures + simulation.ambient
+    temperature, rotations = simulation.temperature, simulation.bodies.rotations
+    masses = simulation.air.masses(pressures_abs, simulation.ambient, temperature, rotations)
+    simulation.set_air_masses(masses)
 
 
 @dataclass(frozen=True)
@@ -169,7 +168,7 @@ class FingerStand:
 
     def bends(self) -> Array:
         """Angles (n,) [rad] of the joints about y."""
-        return self.simulation.bodies.rotations()[:, 1]
+        return self.simulation.bodies.rotations[:, 1].copy()
 
     def line(self) -> Array:
         """Places (n + 2, 3) [m] of base, joints and tip."""

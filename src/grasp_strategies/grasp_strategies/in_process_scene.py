@@ -1,12 +1,8 @@
-"""The scene contract on a simulation in the same process, its air at the pace of the chokes; the
-only file of this package that imports pneuflex_sim.
+"""The scene contract on a simulation in the same process, for trials in batches; the only file of
+this package that imports pneuflex_sim.
 
-It stands in for the driver in batch trials: the chokes limit the rate, the smallest pulse is the
-grain of what can be commanded, and a channel above its pressure limit is relieved.
-
-The scene contract on a simulation in the same process, for trials in batches.
-
-The only file of this package that imports pneuflex_sim.
+`ImposedAir` stands in for the driver: the chokes limit the rate, the smallest pulse is the grain of
+what can be commanded, and a channel above its pressure limit is relieved.
 """
 
 from __future__ import annotations
@@ -16,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
+from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_model.gas import AMBIENT_PRESSURE, line_conductance, orifice_conductance, series_flow
@@ -99,34 +96,25 @@ class ImposedAir:
         return np.where(self._relieving, -np.inf, held)
 
 
-OBJECT = "object"
-
-
 class InProcessScene:
-    """`grasp_strategies.scene.Scene` over a `pneuflex_sim` simulation."""
+    """`grasp_strategies.scene.Scene` over a `pneuflex_sim` simulation; strategies do not see what
+    runs behind it.
+    """
 
     def __init__(self, simulation: Simulation) -> None:
-        self._simulation = simulation
+        self.simulation = simulation
         self.channels: tuple[str, ...] = tuple(simulation.channels)
         self.hand_bodies = hand_body_names(chain.name for chain in simulation.hand.chains)
-        self._air = self._new_air()
-
-    def _new_air(self) -> ImposedAir:
-        return ImposedAir(self._simulation.hand.max_pressures())
-
-    @property
-    def simulation(self) -> Simulation:
-        """What runs behind the contract, to be looked at: strategies do not see it."""
-        return self._simulation
+        self._air = ImposedAir(simulation.hand.max_pressures())
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return float(self._simulation.time)
+        return float(self.simulation.time)
 
     def command_wrist(self, position: Array, orientation: Array) -> None:
         """Set the target pose of the wrist: position (3,) [m], quaternion (4,)."""
-        self._simulation.command_wrist(position, orientation)
+        self.simulation.command_wrist(position, orientation)
 
     def command_air(self, masses: Array) -> None:
         """Set the air masses (channels,) [kg above rest] to reach."""
@@ -147,7 +135,7 @@ class InProcessScene:
 
         Raises SceneError when the simulation diverges.
         """
-        simulation, step = self._simulation, self._simulation.step_size
+        simulation, step = self.simulation, self.simulation.step_size
         for _ in range(max(1, round(duration / step))):
             pressures_abs = simulation.pressures() + AMBIENT_PRESSURE
             simulation.set_air_masses(self._air.advance(step, pressures_abs))
@@ -158,16 +146,12 @@ class InProcessScene:
 
     def observe(self) -> Observation:
         """Return the state now."""
-        simulation = self._simulation
-        wrist, wrist_turn = simulation.wrist_pose()
-        place, turn = simulation.object_pose()
+        simulation = self.simulation
         return Observation(
             self.time,
-            wrist,
-            wrist_turn,
+            *simulation.wrist_pose(),
             simulation.wrist_wrench()[0],
-            place,
-            turn,
+            *simulation.object_pose(),
             self._air.masses,
             simulation.pressures(),
             frozenset(
@@ -180,19 +164,19 @@ class InProcessScene:
 
     def save(self) -> dict[str, Any]:
         """Snapshot for `restart`."""
-        return self._simulation.save()
+        return self.simulation.save()
 
     def restart(self, saved: dict[str, Any], offset: tuple[float, ...], mass_scale: float) -> None:
         """Go back to a snapshot from before anything was commanded, with the object shifted by
         `offset` [m] and its mass scaled; the same, bit for bit, as in a new simulation.
         """
-        self._simulation.restore(saved)
-        self._simulation.place_object(offset, mass_scale)
-        self._air = self._new_air()
+        self.simulation.restore(saved)
+        self.simulation.place_object(offset, mass_scale)
+        self._air = ImposedAir(self.simulation.hand.max_pressures())
 
     def close(self) -> None:
         """Free the simulation."""
-        self._simulation.close()
+        self.simulation.close()
 
 
 def build_scene(*, solver: str = "default", **config: Any) -> InProcessScene:

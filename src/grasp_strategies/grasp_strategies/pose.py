@@ -1,7 +1,4 @@
-"""Poses in space, positions and quaternions (x, y, z, w), and smooth motion between two of them.
-
-Smooth motion of the wrist between two poses.
-"""
+"""Poses in space, positions and quaternions (x, y, z, w), and smooth motion between two of them."""
 
 from __future__ import annotations
 
@@ -17,6 +14,7 @@ Array = NDArray[np.float64]
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 _PARALLEL = 1.0 - 1e-9  # cosine above which slerp is a straight line to within rounding
+PEAK_TO_MEAN = 1.875  # greatest over mean speed of a minimum-jerk motion, at half its duration
 
 
 def inverse(quaternion: Array) -> Array:
@@ -53,8 +51,7 @@ def slerp(first: Array, second: Array, fraction: float) -> Array:
 def heading(quaternion: Array) -> Array:
     """The part of a rotation about the vertical: q = heading * (rest without a vertical part).
 
-    A rotation that tips the object over by half a turn has no heading; the identity is returned for
-    it.
+    A rotation that tips the object over by 180 deg has no heading; the identity is returned for it.
     """
     z, w = float(quaternion[2]), float(quaternion[3])
     norm = math.hypot(z, w)
@@ -78,11 +75,6 @@ class Pose:
     def locate(self, point: Array) -> Array:
         """Coordinates (3,) [m] in this frame of a point given in the outer frame."""
         return rotate(inverse(self.orientation), point - self.position)
-
-
-PEAK_TO_MEAN = (
-    1.875  # greatest over mean speed of a minimum-jerk motion: the derivative of its course at 1/2
-)
 
 
 def minimum_jerk(fraction: float) -> float:
@@ -113,7 +105,9 @@ class Motion:
 
 
 def duration_at_speed(start: Pose, goal: Pose, speed: float, turn_speed: float) -> float:
-    """Duration [s] so that neither speed [m/s] nor turning [rad/s] is exceeded at its greatest."""
+    """Duration [s] in which the motion exceeds neither a speed [m/s] nor a rate of rotation
+    [rad/s] at its greatest.
+    """
     distance = float(sum((goal.position - start.position) ** 2) ** 0.5)
-    turn = angle_between(start.orientation, goal.orientation)
-    return PEAK_TO_MEAN * max(distance / speed, turn / turn_speed)
+    angle = angle_between(start.orientation, goal.orientation)
+    return PEAK_TO_MEAN * max(distance / speed, angle / turn_speed)

@@ -1,7 +1,4 @@
-"""Runs a strategy on a scene: commands wrist and air, ends phases, heeds an abort, judges.
-
-Runs a strategy on a scene: commands wrist and air, ends phases, heeds an abort, judges.
-"""
+"""Runs a strategy on a scene: commands wrist and air, ends phases, heeds an abort, judges."""
 
 from __future__ import annotations
 
@@ -15,6 +12,11 @@ from grasp_strategies.pose import IDENTITY, Motion, Pose, duration_at_speed, hea
 from grasp_strategies.scene import Array, Observation, Scene, SceneError, masses_in_order
 from grasp_strategies.strategy import Phase, Strategy, Waypoint
 from softhand_model.numerics.rotations import compose, from_rpy
+
+CONTROL_STEP = 0.01  # [s]
+VENT, HOLD = "vent", "hold"
+ABORT_ACTIONS = (VENT, HOLD)
+DONE, ABORTED, FAILED = "done", "aborted", "failed"  # what `on_phase` gets after the last phase
 
 
 class PhaseRun:
@@ -35,17 +37,15 @@ class PhaseRun:
         self.motion: Motion | None = None
         if phase.wrist is not None:
             goal = goal_pose(phase.wrist, seen, commanded_pose, object_rpy)
-            self.motion = Motion(
-                commanded_pose, goal, _motion_duration(phase, commanded_pose, goal)
-            )
+            duration = _motion_duration(phase, commanded_pose, goal)
+            self.motion = Motion(commanded_pose, goal, duration)
 
     @property
     def least_duration(self) -> float:
         """Time until motion, ramp and stated duration are all over [s]."""
         moving = self.motion.duration if self.motion else 0.0
-        return max(
-            moving, self.phase.air_ramp if self.phase.air_mass else 0.0, self.phase.duration or 0.0
-        )
+        ramp = self.phase.air_ramp if self.phase.air_mass else 0.0
+        return max(moving, ramp, self.phase.duration or 0.0)
 
     def air_at(self, elapsed: float) -> Array:
         """Commanded air masses (channels,) [kg] at a time [s] since the phase began."""
@@ -74,26 +74,16 @@ def goal_pose(
         "wrist_level": Pose(commanded.position, IDENTITY),
         "object": Pose(seen.object_position, _object_heading(seen.object_orientation, object_rpy)),
     }
-    turn = IDENTITY if waypoint.rpy is None else from_rpy(waypoint.rpy)
-    goal = frames[waypoint.frame].compose(Pose(np.array(waypoint.position), turn))
+    orientation = IDENTITY if waypoint.rpy is None else from_rpy(waypoint.rpy)
+    goal = frames[waypoint.frame].compose(Pose(np.array(waypoint.position), orientation))
     return Pose(goal.position, commanded.orientation) if waypoint.rpy is None else goal
 
 
 def _object_heading(orientation: Array, object_rpy: tuple[float, float, float] | None) -> Array:
-    """Turn about the vertical from the orientation that waypoints suppose to the object's."""
+    """Rotation about the vertical from the orientation that waypoints suppose to the object's."""
     if object_rpy is None:
         return IDENTITY
     return heading(compose(orientation, inverse(from_rpy(object_rpy))))
-
-
-CONTROL_STEP = 0.01  # [s]
-VENT, HOLD = "vent", "hold"
-ABORT_ACTIONS = (VENT, HOLD)
-DONE, ABORTED, FAILED = (
-    "done",
-    "aborted",
-    "failed",
-)  # what the phase callback gets after the last phase
 
 
 class _Aborted(Exception):
@@ -211,10 +201,8 @@ class Sequencer:
             self._watch()
             if self._ended(run):
                 break
-        if not phase.until:
-            self._command(
-                run, run.least_duration
-            )  # the goal itself, however long the last step was
+        if not phase.until:  # to the goal itself, however long the last step was
+            self._command(run, run.least_duration)
 
     def _watch(self) -> None:
         holding = self._phase == self._strategy.success.hold_phase

@@ -1,7 +1,5 @@
 """Grasp trials in process: one trial from a seed, a batch, and the command that runs it.
 
-Grasp trials in process: one trial from a seed, a batch, and the command that runs it.
-
 Each seed draws where the object lies and how heavy it is; the same seed gives the same trial.
 """
 
@@ -26,9 +24,21 @@ from grasp_strategies.in_process_scene import InProcessScene, build_scene
 from grasp_strategies.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import Strategy, load_strategy
+from softhand_model.output_file import check_new, write_new
 
 OFFSET = 0.010  # largest shift of the object in x and in y [m]
 MASS_SPREAD = 0.20  # largest change of the object's mass, as a share of it
+MOST_OFFSET = 1.0  # what a user may ask for [m]
+OF_SCENE = (  # settings that a scene is built from
+    "object",
+    "scene",
+    "model",
+    "step",
+    "segments",
+    "solver",
+    "friction",
+    "wall_inclination",
+)
 
 
 def draw_placement(
@@ -50,9 +60,6 @@ def draw_placement(
     draw = np.random.default_rng(seed).uniform(-1.0, 1.0, 3)
     x, y = (offset * draw[:2]).tolist()
     return (x, y), float(1.0 + mass_spread * draw[2])
-
-
-MOST_OFFSET = 1.0  # what a user may ask for [m]
 
 
 @dataclass(frozen=True)
@@ -102,17 +109,8 @@ class StartedScene:
 
     def __init__(self, settings: TrialSettings) -> None:
         self.strategy = load_strategy(settings.strategy)
-        self.scene = build_scene(
-            hand=self.strategy.hand,
-            object=settings.object,
-            scene=settings.scene,
-            model=settings.model,
-            step=settings.step,
-            segments=settings.segments,
-            solver=settings.solver,
-            friction=settings.friction,
-            wall_inclination=settings.wall_inclination,
-        )
+        config = {name: getattr(settings, name) for name in OF_SCENE}
+        self.scene = build_scene(hand=self.strategy.hand, **config)
         self._start = self.scene.save()
 
     def place(self, offset: tuple[float, float], mass_scale: float) -> InProcessScene:
@@ -243,20 +241,11 @@ def _share(text: str) -> float:
     return value
 
 
-def _write(summary: dict[str, Any], out: Path | None) -> None:
-    text = json.dumps(summary, indent=2)
-    if out is None:
-        print(text)
-        return
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(text + "\n", encoding="utf-8")
-
-
 def _run(options: argparse.Namespace) -> int:
     if options.seeds < 1 or options.jobs < 1:
         raise ValueError(f"seeds and jobs: expected 1 or more, got {options.seeds}, {options.jobs}")
-    if options.out is not None and options.out.exists() and not options.force:
-        raise ValueError(f"{options.out}: expected a new file (or --force), got one that exists")
+    if options.out is not None:
+        check_new(options.out, options.force)
     settings, trials = read_settings(options), []
     settings = replace(settings, offset=options.offset, mass_spread=options.mass_spread)
     seeds = range(options.first_seed, options.first_seed + options.seeds)
@@ -268,7 +257,11 @@ def _run(options: argparse.Namespace) -> int:
             file=sys.stderr,
         )
     summary = summarise(trials, settings)
-    _write(summary, options.out)
+    text = json.dumps(summary, indent=2)
+    if options.out is None:
+        print(text)
+    else:
+        write_new(options.out, text + "\n", force=True)
     print(f"gripped {summary['gripped']} of {summary['count']}", file=sys.stderr)
     return 0
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.air import BEND, AirCoupling
 from pneuflex_sim.hand.bodies import HandBodies
-from pneuflex_sim.hand.collision import PIECES, check_kind
+from pneuflex_sim.hand.collision import PIECES, Touch, check_kind
 from pneuflex_sim.hand.joint_stops import JointStops
 from pneuflex_sim.hand.kinematics import HandShape, TipSensors
 from pneuflex_sim.hand.layout import build_layout
@@ -26,7 +26,7 @@ from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, build_scene, load_scene
 from pneuflex_sim.world import BulletState, SolverSettings, World
 from softhand_model.effects.load import STANDARD_GRAVITY
-from softhand_model.gas import GAS_CONSTANT, ROOM_TEMPERATURE
+from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import Model, load_model
 from softhand_model.pneumatics.plant import PneumaticPlant
@@ -34,14 +34,7 @@ from softhand_model.pneumatics.plant import PneumaticPlant
 Array = NDArray[np.float64]
 
 LARGEST_STEP = 0.05  # [s]; contacts are missed there, see docs/understand/simulator.md
-STATE = (
-    "steps",
-    "wrist",
-    "pressures_abs",
-    "_volumes",
-    "_imposed",
-    "tip_sensors",
-)
+STATE = ("steps", "wrist", "pressures_abs", "_volumes", "_imposed", "tip_sensors")
 
 
 @dataclass(frozen=True)
@@ -109,19 +102,14 @@ class Simulation:
         client, weight_scale = self.world.client, model.gravity_scale
         pybullet.setGravity(0, 0, -STANDARD_GRAVITY * weight_scale, physicsClientId=client)
         self.wrist = self._new_wrist()
+        self.air = AirCoupling(layout)
+        touch = Touch(config.collision, self.friction.hand, config.finger_contact)
+        rigid = self.scene.rigid_wrist
         self.bodies = HandBodies(
-            layout,
-            self.world,
-            self.wrist,
-            self.scene.rigid_wrist,
-            weight_scale,
-            config.collision,
-            self.friction.hand,
-            config.finger_contact,
+            layout, self.air, self.world, self.wrist, rigid, weight_scale, touch
         )
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
-        self.air = AirCoupling(layout)
         self.stops = JointStops(layout)
         self._flow_effects = model.stage("flow")
         self.plant = PneumaticPlant(
@@ -185,7 +173,7 @@ class Simulation:
         self.bodies.reset(self.wrist)
         self.plant.reset(self.air.rest_volumes)
         self._imposed: Array | None = None
-        self._volumes = self.air.volumes(self.bodies.turned)
+        self._volumes = self.air.volumes(self.bodies.rotations)
         self.pressures_abs = np.full(len(self.channels), self.ambient)
         self._put_object()
 
@@ -235,12 +223,13 @@ class Simulation:
         beyond its stop.
         """
         self._update_air(valves)
-        self.stops.look(self.pressures_abs - self.ambient)
+        pressures = self.pressures()
+        self.stops.look(pressures)
         if not self.air.by_tables:
             self.air.bend_by_models(
-                self.step_size, self.pressures(), self.bodies.turned, self.temperature
+                self.step_size, pressures, self.bodies.rotations, self.temperature
             )
-        self.bodies.drive(self.air, self.ambient, self.pressures_abs, self._volumes, self.wrist)
+        self.bodies.drive(self.ambient, self.pressures_abs, self._volumes, self.wrist)
         if self._body is not None and self._object_weight:
             self._body.pull_down(self._object_weight)
         pybullet.stepSimulation(physicsClientId=self.world.client)
@@ -250,13 +239,13 @@ class Simulation:
             self.tip_sensors.step(self.step_size, self.tip_angles())
 
     def _update_air(self, valves: Array | None) -> None:
-        turned = self.bodies.turned
+        rotations = self.bodies.rotations
         if self._imposed is not None:
-            self.pressures_abs, self._volumes = self.air.imposed_pressures(
-                self._imposed, self.ambient, self.temperature, turned
+            self.pressures_abs, self._volumes = self.air.enclosed_air(
+                self._imposed, self.ambient, self.temperature, rotations
             )
             return
-        self._volumes = self.air.volumes(turned)
+        self._volumes = self.air.volumes(rotations)
         wanted = np.zeros(len(self.channels)) if valves is None else valves
         self.pressures_abs = self.plant.step(self.step_size, wanted, self._volumes)
 
@@ -303,9 +292,9 @@ class Simulation:
 
     def air_masses(self) -> Array:
         """True air mass of each channel [kg above rest at ambient]."""
-        volumes = self.air.volumes(self.bodies.turned)
-        heat = GAS_CONSTANT * self.temperature
-        return (self.pressures_abs * volumes - self.ambient * self.air.rest_volumes) / heat
+        return self.air.masses(
+            self.pressures_abs, self.ambient, self.temperature, self.bodies.rotations
+        )
 
     def read_sensors(self) -> Array:
         """Noisy absolute pressures [Pa] of the channels and, last, of the supply."""
@@ -315,7 +304,7 @@ class Simulation:
         """Bend of each chain from base to tip [rad], the sum of its joints' bends without the
         strut.
         """
-        return self.shape.tip_angles(self.bodies.turned[:, BEND])
+        return self.shape.tip_angles(self.bodies.rotations[:, BEND])
 
     def read_tip_angles(self) -> dict[str, float]:
         """Tip angles [rad] as their sensors show them."""

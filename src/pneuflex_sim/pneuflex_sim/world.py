@@ -4,8 +4,6 @@ The thesis' solver stops at a precision (1e-2, 1e-4, 1e-5) or after a number of 
 500, 2000) and over-relaxes (1.5, 1.3, 1.0). PyBullet's stops at a residual of velocities or after
 its iterations, and does not over-relax; it starts from the impulses of the step before, so it needs
 fewer. docs/understand/simulator.md tabulates what the settings do to a grasp.
-
-A PyBullet world of its own client, with the solver settings the chains were checked with.
 """
 
 from __future__ import annotations

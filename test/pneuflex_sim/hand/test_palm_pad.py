@@ -54,7 +54,7 @@ def test_half_a_kilogram_sinks_by_its_weight_over_the_stiffness(block_on_the_she
         simulation.step()
     weight = MASS * 9.80665
     sunk = weight / simulation.hand.sheet.stiffness()
-    assert simulation.bodies.pad.state[0] == pytest.approx(sunk, rel=2e-3)
+    assert simulation.bodies.pad.spring.state[0] == pytest.approx(sunk, rel=2e-3)
     assert simulation.object_pose()[0][2] - place[2] == pytest.approx(-sunk, abs=1e-3)
     assert simulation.wrist_wrench()[0][2] == pytest.approx(-weight, rel=5e-3)
     assert {contact.first for contact in simulation.object_contacts()} == {"palm_plate"}
@@ -69,8 +69,8 @@ def test_reset_and_snapshots_include_the_sheet(block_on_the_sheet):
         simulation.restore(saved)
         for _ in range(40):
             simulation.step()
-        ends.append(np.append(simulation.object_pose()[0], simulation.bodies.pad.state))
+        ends.append(np.append(simulation.object_pose()[0], simulation.bodies.pad.spring.state))
     np.testing.assert_array_equal(ends[0], ends[1])
-    assert simulation.bodies.pad.state[0] > 1e-3
+    assert simulation.bodies.pad.spring.state[0] > 1e-3
     simulation.reset()
-    assert simulation.bodies.pad.state.tolist() == [0.0, 0.0]
+    assert simulation.bodies.pad.spring.state.tolist() == [0.0, 0.0]

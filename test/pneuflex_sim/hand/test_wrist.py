@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.hand.wrist import Wrist, WristParameters
+from pneuflex_sim.hand.wrist import Wrist, WristParameters, advance_wrist
 
 UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -13,13 +13,17 @@ def new_wrist(**parameters):
     return Wrist(WristParameters(**parameters), np.zeros(3), UPRIGHT.copy())
 
 
+def advance(wrist, step, times):
+    for _ in range(times):
+        advance_wrist(step, wrist.arm, wrist.state)
+
+
 def test_step_response_converges_to_the_critically_damped_closed_form():
     target, duration, errors = 0.01, 0.1, []
     for step in (1e-3, 5e-4):
         wrist = new_wrist()
         wrist.command([target, 0, 0], UPRIGHT)
-        for _ in range(round(duration / step)):
-            wrist.advance(step)
+        advance(wrist, step, round(duration / step))
         decay = np.sqrt(wrist.parameters.stiffness / wrist.parameters.mass) * duration
         errors.append(abs(wrist.position[0] - target * (1 - (1 + decay) * np.exp(-decay))))
     assert errors[0] < 0.02 * target
@@ -29,18 +33,16 @@ def test_step_response_converges_to_the_critically_damped_closed_form():
 def test_a_load_below_the_limit_deflects_the_wrist_by_load_over_stiffness():
     wrist = new_wrist()
     wrist.force[:] = [0, 0, 15.0]
-    for _ in range(2000):
-        wrist.advance(1e-3)
+    advance(wrist, 1e-3, 2000)
     assert wrist.position[2] == pytest.approx(15.0 / wrist.parameters.stiffness, rel=1e-6)
 
 
 def test_a_load_above_the_limit_carries_the_wrist_away_with_what_is_left():
     wrist = new_wrist(force_limit=20.0)
     wrist.force[:] = [0, 26.0, 0]
-    for _ in range(3000):
-        wrist.advance(1e-3)
+    advance(wrist, 1e-3, 3000)
     speed = wrist.velocity[1]
-    wrist.advance(1e-3)
+    advance(wrist, 1e-3, 1)
     acceleration = (wrist.velocity[1] - speed) / 1e-3
     assert acceleration == pytest.approx((26.0 - 20.0) / wrist.parameters.mass, rel=1e-3)
 
@@ -49,8 +51,7 @@ def test_orientation_reaches_the_target_the_short_way():
     wrist = new_wrist()
     target = Rotation.from_euler("xyz", [0.4, -1.2, 2.0])
     wrist.command(np.zeros(3), -target.as_quat())
-    for _ in range(3000):
-        wrist.advance(1e-3)
+    advance(wrist, 1e-3, 3000)
     assert (Rotation.from_quat(wrist.orientation).inv() * target).magnitude() < 1e-6
 
 
@@ -66,7 +67,7 @@ def test_an_unusable_target_is_refused_and_the_last_one_stands(position, orienta
     wrist = new_wrist()
     with pytest.raises(ValueError, match=named):
         wrist.command(position, orientation)
-    np.testing.assert_array_equal(wrist.target_position, np.zeros(3))
+    np.testing.assert_array_equal(wrist.state.target_position, np.zeros(3))
 
 
 def test_parameters_must_be_positive():

@@ -11,7 +11,7 @@ from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.hand.outline import cross_section
 from pneuflex_sim.pictures.skin import HandSkin, blend_weights
-from pneuflex_sim.scene.mesh import Mesh, box, write_obj, write_stl
+from pneuflex_sim.scene.mesh import Mesh, box, write_meshes
 from softhand_model.hand.hand import load_hand
 from softhand_model.hand.profile import ConstantProfile
 from softhand_model.model_file import load_model
@@ -135,7 +135,7 @@ def read_stl(path):
 
 def read_obj(path):
     vertices, faces = [], []
-    for line in path.read_text().splitlines():
+    for line in filter(None, path.read_text().splitlines()):
         kind, *rest = line.split()
         if kind == "v":
             vertices.append([float(value) for value in rest])
@@ -147,8 +147,8 @@ def read_obj(path):
 
 def test_files_hold_the_meshes(tmp_path):
     meshes = {"a": box((0.01, 0.02, 0.03), np.zeros(3)), "b": box((0.02,) * 3, np.ones(3))}
-    write_stl(tmp_path / "two.stl", meshes)
-    write_obj(tmp_path / "two.obj", meshes)
+    write_meshes(tmp_path / "two.stl", meshes)
+    write_meshes(tmp_path / "two.obj", meshes)
     triangles = read_stl(tmp_path / "two.stl")
     assert len(triangles) == sum(len(mesh.corners) for mesh in meshes.values())
     normal = np.cross(*np.moveaxis(np.diff(triangles["corners"], axis=1), 1, 0))

@@ -1,9 +1,9 @@
-"""Normals of meshes as they are drawn: sharp at creases, smooth on round sides."""
+"""Meshes: normals as they are drawn, and STL and OBJ files."""
 
 import numpy as np
 import pytest
 
-from pneuflex_sim.scene.mesh import creased, mesh_of, tube
+from pneuflex_sim.scene.mesh import box, creased, mesh_of, open_edges, read_mesh, tube, write_meshes
 
 RING = 24  # corners of a round prism, 15 deg apart
 
@@ -41,3 +41,87 @@ def test_an_open_mesh_keeps_its_faces():
         np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([0, 1, 2, 0, 2, 3])
     )
     np.testing.assert_allclose(creased(square).corners, square.corners)
+
+
+SIZE = (0.02, 0.03, 0.04)
+PYRAMID = """# a pyramid with a square base
+mtllib none.mtl
+o pyramid
+v -0.02 -0.02 0
+v 0.02 -0.02 0
+v 0.02 0.02 0
+v -0.02 0.02 0
+v 0 0 0.03 1.0
+vn 0 0 1
+usemtl red
+f 4 3 2 1
+f 1/1/1 2/1/1 5/1/1
+f 2//1 3//1 5//1
+f 3 4 -1
+f 4 1 -1
+"""
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    mesh = box(SIZE, np.array([0.1, 0.0, 0.0]))
+    write_meshes(tmp_path / "box.stl", {"box": mesh})
+    write_meshes(tmp_path / "box.obj", {"box": mesh})
+    for name in ("box.stl", "box.obj"):
+        found = read_mesh(tmp_path / name)
+        assert found.volume == pytest.approx(np.prod(SIZE), rel=1e-6)
+        assert open_edges(found) == 0
+        np.testing.assert_allclose(found.vertices.mean(axis=0), [0.1, 0, 0], atol=1e-3)
+
+
+def test_a_text_stl_is_read_too(tmp_path):
+    lines = ["solid box"]
+    for corners in box(SIZE, np.zeros(3)).corners:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += ["vertex {:.9e} {:.9e} {:.9e}".format(*corner) for corner in corners]
+        lines += ["endloop", "endfacet"]
+    (tmp_path / "box.STL").write_text("\n".join([*lines, "endsolid box"]))
+    found = read_mesh(tmp_path / "box.STL")
+    assert found.volume == pytest.approx(np.prod(SIZE)) and open_edges(found) == 0
+
+
+def test_faces_of_many_corners_slashes_and_negative_indices(tmp_path):
+    (tmp_path / "pyramid.obj").write_text(PYRAMID)
+    found = read_mesh(tmp_path / "pyramid.obj", 2.0)
+    assert found.volume == pytest.approx(8 * 0.04**2 * 0.03 / 3) and open_edges(found) == 0
+
+
+def test_faces_that_look_inwards_are_turned(tmp_path):
+    mesh = box(SIZE, np.zeros(3))
+    inwards = type(mesh)(mesh.vertices, mesh.normals, mesh.indices[::-1])
+    write_meshes(tmp_path / "box.obj", {"box": inwards})
+    assert read_mesh(tmp_path / "box.obj").volume == pytest.approx(np.prod(SIZE))
+
+
+@pytest.mark.parametrize("removed", [1, 2])
+def test_open_edges_are_counted(tmp_path, removed):
+    mesh = box(SIZE, np.zeros(3))
+    write_meshes(
+        tmp_path / "box.obj",
+        {"box": type(mesh)(mesh.vertices, mesh.normals, mesh.indices[3 * removed :])},
+    )
+    assert open_edges(read_mesh(tmp_path / "box.obj")) == {1: 3, 2: 4}[removed]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "named"),
+    [
+        ("none.ply", "ply", "expected a file .stl or .obj, got '.ply'"),
+        ("torn.stl", "solid nothing", "expected 4 triangles or more"),
+        ("torn.obj", "v 0 0 x", "expected a mesh, got string or file could not be read"),
+        ("torn.obj", "v 0 0 1\nf 1 2 3", "expected a mesh, got index"),
+        (
+            "large.obj",
+            PYRAMID.replace("0.0", "0"),
+            "expected a longest side of 0.002 to 2 m, got",
+        ),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_the_file(tmp_path, name, text, named):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ValueError, match=f"{name}: {named}"):
+        read_mesh(tmp_path / name)

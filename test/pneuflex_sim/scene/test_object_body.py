@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.scene.friction import load_friction
-from pneuflex_sim.scene.mesh import box, write_stl
+from pneuflex_sim.scene.mesh import box, write_meshes
 from pneuflex_sim.scene.object_body import ObjectBody
 from pneuflex_sim.scene.objects import ObjectDescription, load_object, load_objects
 from pneuflex_sim.scene.scenes import build_scene, load_scene
@@ -171,7 +171,7 @@ def skewed(tmp_path):
     turn = Rotation.from_euler("xyz", (0.4, -0.7, 1.1))
     mesh = box((0.02, 0.05, 0.11), np.zeros(3)).moved(np.array([0.1, 0.0, 0.3]), turn.as_matrix())
     path = tmp_path / "skewed.stl"
-    write_stl(path, {"box": mesh})
+    write_meshes(path, {"box": mesh})
     return ObjectDescription("skewed", "mesh", {"file": str(path)}, 0.3, "paper"), turn
 
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.collision import MARGIN
 from pneuflex_sim.scene.friction import load_friction
-from pneuflex_sim.scene.mesh import box, mesh_of, write_obj, write_stl
+from pneuflex_sim.scene.mesh import box, mesh_of, write_meshes
 from pneuflex_sim.scene.object_shapes import geometry
 from pneuflex_sim.scene.objects import load_object, load_objects
 
@@ -80,8 +80,8 @@ def test_height_at_rest_is_half_the_size_along_the_vertical():
 def block(tmp_path):
     """A block of 40 x 60 x 80 mm in millimetres, off the origin: the paths of its STL and OBJ."""
     mesh = box((40.0, 60.0, 80.0), np.array([100.0, 0.0, 0.0]))
-    write_stl(tmp_path / "block.stl", {"block": mesh})
-    write_obj(tmp_path / "metres.obj", {"block": box((0.04, 0.06, 0.08), np.zeros(3))})
+    write_meshes(tmp_path / "block.stl", {"block": mesh})
+    write_meshes(tmp_path / "metres.obj", {"block": box((0.04, 0.06, 0.08), np.zeros(3))})
     return tmp_path
 
 
@@ -115,7 +115,7 @@ def test_a_mesh_file_alone_is_taken_in_metres_with_a_middling_density(block):
 def test_an_open_mesh_needs_to_be_taken_by_its_hull(block):
     mesh = box((0.04, 0.06, 0.08), np.zeros(3))
     open_top = type(mesh)(mesh.vertices, mesh.normals, mesh.indices[:-3])
-    write_obj(block / "open.obj", {"open": open_top})
+    write_meshes(block / "open.obj", {"open": open_top})
     with pytest.raises(ValueError, match=r"brick.yaml: file: .*open.obj: .*3 open edges.*hull"):
         load_object(yaml_of(block, file="open.obj", scale=None))
     hull = load_object(yaml_of(block, file="open.obj", scale=None, pieces="hull"))
@@ -130,7 +130,7 @@ def corner_of_two_boxes(folder):
     faces = [face[::-1] for face in fan] + [tuple(k + 6 for k in face) for face in fan]
     for a, b in zip(range(6), (1, 2, 3, 4, 5, 0), strict=True):
         faces += [(a, b, a + 6), (b, b + 6, a + 6)]
-    write_stl(folder / "l.stl", {"l": mesh_of(points, np.array(faces, np.int32).ravel())})
+    write_meshes(folder / "l.stl", {"l": mesh_of(points, np.array(faces, np.int32).ravel())})
     return [
         load_object(yaml_of(folder, file="l.stl", scale=None, pieces=pieces))
         for pieces in (None, "hull")

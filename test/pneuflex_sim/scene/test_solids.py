@@ -1,21 +1,26 @@
-"""Mass properties against closed forms."""
+"""Mass properties against closed forms, and convex pieces of meshes."""
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull, Delaunay
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.scene import solids as module
 from pneuflex_sim.scene.mesh import box, mesh_of
 from pneuflex_sim.scene.solids import (
     box_solid,
+    cache_file,
+    convex_pieces,
     cylinder_solid,
     ellipsoid_solid,
+    eroded,
     hull_solid,
     joined,
-    polyhedron_solid,
+    mesh_solid,
 )
 
 
-def torus(ring, tube, around=96, across=64):
+def torus_mesh(ring, tube, around=96, across=64):
     """Mesh of a torus about z."""
     u, v = np.meshgrid(
         2 * np.pi * np.arange(around) / around, 2 * np.pi * np.arange(across) / across
@@ -34,7 +39,7 @@ def torus(ring, tube, around=96, across=64):
 
 def test_a_box_as_a_mesh_is_the_box_of_the_closed_form():
     size, center = (0.02, 0.05, 0.11), np.array([0.3, -0.2, 0.1])
-    solid, expected = polyhedron_solid(box(size, center).corners), box_solid(size)
+    solid, expected = mesh_solid(box(size, center)), box_solid(size)
     assert solid.volume == pytest.approx(expected.volume)
     np.testing.assert_allclose(solid.center, center)
     np.testing.assert_allclose(solid.inertia, expected.inertia, atol=1e-15)
@@ -42,7 +47,7 @@ def test_a_box_as_a_mesh_is_the_box_of_the_closed_form():
 
 def test_a_torus_as_a_mesh_is_the_torus_of_the_closed_form():
     ring, tube = 0.04, 0.012
-    solid = polyhedron_solid(torus(ring, tube).corners)
+    solid = mesh_solid(torus_mesh(ring, tube))
     assert solid.volume == pytest.approx(2 * np.pi**2 * ring * tube**2, rel=5e-3)
     about_axis = ring**2 + 0.75 * tube**2
     across = 0.5 * ring**2 + 0.625 * tube**2
@@ -53,9 +58,7 @@ def test_a_torus_as_a_mesh_is_the_torus_of_the_closed_form():
 
 def test_the_integral_comes_to_the_closed_form_by_the_square_of_the_mesh_width():
     exact = 2 * np.pi**2 * 0.04 * 0.012**2
-    errors = [
-        1 - polyhedron_solid(torus(0.04, 0.012, n, n).corners).volume / exact for n in (24, 48)
-    ]
+    errors = [1 - mesh_solid(torus_mesh(0.04, 0.012, n, n)).volume / exact for n in (24, 48)]
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
 
 
@@ -89,7 +92,7 @@ def test_two_halves_of_a_box_are_the_box():
 
 def test_principal_axes_of_a_turned_box_give_its_inertia_back():
     turn = Rotation.from_euler("xyz", (0.4, -0.7, 1.1)).as_matrix()
-    solid = polyhedron_solid(box((0.02, 0.05, 0.11), np.zeros(3)).moved(np.zeros(3), turn).corners)
+    solid = mesh_solid(box((0.02, 0.05, 0.11), np.zeros(3)).moved(np.zeros(3), turn))
     moments, axes = solid.principal()
     matrix = Rotation.from_quat(axes).as_matrix()
     np.testing.assert_allclose(matrix @ np.diag(moments) @ matrix.T, solid.inertia, atol=1e-12)
@@ -104,4 +107,73 @@ def test_axes_that_are_principal_stay():
 
 def test_a_surface_that_looks_inwards_is_refused():
     with pytest.raises(ValueError, match="expected one that encloses a volume, got -"):
-        polyhedron_solid(box((0.1, 0.1, 0.1), np.zeros(3)).corners[:, ::-1])
+        mesh = box((0.1, 0.1, 0.1), np.zeros(3))
+        mesh_solid(mesh_of(mesh.vertices, mesh.indices[::-1]))
+
+
+RING, TUBE = 0.03, 0.012
+QUICK = module.SETTINGS | {"mcts_iterations": 20, "resolution": 500}  # a search that is less long
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    """A cache that no other test sees."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
+@pytest.fixture(scope="module")
+def torus():
+    """A coarse torus about z."""
+    return torus_mesh(RING, TUBE, 14, 8)
+
+
+def test_the_pieces_fill_a_torus_leave_its_hole_and_are_kept(torus, monkeypatch):
+    pytest.importorskip("coacd")
+    monkeypatch.setattr(module, "SETTINGS", QUICK)
+    pieces = convex_pieces(torus)
+    volume = sum(ConvexHull(piece).volume for piece in pieces)
+    assert torus.volume * 0.98 < volume < torus.volume * 1.15
+    ring = 2 * np.pi * np.arange(36) / 36
+    for radius, inside in ((RING, True), (0.5 * (RING - TUBE), False)):
+        points = np.stack([radius * np.cos(ring), radius * np.sin(ring), 0 * ring], axis=1)
+        found = np.any([Delaunay(piece).find_simplex(points) >= 0 for piece in pieces], axis=0)
+        assert found.mean() > 0.9 if inside else not found.any()
+    monkeypatch.setattr(module, "_decomposed", None)  # cannot be called: the pieces are kept
+    for one, other in zip(pieces, convex_pieces(torus), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_another_mesh_or_setting_has_another_cache(torus, monkeypatch):
+    pytest.importorskip("coacd")
+    first = cache_file(torus)
+    assert cache_file(mesh_of(1.001 * torus.vertices, torus.indices)) != first
+    monkeypatch.setitem(module.SETTINGS, "threshold", 0.1)
+    assert cache_file(torus) != first
+
+
+def test_a_convex_mesh_is_its_own_piece_without_the_library(monkeypatch):
+    monkeypatch.setattr(module, "_decomposed", None)
+    (piece,) = convex_pieces(box((0.02, 0.03, 0.04), np.zeros(3)))
+    assert ConvexHull(piece).volume == pytest.approx(0.02 * 0.03 * 0.04)
+
+
+def test_without_the_library_a_hollow_mesh_is_refused_with_what_to_do(torus, monkeypatch):
+    def missing(_):
+        raise module.metadata.PackageNotFoundError
+
+    monkeypatch.setattr(module.metadata, "version", missing)
+    with pytest.raises(ValueError, match="pip install coacd.*pieces: hull"):
+        convex_pieces(torus)
+
+
+def test_erosion_moves_every_face_by_the_margin():
+    corners = np.array([[0, 0, 0], [0.05, 0, 0], [0, 0.06, 0], [0, 0, 0.07]])
+    inner = eroded(corners, 0.001)
+    hull = ConvexHull(corners)
+    distance = -(hull.equations[:, :3] @ inner.T + hull.equations[:, 3:])
+    np.testing.assert_allclose(distance.min(axis=1), 0.001, atol=1e-9)
+
+
+def test_a_thin_piece_keeps_a_tenth_of_its_thickness():
+    plate = np.unique(box((0.05, 0.05, 0.001), np.zeros(3)).vertices, axis=0)
+    assert np.ptp(eroded(plate, 0.001)[:, 2]) == pytest.approx(1e-4)

@@ -27,7 +27,7 @@ from softhand_model.hand.sizing import (
     design_actuator,
     finger_text,
 )
-from softhand_model.output_file import check_new
+from softhand_model.output_file import check_new, write_new
 from softhand_model.yaml_document import NAME_RULE, Bounds, is_name
 
 MILLI, KILO = 1e-3, 1e3
@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> None:
     except WishError as error:
         raise ValueError(_in_options(error)) from error
     if options.out is not None:
-        _write(design, options.out)
+        write_new(options.out, finger_text(design.actuator, _comment(design)), force=True)
     print(json.dumps(record(design), indent=2) if options.json else table(design))
     for broken in design.broken:
         print(f"warning: {_shown(broken)}", file=sys.stderr)
@@ -229,11 +229,6 @@ def record(design: Design) -> dict[str, Any]:
         },
         "broken_rules": [asdict(broken) | {"text": str(broken)} for broken in design.broken],
     }
-
-
-def _write(design: Design, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(finger_text(design.actuator, _comment(design)), encoding="utf-8")
 
 
 def _comment(design: Design) -> str:

@@ -1,9 +1,4 @@
-"""`hand`: design an actuator, draw any hand, write its URDF.
-
-`hand urdf`: the URDF of a hand, as the simulator publishes it on `robot_description`.
-
-The command `hand`: design an actuator, draw any hand, write its URDF.
-"""
+"""The command `hand`: design an actuator, draw any hand, write its URDF."""
 
 from __future__ import annotations
 
@@ -21,7 +16,7 @@ from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import write_urdf
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import load_model
-from softhand_model.output_file import PICTURES, check_new
+from softhand_model.output_file import PICTURES, check_new, write_new
 
 Array = NDArray[np.float64]
 
@@ -56,30 +51,30 @@ def add_show(commands: Any) -> None:
 def run_show(options: argparse.Namespace) -> None:
     """Draw; raises ValueError for hands and pressures that cannot be used."""
     # late: designing needs neither matplotlib, an extra, nor PyBullet, which talks when it starts
-    from pneuflex_sim.pictures.hand_picture import air_masses_at, draw_hand, settled_hand
+    from pneuflex_sim.pictures.hand_picture import air_masses_at, draw_hand, hand_at_rest
 
     if options.out is not None:
         check_new(options.out, options.force, PICTURES)
     hand = load_hand(options.hand)
-    gauges = [np.zeros(len(hand.channels)), *_gauges(hand, options.pressure)]
-    joints = list(settled_hand(hand, np.array(gauges), options.segments))
-    figure = draw_hand(hand, gauges, joints, options.segments)
+    wanted = np.array([np.zeros(len(hand.channels)), *_pressures(hand, options.pressure)])
+    joints = list(hand_at_rest(hand, wanted, options.segments))
+    figure = draw_hand(hand, wanted, joints, options.segments)
     path = options.out or FOLDER / f"{hand.name}.png"
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path)
-    for gauge in gauges[1:]:
-        print(air_text(hand, gauge, air_masses_at(hand, gauge)))
+    for pressures in wanted[1:]:
+        print(air_text(hand, pressures, air_masses_at(hand, pressures)))
     print(path)
 
 
-def air_text(hand: HandDescription, gauge: Array, masses: Array) -> str:
-    """Pressures [kPa] of the channels and the air in them [kg], as a strategy writes it."""
+def air_text(hand: HandDescription, pressures: Array, masses: Array) -> str:
+    """Gauge pressures [Pa] of the channels and the air in them [kg], as a strategy writes it."""
     named = zip(hand.channels, masses, strict=True)
-    pressure = ", ".join(f"{value / KILO:.3g}" for value in gauge)
-    return f"{pressure} kPa: air_mass: {{{', '.join(f'{k}: {m:.2e}' for k, m in named)}}}"
+    shown = ", ".join(f"{value / KILO:.3g}" for value in pressures)
+    return f"{shown} kPa: air_mass: {{{', '.join(f'{k}: {m:.2e}' for k, m in named)}}}"
 
 
-def _gauges(hand: HandDescription, given: list[str] | None) -> list[Array]:
+def _pressures(hand: HandDescription, given: list[str] | None) -> list[Array]:
     """Gauge pressures (channels,) [Pa] of every picture but the first."""
     from pneuflex_sim.commands.skin import pressures
 
@@ -97,7 +92,7 @@ def _numbers(text: str) -> list[float]:
         ) from None
 
 
-def add_urdf(commands: argparse._SubParsersAction) -> None:
+def add_urdf(commands: Any) -> None:
     """Add the command to the parsers of `hand`."""
     parser = commands.add_parser(
         "urdf", help="write the URDF of a hand", description="Write the URDF of a hand."
@@ -120,9 +115,8 @@ def run_urdf(options: argparse.Namespace) -> None:
     text = write_urdf(build_layout(load_hand(options.hand), options.segments, load_model(None)))
     if options.out is None:
         print(text)
-        return
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(text + "\n", encoding="utf-8")
+    else:
+        write_new(options.out, text + "\n", force=True)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -21,9 +21,8 @@ from pneuflex_sim.pictures.render import (
     photograph,
 )
 from pneuflex_sim.scene.friction import load_friction
-from pneuflex_sim.scene.mesh import box
+from pneuflex_sim.scene.mesh import box, merged
 from pneuflex_sim.scene.object_body import Sheet
-from pneuflex_sim.scene.object_shapes import merged
 from pneuflex_sim.scene.objects import ObjectDescription, load_object, load_objects
 from softhand_model.output_file import PICTURES, check_new
 
@@ -79,15 +78,15 @@ def picture(described: ObjectDescription) -> NDArray[np.uint8]:
     try:
         draw_box(FLOOR, (0, 0, -FLOOR[2]), (0, 0, 0, 1), TABLE, client)
         place = [0.0, 0.0, described.rest_height]
-        turn = Rotation.from_euler("xyz", described.rpy).as_quat().tolist()
+        orientation = Rotation.from_euler("xyz", described.rpy).as_quat().tolist()
         if described.shape == "sheet":
             strips = [
                 box(size, np.zeros(3)).moved(middle, tilt)
                 for size, middle, tilt in Sheet(described.dimensions).strips_at_first()
             ]
-            draw_mesh(merged(strips), place, turn, OBJECT, client)
+            draw_mesh(merged(strips), place, orientation, OBJECT, client)
         else:
-            draw_object(described, place, turn, client)
+            draw_object(described, place, orientation, client)
         return photograph(VIEW, SIZE, client)
     finally:
         pybullet.disconnect(client)

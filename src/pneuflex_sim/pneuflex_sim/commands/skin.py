@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pneuflex_sim.pictures.hand_picture import closing_hand
+from pneuflex_sim.pictures.hand_picture import hand_at_rest
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
-from pneuflex_sim.scene.mesh import write_obj, write_stl
+from pneuflex_sim.scene.mesh import write_meshes
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.output_file import check_new
 
@@ -57,10 +57,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     try:
         hand = load_hand(options.hand)
-        gauge = pressures(hand, options.pressure)
+        wanted = pressures(hand, options.pressure)
         if options.figure is not None:
-            return _figure(hand, gauge, options)
-        return _frames(hand, gauge, options)
+            return _figure(hand, wanted, options)
+        return _frames(hand, wanted, options)
     except ValueError as error:
         print(f"pneuflex-skin: {error}", file=sys.stderr)
         return 2
@@ -69,22 +69,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def pressures(
     hand: HandDescription, given: list[float] | None, scale: float = 1.0, unit: str = "Pa"
 ) -> Array:
-    """Gauge pressures (channels,) [Pa] from numbers in a unit of `scale` Pa; raises ValueError for
-    a wrong number of them, or one that is negative or above its channel's limit.
+    """Gauge pressures (channels,) [Pa] from numbers in a unit of `scale` Pa, or a share of the
+    limits; raises ValueError for a wrong number of them, or one that is negative or above its
+    channel's limit.
     """
     limits = hand.max_pressures()
     if given is None:
         return SHARE * limits
     if len(given) not in (1, len(limits)):
         raise ValueError(f"pressure: expected 1 or {len(limits)} numbers, got {len(given)}")
-    gauge = scale * (np.full(len(limits), given[0]) if len(given) == 1 else np.array(given))
-    if not np.all((gauge >= 0.0) & (gauge <= limits)):
+    found = scale * (np.full(len(limits), given[0]) if len(given) == 1 else np.array(given))
+    if not np.all((found >= 0.0) & (found <= limits)):
         allowed, got = (", ".join(f"{x:.6g}" for x in row) for row in (limits / scale, given))
         raise ValueError(f"pressure: expected 0 to [{allowed}] {unit}, got [{got}]")
-    return gauge
+    return found
 
 
-def _frames(hand: HandDescription, gauge: Array, options: argparse.Namespace) -> int:
+def _frames(hand: HandDescription, wanted: Array, options: argparse.Namespace) -> int:
     """One file a frame."""
     kind, folder = options.format, options.out
     paths = [folder / f"{hand.name}_{k:03d}.{kind}" for k in range(options.frames)]
@@ -93,28 +94,34 @@ def _frames(hand: HandDescription, gauge: Array, options: argparse.Namespace) ->
         raise ValueError(f"{taken[0]}: expected no earlier run, got one; --force overwrites it")
     folder.mkdir(parents=True, exist_ok=True)
     write = _writer(kind, Renderer(hand, None, "stand", options.segments))
-    frames = closing_hand(hand, gauge, options.frames, options.segments)
+    frames = _closing(hand, wanted, options.frames, options.segments)
     for path, joints in zip(paths, frames, strict=True):
         write(path, joints)
         print(path)
     return 0
 
 
+def _closing(hand: HandDescription, wanted: Array, frames: int, segments: int) -> Iterator[Array]:
+    """Joint orientations (n, 4) of a hand at rest at pressures in even steps up to those wanted."""
+    if frames < 2:
+        raise ValueError(f"frames: expected 2 or more, got {frames}")
+    return hand_at_rest(hand, np.outer(np.linspace(0.0, 1.0, frames), wanted), segments)
+
+
 def _writer(kind: str, renderer: Renderer) -> Callable[[Path, Array], None]:
     """What writes joints (n, 4) as a file of a kind."""
     if kind == "png":
         return lambda path, joints: _save(path, _views(renderer, joints))
-    files = {"stl": write_stl, "obj": write_obj}
-    return lambda path, joints: files[kind](
+    return lambda path, joints: write_meshes(
         path, {name: mesh for name, (_, mesh) in renderer.skin.parts(joints).items()}
     )
 
 
-def _figure(hand: HandDescription, gauge: Array, options: argparse.Namespace) -> int:
+def _figure(hand: HandDescription, wanted: Array, options: argparse.Namespace) -> int:
     """Open and closed side by side."""
     check_new(options.figure, options.force, (".png",))
     renderer = Renderer(hand, None, "stand", options.segments)
-    first, *_, last = closing_hand(hand, gauge, 3, options.segments)
+    first, *_, last = _closing(hand, wanted, 3, options.segments)
     options.figure.parent.mkdir(parents=True, exist_ok=True)
     _save(options.figure, np.hstack([_views(renderer, first), _views(renderer, last)]))
     print(options.figure)

@@ -8,12 +8,15 @@ coupling B and linear C, in [A B; B^T C].
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from pneuflex_sim.dynamics.spatial import (
     UNIT_MATRIX,
     ZERO,
     ZERO_MATRIX,
+    Array,
     apply,
     apply_transposed,
     cross,
@@ -33,99 +36,140 @@ from pneuflex_sim.dynamics.spatial import (
 from softhand_model.numerics.compiled import compiled
 
 
-@compiled
-def place_joints(first, last, q, offset, com, inertia, frame, arm, center, world_inertia):
-    """Forward kinematics of joints first..last-1 in base axes: frame (n,3,3), arm from the joint
-    before, centre of mass, inertia.
+class Links(NamedTuple):
+    """The links of serial chains, a row a joint; chain f has the joints start[f]..start[f+1]-1.
+
+    offset (n, 3) [m] from the joint before, center (n, 3) [m] of mass, principal inertia (n, 3)
+    [kg m2], all in the axes of the link before or the own one; mass (n,) [kg].
     """
-    turn = UNIT_MATRIX
-    for i in range(first, last):
-        write(apply(turn, offset[i]), arm[i])
-        turn = multiply(turn, rotation_matrix(q[i]))
-        write_matrix(turn, frame[i])
-        write(apply(turn, com[i]), center[i])
-        write_matrix(rotate_diagonal(turn, inertia[i]), world_inertia[i])
+
+    start: Array
+    offset: Array
+    center: Array
+    inertia: Array
+    mass: Array
+
+
+class Placed(NamedTuple):
+    """Where orientations of the joints put the links, in the axes of their chain's base: rotation
+    matrices frame (n, 3, 3), arm (n, 3) [m] from the joint before, center (n, 3) [m] of mass seen
+    from the joint, inertia (n, 3, 3) [kg m2].
+    """
+
+    frame: Array
+    arm: Array
+    center: Array
+    inertia: Array
+
+
+class Equation(NamedTuple):
+    """(M + diag(added)) acceleration = right, each (n, 3) in the joints' child axes."""
+
+    added: Array
+    right: Array
+    acceleration: Array
+
+
+class Folded(NamedTuple):
+    """What the way to the base leaves at each joint, with all that hangs on it: angular and
+    coupling inertia, the inverse of the angular one with what is added (n, 3, 3), and the torque
+    (n, 3) that is left for the joint.
+    """
+
+    angular: Array
+    coupling: Array
+    inverse: Array
+    torque: Array
+
+
+def not_placed(joints: int) -> Placed:
+    """Arrays for `place_links` to fill."""
+    n = joints
+    return Placed(np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3, 3)))
 
 
 @compiled
-def inertial_torque(first, last, rate, mass, frame, arm, center, world_inertia, out):
-    """M @ rate for the placed joints: rate and out (n, 3) in child axes; joint velocities other
-    than rate are zero.
+def place_links(q, links, placed):
+    """Forward kinematics: fill `placed` for the orientations q (n, 4) of the joints."""
+    for f in range(len(links.start) - 1):
+        frame = UNIT_MATRIX
+        for i in range(links.start[f], links.start[f + 1]):
+            write(apply(frame, links.offset[i]), placed.arm[i])
+            frame = multiply(frame, rotation_matrix(q[i]))
+            write_matrix(frame, placed.frame[i])
+            write(apply(frame, links.center[i]), placed.center[i])
+            write_matrix(rotate_diagonal(frame, links.inertia[i]), placed.inertia[i])
+
+
+@compiled
+def inertial_torque(rate, links, placed, out):
+    """M @ rate of all chains: rate and out (n, 3) in child axes; joint velocities other than rate
+    are zero.
     """
-    force, moment = np.empty((last, 3)), np.empty((last, 3))
+    force, moment = np.empty(rate.shape), np.empty(rate.shape)
+    for f in range(len(links.start) - 1):
+        first, last = links.start[f], links.start[f + 1]
+        _load_links(first, last, rate, links.mass, placed, force, moment)
+        for i in range(last - 1, first - 1, -1):
+            write(apply_transposed(rows(placed.frame[i]), moment[i]), out[i])
+            if i > first:
+                handed = plus(moment[i], cross(placed.arm[i], force[i]))
+                write(plus(force[i - 1], force[i]), force[i - 1])
+                write(plus(moment[i - 1], handed), moment[i - 1])
+
+
+@compiled
+def _load_links(first, last, rate, mass, placed, force, moment):
+    """Force and moment (n, 3) about its joint that each link of a chain takes at these rates."""
     spin, linear = ZERO, ZERO
     for i in range(first, last):
-        turning = apply(rows(frame[i]), rate[i])
+        own = apply(rows(placed.frame[i]), rate[i])
         if i > first:
-            linear = plus(linear, cross(spin, arm[i]))
-            turning = plus(turning, spin)
-        spin = turning
-        along = plus(linear, cross(spin, center[i]))
+            linear = plus(linear, cross(spin, placed.arm[i]))
+            own = plus(own, spin)
+        spin = own
+        along = plus(linear, cross(spin, placed.center[i]))
         pull = (mass[i] * along[0], mass[i] * along[1], mass[i] * along[2])
         write(pull, force[i])
-        write(plus(apply(rows(world_inertia[i]), spin), cross(center[i], pull)), moment[i])
-    for i in range(last - 1, first - 1, -1):
-        write(apply_transposed(rows(frame[i]), moment[i]), out[i])
-        if i > first:
-            handed = plus(moment[i], cross(arm[i], force[i]))
-            write(plus(force[i - 1], force[i]), force[i - 1])
-            write(plus(moment[i - 1], handed), moment[i - 1])
+        of_spin = apply(rows(placed.inertia[i]), spin)
+        write(plus(of_spin, cross(placed.center[i], pull)), moment[i])
 
 
 @compiled
-def solve_chains(start, added, right, mass, frame, arm, center, world_inertia, out):
-    """Solve (M + diag(added)) out = right for the placed joints of all chains; chain f has the
-    joints start[f]..start[f+1]-1. added, right and out (n, 3) in child axes.
-    """
-    n = len(mass)
-    folded = (np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3)))
-    for f in range(len(start) - 1):
-        first, last = start[f], start[f + 1]
-        _fold(first, last, added, right, mass, frame, arm, center, world_inertia, *folded)
-        _accelerate(first, last, frame, arm, *folded, out)
+def solve_chains(equation, links, placed):
+    """Find the acceleration of an equation for the placed links of all chains."""
+    n = len(links.mass)
+    folded = Folded(np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 3)))
+    for f in range(len(links.start) - 1):
+        first, last = links.start[f], links.start[f + 1]
+        _fold(first, last, equation, links.mass, placed, folded)
+        _accelerate(first, last, placed, folded, equation.acceleration)
 
 
 @compiled
-def _fold(
-    first,
-    last,
-    added,
-    right,
-    mass,
-    frame,
-    arm,
-    center,
-    world_inertia,
-    angular,
-    coupling,
-    inverse,
-    drive,
-):
-    """The way of the recursion from the tip to the base. For each joint, with all that hangs on it:
-    angular and coupling inertia, the inverse S of the angular one, and the torque `drive` that is
-    left for it.
-    """
+def _fold(first, last, equation, mass, placed, folded):
+    """The way of the recursion from the tip to the base."""
     a, b, c = ZERO_MATRIX, ZERO_MATRIX, ZERO_MATRIX
     moment, force = ZERO, ZERO  # that the joints further out need
     for i in range(last - 1, first - 1, -1):
-        a, b, c = _add_link(mass[i], center[i], rows(world_inertia[i]), a, b, c)
-        turn = rows(frame[i])
-        s = invert_symmetric(plus_matrix(rotate_diagonal(turn, added[i]), a))
-        left = minus(apply(turn, right[i]), moment)
-        write_matrix(a, angular[i])
-        write_matrix(b, coupling[i])
-        write_matrix(s, inverse[i])
-        write(left, drive[i])
+        a, b, c = _add_link(mass[i], placed.center[i], rows(placed.inertia[i]), a, b, c)
+        frame, arm = rows(placed.frame[i]), placed.arm[i]
+        s = invert_symmetric(plus_matrix(rotate_diagonal(frame, equation.added[i]), a))
+        left = minus(apply(frame, equation.right[i]), moment)
+        write_matrix(a, folded.angular[i])
+        write_matrix(b, folded.coupling[i])
+        write_matrix(s, folded.inverse[i])
+        write(left, folded.torque[i])
         if i > first:
             sa, sb = multiply(s, a), multiply(s, b)
             force = _plus_transposed(force, sb, left)
-            moment = plus(_plus_transposed(moment, sa, left), cross(arm[i], force))
+            moment = plus(_plus_transposed(moment, sa, left), cross(arm, force))
             a, b, c = (
                 minus_matrix(a, multiply(a, sa)),
                 minus_matrix(b, multiply(a, sb)),
                 minus_matrix(c, multiply(transposed(b), sb)),
             )
-            a, b = _shift_to_parent(arm[i], a, b, c)
+            a, b = _shift_to_parent(arm, a, b, c)
 
 
 @compiled
@@ -174,8 +218,8 @@ def _shift_to_parent(r, a, b, c):
     """
     coupling = _plus_crossed(b, r, c)
     angular = _plus_crossed(a, r, transposed(b))
-    turned = (cross(coupling[0], r), cross(coupling[1], r), cross(coupling[2], r))
-    return minus_matrix(angular, turned), coupling
+    crossed = (cross(coupling[0], r), cross(coupling[1], r), cross(coupling[2], r))
+    return minus_matrix(angular, crossed), coupling
 
 
 @compiled
@@ -199,25 +243,26 @@ def _plus_two(row, f, a, g, b):
 
 
 @compiled
-def _accelerate(first, last, frame, arm, angular, coupling, inverse, drive, out):
+def _accelerate(first, last, placed, folded, out):
     """The way back of the recursion, from the base to the tip."""
+    torque, angular, coupling = folded.torque, folded.angular, folded.coupling
     spin, shift = ZERO, ZERO
     for i in range(first, last):
         if i > first:
-            shift = plus(shift, cross(spin, arm[i]))
+            shift = plus(shift, cross(spin, placed.arm[i]))
         left = (
-            _left(drive[i, 0], angular[i, 0], coupling[i, 0], spin, shift),
-            _left(drive[i, 1], angular[i, 1], coupling[i, 1], spin, shift),
-            _left(drive[i, 2], angular[i, 2], coupling[i, 2], spin, shift),
+            _left(torque[i, 0], angular[i, 0], coupling[i, 0], spin, shift),
+            _left(torque[i, 1], angular[i, 1], coupling[i, 1], spin, shift),
+            _left(torque[i, 2], angular[i, 2], coupling[i, 2], spin, shift),
         )
-        total = apply(rows(inverse[i]), left)
-        write(apply_transposed(rows(frame[i]), total), out[i])
+        total = apply(rows(folded.inverse[i]), left)
+        write(apply_transposed(rows(placed.frame[i]), total), out[i])
         spin = plus(spin, total)
 
 
 @compiled
-def _left(drive, angular, coupling, spin, shift):
+def _left(torque, angular, coupling, spin, shift):
     """What the motion of the joints before leaves of a torque; a row of both inertias."""
     for s in range(3):
-        drive -= angular[s] * spin[s] + coupling[s] * shift[s]
-    return drive
+        torque -= angular[s] * spin[s] + coupling[s] * shift[s]
+    return torque

@@ -4,9 +4,12 @@ the pressures.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from pneuflex_sim.dynamics.joint_springs import Actuation
 from pneuflex_sim.hand.layout import HandLayout
 from softhand_model.gas import GAS_CONSTANT
 from softhand_model.numerics.compiled import compiled
@@ -17,47 +20,61 @@ LEAST_VOLUME = 0.2  # of a chamber bent the wrong way, as a share of that at res
 BEND = 1  # index of the bending axis (y) in joint rotations
 
 
+class RestTables(NamedTuple):
+    """Rest shape over pressure of all actuators, as cubics between pressures `step` (actuators,)
+    [Pa] apart: the channel that feeds each, its first joint, and how many columns of `cubic`
+    (actuators, intervals, 4, columns) it has, three a joint.
+    """
+
+    channel: Array
+    step: Array
+    cubic: Array
+    first_joint: Array
+    columns: Array
+
+
 class AirCoupling:
     """Chambers of a hand grouped by channel; channels in the order of the hand's YAML, joints in
     that of the layout.
 
-    rest_volumes (channels,) [m3]; volume_gain (channels, n) [m3/rad]: with each joint's bend.
+    rest_volumes (channels,) [m3]; volume_gain (channels, n) [m3/rad]: with each joint's bend;
+    total_gain (channels,) [m3/rad]: with a bend of all joints alike. by_tables: whether the rest
+    shape follows from tables alone; else effects of the model act on it. actuation: what the
+    pressures of the step do to the joints.
     """
 
     def __init__(self, layout: HandLayout) -> None:
-        channels, n = len(layout.description.channels), len(layout.mass)
+        hand, n = layout.description, len(layout.mass)
         self.layout = layout
-        self.rest_volumes = np.zeros(channels)
-        self.volume_gain = np.zeros((channels, n))
-        self._members: list[tuple[str, slice, NDArray[np.int64]]] = []
-        for chain in layout.description.chains:
-            joints, model = layout.chain_joints[chain.name], layout.models[chain.name]
-            of_channel = np.array([layout.description.channel_of(name) for name in chain.actuators])
-            np.add.at(
-                self.rest_volumes, of_channel, model.volume(np.zeros(joints.stop - joints.start))
-            )
-            for row, channel in enumerate(of_channel):
-                self.volume_gain[channel, joints] += model.volume_gain[row]
-            self._members.append((chain.name, joints, of_channel))
-        self._total_gain = self.volume_gain.sum(axis=1)
-        self.by_tables = all(layout.models[name].rest_tables for name, _, _ in self._members)
-        self._tables = self._stack_tables()
-        self.actuated = (np.zeros((n, 3)), np.zeros((n, 3)))  # bend and gas stiffness of a step
+        self._fed = {
+            chain.name: np.array([hand.channel_of(name) for name in chain.actuators])
+            for chain in hand.chains
+        }
+        rest, gain = np.zeros(len(hand.channels)), np.zeros((len(hand.channels), n))
+        for name, channels in self._fed.items():
+            joints, model = layout.chain_joints[name], layout.models[name]
+            np.add.at(rest, channels, model.volume(np.zeros(joints.stop - joints.start)))
+            for row, channel in enumerate(channels):
+                gain[channel, joints] += model.volume_gain[row]
+        self.rest_volumes, self.volume_gain, self.total_gain = rest, gain, gain.sum(axis=1)
+        self.by_tables = all(layout.models[name].rest_tables for name in self._fed)
+        self.tables = self._stack_tables()
+        self.actuation = Actuation(np.zeros((n, 3)), np.zeros((n, 3)))
 
-    def _stack_tables(self) -> tuple[Array, ...]:
-        """Rest tables of all actuators, without effects, for the kernels."""
+    def _stack_tables(self) -> RestTables:
+        """Rest tables of all actuators, without effects."""
         found = [
-            (table, channel, joints.start)
-            for name, joints, of_channel in self._members
-            for table, channel in zip(self.layout.models[name].base_tables, of_channel, strict=True)
+            (table, channel, self.layout.chain_joints[name].start)
+            for name, channels in self._fed.items()
+            for table, channel in zip(self.layout.models[name].base_tables, channels, strict=True)
         ]
         tables, channels, starts = zip(*found, strict=True)
-        widths = np.array([table.cubic.shape[2] for table in tables])
-        cubic = np.zeros((len(tables), *tables[0].cubic.shape[:2], widths.max()))
+        columns = np.array([table.cubic.shape[2] for table in tables])
+        cubic = np.zeros((len(tables), *tables[0].cubic.shape[:2], columns.max()))
         for row, table in enumerate(tables):
-            cubic[row, :, :, : widths[row]] = table.cubic
+            cubic[row, :, :, : columns[row]] = table.cubic
         steps = np.array([table.step for table in tables])
-        return np.array(channels), steps, cubic, np.array(starts), widths
+        return RestTables(np.array(channels), steps, cubic, np.array(starts), columns)
 
     def volumes(self, rotations: Array) -> Array:
         """Volume of each channel [m3] for the joint rotations (n, 3) against rest [rad]."""
@@ -65,93 +82,101 @@ class AirCoupling:
         chamber_volumes(self.rest_volumes, self.volume_gain, rotations, found)
         return found
 
-    def imposed_pressures(
+    def enclosed_air(
         self, masses: Array, ambient: float, temperature: float, rotations: Array
     ) -> tuple[Array, Array]:
         """Absolute pressures [Pa] and volumes [m3] of the channels when they hold these masses of
         air [kg above the fill at rest and ambient].
         """
-        volumes, pressures = np.empty_like(masses), np.empty_like(masses)
+        volumes, pressures_abs = np.empty_like(masses), np.empty_like(masses)
         chamber_volumes(self.rest_volumes, self.volume_gain, rotations, volumes)
         heat = GAS_CONSTANT * temperature
-        enclosed_pressures(masses, heat, ambient, self.rest_volumes, volumes, pressures)
-        return pressures, volumes
+        enclosed_pressures_abs(masses, heat, ambient, self.rest_volumes, volumes, pressures_abs)
+        return pressures_abs, volumes
 
-    def arrays(self, volumes: Array) -> tuple[Array, ...]:
-        """What `hand_kernel` calls air."""
-        return (volumes, self._total_gain, *self._tables)
+    def masses(
+        self, pressures_abs: Array, ambient: float, temperature: float, rotations: Array
+    ) -> Array:
+        """Air [kg above the fill at rest and ambient] that the channels hold at these absolute
+        pressures [Pa]: the inverse of `enclosed_air`.
+        """
+        heat = GAS_CONSTANT * temperature
+        content = pressures_abs * self.volumes(rotations)
+        return (content - ambient * self.rest_volumes) / heat
 
     def rest_bend(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> Array:
-        """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to the rest."""
+        """Rotation (n, 3) [rad] that the gauge pressures [Pa] of the channels add to the rest; in
+        the rotations (n, 3) [rad], after a step [s], where effects act.
+        """
         if not self.by_tables:
             self.bend_by_models(step, pressures, rotations, temperature)
-            return self.actuated[0].copy()
-        bend, gas = np.zeros_like(rotations), np.zeros_like(rotations)
-        drop = np.zeros_like(pressures)
-        act_on_joints(pressures, drop, True, *self._tables, self.layout.stiffness, bend, gas)
-        return bend
+            return self.actuation.bend.copy()
+        found = Actuation(np.zeros_like(rotations), np.zeros_like(rotations))
+        act_on_joints(
+            pressures, np.zeros_like(pressures), True, self.tables, self.layout.stiffness, found
+        )
+        return found.bend
 
     def bend_by_models(
         self, step: float, pressures: Array, rotations: Array, temperature: float
     ) -> None:
-        """Advance effects by a step [s], and put the rest shape that they leave into `actuated`."""
-        for name, joints, of_channel in self._members:
-            self.actuated[0][joints] = self.layout.models[name].step(
-                step, pressures[of_channel], rotations[joints], temperature
-            )
-
-    def gas_stiffness(self, pressures: Array, pressures_abs: Array, volumes: Array) -> Array:
-        """Stiffness (n, 3) [N m/rad] that enclosed air adds to each joint while all joints of its
-        channel bend alike.
-
-        dp = -p_abs/V*dV (isothermal), dV = sum of dV/dtheta over the channel, torque =
-        -k*(dtheta_rest/dp)*dp. The true matrix is a dyad; its row sums on the diagonal are exact
-        for that motion and bound it for any other, so they keep the implicit step stable. They act
-        only on the motion within a step: statics do not depend on them.
+        """Advance effects by a step [s], and put the rest shape that they leave into `actuation`,
+        at gauge pressures (channels,) [Pa] and a temperature [K].
         """
-        bend, gas = (np.zeros_like(array) for array in self.actuated)
-        drop = pressures_abs / volumes * self._total_gain
-        act_on_joints(pressures, drop, False, *self._tables, self.layout.stiffness, bend, gas)
-        return gas
+        for name, channels in self._fed.items():
+            joints = self.layout.chain_joints[name]
+            self.actuation.bend[joints] = self.layout.models[name].step(
+                step, pressures[channels], rotations[joints], temperature
+            )
 
 
 @compiled
-def chamber_volumes(rest_volumes, gain, rotations, out):
-    """Volumes (channels,) [m3] for the joint rotations (n, 3) [rad]; `gain` (channels, n)."""
-    for channel in range(len(out)):
+def chamber_volumes(rest_volumes, gain, rotations, volumes):
+    """Fill the volumes (channels,) [m3] for the joint rotations (n, 3) [rad]; `gain` (channels, n)
+    [m3/rad].
+    """
+    for channel in range(len(volumes)):
         volume = rest_volumes[channel]
         for i in range(gain.shape[1]):
             volume += gain[channel, i] * rotations[i, BEND]
-        out[channel] = max(volume, LEAST_VOLUME * rest_volumes[channel])
+        volumes[channel] = max(volume, LEAST_VOLUME * rest_volumes[channel])
 
 
 @compiled
-def enclosed_pressures(masses, heat, ambient, rest_volumes, volumes, out):
-    """Absolute pressures (channels,) [Pa] of masses [kg above rest] with R_s T = heat [J/kg]."""
-    for channel in range(len(out)):
-        content = ambient * rest_volumes[channel] + masses[channel] * heat
-        out[channel] = content / volumes[channel]
-
-
-@compiled
-def act_on_joints(
-    pressures, drop, with_bend, channel, step, cubic, start, width, stiffness, bend, gas
-):
-    """Add to `gas` (n, 3) [N m/rad] the slopes of all actuators' cubics at their channels'
-    pressures [Pa] times `drop` [Pa/rad] of the channel and the stiffness; and make `bend` (n, 3)
-    [rad] the sum of the cubics, if asked to.
+def enclosed_pressures_abs(masses, heat, ambient, rest_volumes, volumes, pressures_abs):
+    """Fill the absolute pressures (channels,) [Pa] of masses [kg above rest] behind closed valves,
+    with R_s T = heat [J/kg].
     """
+    for channel in range(len(volumes)):
+        content = ambient * rest_volumes[channel] + masses[channel] * heat
+        pressures_abs[channel] = content / volumes[channel]
+
+
+@compiled
+def act_on_joints(pressures, drop, with_bend, tables, stiffness, actuation):
+    """Make `actuation.gas` what the enclosed air adds to each joint's stiffness while all joints of
+    its channel bend alike, and, if asked to, `actuation.bend` the rest shape at the gauge pressures
+    (channels,) [Pa].
+
+    `drop` (channels,) [Pa/rad] is p_abs/V times the sum of dV/dtheta over the channel: that is how
+    fast the pressure falls with the bend (isothermal), and torque = -k*(dtheta_rest/dp)*dp. The
+    true matrix is a dyad; its row sums on the diagonal are exact for that motion and bound it for
+    any other, so they keep the implicit step stable. They act only on the motion within a step:
+    statics do not depend on them.
+    """
+    bend, gas = actuation.bend, actuation.gas
+    gas[:] = 0.0
     if with_bend:
         bend[:] = 0.0
-    for actuator in range(len(channel)):
-        relative = max(pressures[channel[actuator]], 0.0) / step[actuator]
-        index = min(int(relative), cubic.shape[1] - 1)
-        t = relative - index
-        fall = drop[channel[actuator]] / step[actuator]
-        for k in range(width[actuator]):
-            c, joint, axis = cubic[actuator, index], start[actuator] + k // 3, k % 3
+    for actuator in range(len(tables.channel)):
+        channel, step = tables.channel[actuator], tables.step[actuator]
+        relative = max(pressures[channel], 0.0) / step
+        index = min(int(relative), tables.cubic.shape[1] - 1)
+        c, t, fall = tables.cubic[actuator, index], relative - index, drop[channel] / step
+        for k in range(tables.columns[actuator]):
+            joint, axis = tables.first_joint[actuator] + k // 3, k % 3
             if with_bend:
                 bend[joint, axis] += c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
             if axis == BEND:

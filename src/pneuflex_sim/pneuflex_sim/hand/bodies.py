@@ -1,13 +1,5 @@
 """A hand as PyBullet bodies: one floating multibody per serial chain, all carried rigidly by the
-wrist.
-
-A hand as PyBullet bodies: one floating multibody per serial chain, all carried rigidly by the
-wrist.
-
-Each base is a heavy free body that is pushed to the velocity of the wrist in every step; what its
-velocity gains beyond that push is the load of the chain on the wrist, at no cost. (A base that is
-moved by resetting its pose has no velocity in the contact solver, and a held object would not
-follow it.)
+wrist (see `driven_bases`).
 """
 
 from __future__ import annotations
@@ -20,32 +12,37 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from pneuflex_sim.dynamics import joint_springs as spring_kernel
-from pneuflex_sim.hand import step as hand_kernel
+from pneuflex_sim.dynamics.chain import not_placed
+from pneuflex_sim.dynamics.joint_springs import Before, Joints, look_at_joints
 from pneuflex_sim.hand.air import AirCoupling
 from pneuflex_sim.hand.collision import (
     PALM,
-    PIECES,
+    Touch,
     collides_with,
     collision_groups,
     link_shapes,
     set_margin,
 )
+from pneuflex_sim.hand.driven_bases import BASE_INERTIA, BASE_MASS, DrivenBases, HandWeight
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import Body, HandLayout
 from pneuflex_sim.hand.palm_pad import PalmPad
+from pneuflex_sim.hand.step import Carrier, HandArrays, drive_hand, joint_torques, plain
 from pneuflex_sim.hand.wrist import Wrist
-from pneuflex_sim.hand.wrist_drive import BASE_INERTIA, BASE_MASS, DrivenBases
 from pneuflex_sim.world import World
+from softhand_model.effects.load import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
+SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
+SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
+LONGEST_BLOW = 0.1  # [s]
 
 
 class JointStates:
-    """Orientations q (n, 4) and velocities v (n, 3) [rad/s] of the spherical joints of some bodies,
-    each with `counts` joints and no others. The arrays stay the same ones.
+    """Orientations and velocities of the spherical joints of some bodies, each with `counts` joints
+    and no others. The arrays stay the same ones.
     """
 
     def __init__(self, bodies: list[int], counts: list[int], client: int) -> None:
@@ -53,11 +50,9 @@ class JointStates:
             (body, list(range(count))) for body, count in zip(bodies, counts, strict=True)
         ]
         self._client, n = client, sum(counts)
-        self.q, self.v = np.tile(IDENTITY, (n, 1)), np.zeros((n, 3))
-        self._orientations, self._velocities = (
-            struct.Struct(f"{4 * n}d"),
-            struct.Struct(f"{3 * n}d"),
-        )
+        self.joints = Joints(np.tile(IDENTITY, (n, 1)), np.zeros((n, 3)))
+        self._orientations = struct.Struct(f"{4 * n}d")
+        self._velocities = struct.Struct(f"{3 * n}d")
 
     def read(self) -> None:
         """Fill the arrays; with lists, struct and no keywords: each costs time in every step."""
@@ -66,8 +61,8 @@ class JointStates:
             for q, v, _, _ in pybullet.getJointStatesMultiDof(body, joints, client):
                 orientations += q
                 velocities += v
-        self._orientations.pack_into(self.q, 0, *orientations)
-        self._velocities.pack_into(self.v, 0, *velocities)
+        self._orientations.pack_into(self.joints.q, 0, *orientations)
+        self._velocities.pack_into(self.joints.v, 0, *velocities)
 
     def push(self, torque: Array) -> None:
         """Apply torques (n, 3) [N m] to the joints in the next step, in their child frames."""
@@ -84,89 +79,61 @@ class JointStates:
             first = last
 
 
-SPEED_CLAMP = 1e5  # [rad/s]; at PyBullet's 100, contacts that hold a loaded joint push too little
-SPEED_LIMIT = 95.0  # [rad/s] that a joint may exceed for an instant only, after a blow
-LONGEST_BLOW = 0.1  # [s]
-
-
 class HandBodies:
-    """The chains of one hand in a world; all arrays have one row a joint, in the order of the
-    layout.
+    """The chains of one hand in a world; arrays have one row a joint, in the order of the layout.
+
+    q (n, 4), v (n, 3) [rad/s]: as the joints are. rotations (n, 3) [rad]: rotation vector of each
+    joint against its rest without pressure; y is the bend. torque (n, 3) [N m]: of the springs.
     """
 
     def __init__(
         self,
         layout: HandLayout,
+        air: AirCoupling,
         world: World,
         wrist: Wrist,
         rigid: bool,
         weight_scale: float,
-        collision: str = PIECES,
-        friction: float = 1.0,
-        finger_contact: bool = False,
+        touch: Touch,
     ) -> None:
-        self.layout, self.world, self.rigid = layout, world, rigid
-        self.collision, self.friction = collision, friction
-        self.finger_contact = finger_contact
-        self._create()
-        n = len(layout.mass)
-        self.torque, self.turned = np.zeros((n, 3)), np.zeros((n, 3))
-        self._rest = np.ascontiguousarray(layout.rest)
-        self._joints = (
-            layout.starts,
-            self.q,
-            self.v,
-            self._rest,
-            layout.stiffness,
-            layout.stretching,
-            layout.damping,
-            layout.offset,
-            layout.center,
-            layout.inertia(world.step_size),
-            layout.mass,
+        self.layout, self.world, self.rigid, self.touch = layout, world, rigid, touch
+        self._by_tables = air.by_tables
+        self.ids = [self._create_body(body) for body in layout.bodies]
+        counts = [body.joints.stop - body.joints.start for body in layout.bodies]
+        self._states = JointStates(self.ids, counts, world.client)
+        self.q, self.v = self._states.joints
+        self.rotations, self.torque = np.zeros_like(self.v), np.zeros_like(self.v)
+        hand = HandArrays(
+            layout.links(world.step_size),
+            layout.springs(),
+            self._states.joints,
+            air.total_gain,
+            air.tables,
+            air.actuation,
+            Before(np.zeros_like(self.v), self.torque, not_placed(len(self.v))),
         )
-        self._carried = (
-            np.zeros((n, 3)),
-            np.zeros((n, 3, 3)),
-            np.zeros((n, 3)),
-            np.zeros((n, 3)),
-            np.zeros((n, 3, 3)),
-            self.torque,
-        )
-        self.bases = self._driven_bases(weight_scale)
+        self._rest, self._before, self._hand = hand.springs.rest, hand.before, plain(hand)
+        self.pad = None if layout.description.sheet is None else PalmPad(layout.description.sheet)
+        self.bases = self._driven_bases(weight_scale * STANDARD_GRAVITY)
+        bases = self.bases
+        self._carrier = plain(Carrier(bases.arrays, bases.weight, bases.pad, wrist.arm))
         self.reset(wrist)
 
     # ---------------------------------------------------------------- creation
-    def _create(self) -> None:
-        self.ids = [self._create_body(body) for body in self.layout.bodies]
-        sheet = self.layout.description.sheet
-        self.pad = None if sheet is None else PalmPad(sheet)
-        counts = [body.joints.stop - body.joints.start for body in self.layout.bodies]
-        self._states = JointStates(self.ids, counts, self.world.client)
-        self.q, self.v = self._states.q, self._states.v
-
-    def _driven_bases(self, weight_scale: float) -> DrivenBases:
+    def _driven_bases(self, gravity: float) -> DrivenBases:
         layout, ids = self.layout, self.ids
-        places = [body.position for body in layout.bodies]
-        turns = [body.orientation for body in layout.bodies]
+        mounts = [(body.position, body.orientation) for body in layout.bodies]
         if self.pad is not None:
             ids = [*ids, self._create_pad(self.pad)]
-            places, turns = [*places, self.pad.place], [*turns, self.pad.turn]
-        return DrivenBases(
-            ids,
-            np.array(places, float),
-            np.array(turns, float),
-            self.pad,
-            float(layout.mass.sum()),
-            HandShape(layout).center_of_mass(layout.rest),
-            weight_scale,
-            self.world.client,
-        )
+            mounts = [*mounts, (self.pad.spring.place, self.pad.orientation)]
+        center = HandShape(layout).center_of_mass(layout.rest)
+        weight = HandWeight(gravity, float(layout.mass.sum()) * gravity, center)
+        return DrivenBases(ids, mounts, self.pad, weight, self.world.client)
 
     def _create_body(self, body: Body) -> int:
         layout, client, joints = self.layout, self.world.client, body.joints
         count = joints.stop - joints.start
-        shapes = link_shapes(layout, body, self.collision, client)
+        shapes = link_shapes(layout, body, self.touch.kind, client)
         base = pybullet.createMultiBody(
             0.0 if self.rigid else BASE_MASS,
             -1,
@@ -195,7 +162,9 @@ class HandBodies:
         client = self.world.client
         base = pad.create(0.0 if self.rigid else BASE_MASS, client)
         self._set_base_dynamics(base)
-        pybullet.changeDynamics(base, -1, lateralFriction=self.friction, physicsClientId=client)
+        pybullet.changeDynamics(
+            base, -1, lateralFriction=self.touch.friction, physicsClientId=client
+        )
         pybullet.setCollisionFilterGroupMask(
             base, -1, PALM, collides_with(PALM), physicsClientId=client
         )
@@ -235,11 +204,11 @@ class HandBodies:
                 linearDamping=0,
                 angularDamping=0,
                 jointDamping=0,
-                lateralFriction=self.friction,
+                lateralFriction=self.touch.friction,
                 physicsClientId=client,
             )
-            set_margin(base, link, self.collision, client)
-            mask = collides_with(groups[link], self.finger_contact)
+            set_margin(base, link, self.touch.kind, client)
+            mask = collides_with(groups[link], self.touch.neighbours)
             pybullet.setCollisionFilterGroupMask(
                 base, link, groups[link], mask, physicsClientId=client
             )
@@ -264,11 +233,7 @@ class HandBodies:
         for body, base in zip(self.layout.bodies, self.ids, strict=True):
             for link, joint in enumerate(range(body.joints.start, body.joints.stop)):
                 pybullet.resetJointStateMultiDof(
-                    base,
-                    link,
-                    joints[joint].tolist(),
-                    [0, 0, 0],
-                    physicsClientId=self.world.client,
+                    base, link, joints[joint].tolist(), [0, 0, 0], physicsClientId=self.world.client
                 )
         self._first, self._fast_time = True, 0.0
         self.read()
@@ -280,7 +245,7 @@ class HandBodies:
         self._states.read()
         if not self.rigid:
             self.bases.read()
-        fastest = spring_kernel.look_at_joints(self._rest, self.q, self.v, self.turned)
+        fastest = look_at_joints(self._rest, self.q, self.v, self.rotations)
         self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
         if not math.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
             raise RuntimeError(self._diverged(fastest))
@@ -294,12 +259,6 @@ class HandBodies:
             "a smaller step or slower commands are needed"
         )
 
-    def rotations(self) -> Array:
-        """Rotation vector (n, 3) [rad] of each joint against its rest without pressure; y is the
-        bend.
-        """
-        return self.turned.copy()
-
     def save(self) -> tuple[Any, ...]:
         """The Python side of the state; PyBullet's own is saved by the world."""
         return (self._first, self._fast_time, *(array.copy() for array in self._arrays()))
@@ -311,39 +270,21 @@ class HandBodies:
             array[:] = saved
 
     def _arrays(self) -> tuple[Array, ...]:
-        return (self.q, self.v, self.turned, *self._carried, *self.bases.arrays())
+        v, torque, placed = self._before
+        kept = (self.q, self.v, self.rotations, v, torque, *placed)
+        return (*kept, *self.bases.arrays, self.bases.pad.state)
 
     # ---------------------------------------------------------------- forces
-    def drive(
-        self, air: AirCoupling, ambient: float, pressures_abs: Array, volumes: Array, wrist: Wrist
-    ) -> None:
-        """Apply the torques of all joints at these pressures [Pa] and volumes [m3] of the channels;
-        advance the wrist under the load of the last step, and push the bases along.
+    def drive(self, ambient: float, pressures_abs: Array, volumes: Array, wrist: Wrist) -> None:
+        """Apply the torques of all joints at these absolute pressures [Pa] and volumes [m3] of the
+        channels; advance the wrist under the load of the last step, and push the bases along.
         """
-        step, springs = self.world.step_size, wrist.springs
-        common = (
-            step,
-            self._first,
-            ambient,
-            pressures_abs,
-            air.by_tables,
-            air.arrays(volumes),
-            air.actuated,
-            self._joints,
-            self._carried,
-        )
+        step = (self.world.step_size, self._first)
+        air = (self._by_tables, ambient, pressures_abs, volumes)
         if self.rigid:
-            hand_kernel.joint_torques(*common)
+            joint_torques(*step, *air, self._hand)
         else:
-            bases = self.bases
-            hand_kernel.drive_hand(
-                *common,
-                bases.constants,
-                bases.pad_arrays,
-                bases.kernel_arrays,
-                springs,
-                wrist.arrays,
-            )
-            bases.push()
+            drive_hand(*step, *air, self._hand, self._carrier, tuple(wrist.state))
+            self.bases.push()
         self._first = False
         self._states.push(self.torque)

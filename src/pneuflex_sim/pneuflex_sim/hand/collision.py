@@ -1,17 +1,16 @@
 """Collision shapes of a hand's links, and which parts of a hand meet which.
 
-Collision pieces: one convex hull a link, eroded by MARGIN, which the engine dilates again.
-
-The thesis shrinks its skin by 1 mm and lets it touch at a distance of 1 mm (5.1.4), which rounds
-edges off. Here the engine's collision margin does the second half. A piece reaches from joint to
-joint; faces at joints are not eroded, so that the passive layer runs on from link to link and
-neighbours overlap by the margin. They meet on the axis of the joint, so on bending no gap opens in
-the passive layer; wedges open on the back, as they do between boxes.
-
-Collision shapes of the links in PyBullet: pieces that follow the outline, or boxes.
+A link touches with a box, or with a convex hull (`pieces`) that follows the outline, eroded by
+MARGIN, which the engine dilates again. The thesis shrinks its skin by 1 mm and lets it touch at a
+distance of 1 mm (5.1.4), which rounds edges off; here the engine's collision margin does the second
+half. A hull reaches from joint to joint; faces at joints are not eroded, so that the passive layer
+runs on from link to link and neighbours overlap by the margin. They meet on the axis of the joint,
+so on bending no gap opens in the passive layer; wedges open on the back, as between boxes.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import pybullet
@@ -19,10 +18,16 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from pneuflex_sim.hand.layout import SMALLEST_EDGE, Body, HandLayout
-from pneuflex_sim.hand.outline import ChainOutline, piece_section
+from pneuflex_sim.hand.outline import ChainOutline, hull_section
 from softhand_model.hand.hand import WRIST, ChainDescription, HandDescription
 from softhand_model.numerics.rotations import rotate
 
+Array = NDArray[np.float64]
+
+PIECES, BOXES = "pieces", "boxes"  # kinds of collision shapes
+KINDS = (PIECES, BOXES)
+MARGIN = 0.001  # [m]
+STEEPEST = 2.0  # with it, a section of SMALLEST_EDGE is never used up
 ENVIRONMENT, FINGER, THUMB, PALM = 1, 2, 4, 8  # collision groups
 FACING = 16  # and its doubles: fingers that face those of the group FINGER, and one another
 # [-], cosine of 60 deg; no more than 12 directions are that far apart, so there are bits enough
@@ -53,7 +58,7 @@ def bending_sides(hand: HandDescription) -> dict[str, int]:
     a chain is of the first side whose first chain bends within 60 deg of where it does.
     """
     sides: dict[str, int] = {}
-    firsts: list[NDArray[np.float64]] = []
+    firsts: list[Array] = []
     for chain in hand.chains:
         if chain.mount.parent != WRIST or chain.turn:
             continue
@@ -76,31 +81,25 @@ def _collision_group(hand: HandDescription, name: str, sides: dict[str, int]) ->
     return THUMB if hand.chain(parent).turn else _collision_group(hand, parent, sides)
 
 
-Array = NDArray[np.float64]
-
-MARGIN = 0.001  # [m]
-STEEPEST = 2.0  # with it, a section of SMALLEST_EDGE is never used up
-
-
-def chain_pieces(description: ChainDescription, segments: int) -> list[Array]:
-    """Vertices (k, 3) [m] of each joint's piece in its link's frame, from a strut's to the tip's.
+def collision_hulls(description: ChainDescription, segments: int) -> list[Array]:
+    """Vertices (k, 3) [m] of each joint's hull in its link's frame, from a strut's to the tip's.
 
     A strut's link carries the half segment at the base of the rubber; the strut itself has no
-    piece. The base of a chain without strut is part of what carries it and has none either.
+    hull. The base of a chain without strut is part of what carries it and has none either.
     Sections thinner than SMALLEST_EDGE count as that thick, behind the passive layer.
     """
-    outline, pieces = ChainOutline(description, segments), []
+    outline, hulls = ChainOutline(description, segments), []
     if description.strut is not None:
         lift = np.array([0.0, 0.0, description.strut.length / 2.0 + outline.edge / 2.0])
-        pieces.append(_piece(outline, 0) + lift)
-    return pieces + [_piece(outline, bone) for bone in range(1, segments + 1)]
+        hulls.append(_hull(outline, 0) + lift)
+    return hulls + [_hull(outline, bone) for bone in range(1, segments + 1)]
 
 
-def _piece(outline: ChainOutline, bone: int) -> Array:
-    """Vertices (k, 3) [m] of a bone's piece in its frame: hull of the sections at both ends."""
+def _hull(outline: ChainOutline, bone: int) -> Array:
+    """Vertices (k, 3) [m] of a bone's hull in its frame, around the sections at both ends."""
     ends = outline.range(bone)
-    shapes = [np.vstack(outline.outlines(place, piece_section(), SMALLEST_EDGE)) for place in ends]
-    around = ConvexHull(shapes[0]).vertices  # counterclockwise; parallel actuators share a piece
+    shapes = [np.vstack(outline.outlines(place, hull_section(), SMALLEST_EDGE)) for place in ends]
+    around = ConvexHull(shapes[0]).vertices  # counterclockwise; parallel actuators share a hull
     start, stop = (shape[around] for shape in shapes)
     steepness = _slopes(start, stop, ends[1] - ends[0])
     at_tip = MARGIN if bone == outline.segments else 0.0
@@ -108,9 +107,9 @@ def _piece(outline: ChainOutline, bone: int) -> Array:
     stop, place = (1.0 - share) * stop + share * start, ends[1] - at_tip
     rings = []
     for ring, at in ((start, ends[0]), (stop, place)):
-        point, turn = outline.section(bone, at)
+        point, axes = outline.section(bone, at)
         flat = inset(ring, MARGIN * steepness)
-        rings.append(point + np.column_stack([flat, np.zeros(len(flat))]) @ turn.T)
+        rings.append(point + np.column_stack([flat, np.zeros(len(flat))]) @ axes.T)
     return np.vstack(rings)
 
 
@@ -144,8 +143,15 @@ def inset(ring: Array, distances: Array) -> Array:
     return np.unique(HalfspaceIntersection(halfplanes, ring.mean(axis=0)).intersections, axis=0)
 
 
-PIECES, BOXES = "pieces", "boxes"
-KINDS = (PIECES, BOXES)
+@dataclass(frozen=True)
+class Touch:
+    """How a hand touches: kind of its collision shapes, PyBullet's coefficient of its friction [-],
+    whether neighbouring fingers meet.
+    """
+
+    kind: str = PIECES
+    friction: float = 1.0
+    neighbours: bool = False
 
 
 def check_kind(kind: str) -> None:
@@ -159,41 +165,31 @@ def link_shapes(layout: HandLayout, body: Body, kind: str, client: int) -> list[
 
     Each is centred where the link's mass is: PyBullet then needs no compound around it.
     """
-    return _boxes(layout, body, client) if kind == BOXES else _pieces(layout, body, client)
-
-
-def _boxes(layout: HandLayout, body: Body, client: int) -> list[int]:
-    joints = body.joints
+    of_body = body.joints
+    if kind == BOXES:
+        shapes = [
+            {"shapeType": pybullet.GEOM_BOX, "halfExtents": (size / 2).tolist()}
+            for size in layout.size[of_body]
+        ]
+    else:
+        hulls = [
+            hull
+            for name in body.chains
+            for hull in collision_hulls(layout.models[name].description, layout.segments)
+        ]
+        shapes = [
+            {"shapeType": pybullet.GEOM_MESH, "vertices": (hull - center).tolist()}
+            for hull, center in zip(hulls, layout.center[of_body], strict=True)
+        ]
     return [
         pybullet.createCollisionShape(
-            pybullet.GEOM_BOX,
-            halfExtents=(size / 2).tolist(),
-            collisionFramePosition=center.tolist(),
-            physicsClientId=client,
+            **shape, collisionFramePosition=center.tolist(), physicsClientId=client
         )
-        for size, center in zip(layout.size[joints], layout.center[joints], strict=True)
-    ]
-
-
-def _pieces(layout: HandLayout, body: Body, client: int) -> list[int]:
-    """Hulls; the engine's own margin around them is that of `pieces` (see `set_margin`)."""
-    pieces = [
-        piece
-        for name in body.chains
-        for piece in chain_pieces(layout.models[name].description, layout.segments)
-    ]
-    return [
-        pybullet.createCollisionShape(
-            pybullet.GEOM_MESH,
-            vertices=(piece - center).tolist(),
-            collisionFramePosition=center.tolist(),
-            physicsClientId=client,
-        )
-        for piece, center in zip(pieces, layout.center[body.joints], strict=True)
+        for shape, center in zip(shapes, layout.center[of_body], strict=True)
     ]
 
 
 def set_margin(body: int, link: int, kind: str, client: int) -> None:
-    """Dilate a link's piece by the margin it was eroded by; boxes hold theirs within."""
+    """Dilate a link's hull by the margin it was eroded by; boxes hold theirs within."""
     if kind == PIECES:
         pybullet.changeDynamics(body, link, collisionMargin=MARGIN, physicsClientId=client)

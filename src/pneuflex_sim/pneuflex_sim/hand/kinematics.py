@@ -1,7 +1,5 @@
-"""Tips and angles of a hand from its joint orientations, and what the angle sensors at the tips
-show.
-
-What the angle sensors at the actuators' tips show under the effects of a model.
+"""Tips and angles of a hand from its joint orientations, and what the angle sensors at the
+actuators' tips show under the effects of a model.
 """
 
 from __future__ import annotations
@@ -12,47 +10,35 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.dynamics.chain import place_joints
+from pneuflex_sim.dynamics.chain import not_placed, place_links
 from pneuflex_sim.hand.layout import HandLayout
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.model_file import Model
 
 Array = NDArray[np.float64]
 
+QUANTITY = "tip_angle"  # of output effects that act on the sensors
+
 
 class HandShape:
     """Forward kinematics of a layout."""
 
     def __init__(self, layout: HandLayout) -> None:
-        self.layout = layout
-        n = len(layout.mass)
-        self._inertia = np.ones((n, 3))
+        self.layout, self._links = layout, layout.links(0.0)
 
     def frames(self, q: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3) [m] and rotation matrices (n, 3, 3) of the joints, centres of mass (n,
         3), in the wrist frame.
         """
-        layout, n = self.layout, len(q)
-        frame, arm, center = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3))
-        scratch, position = np.empty((n, 3, 3)), np.empty((n, 3))
-        for body in layout.bodies:
-            first, last = body.joints.start, body.joints.stop
-            place_joints(
-                first,
-                last,
-                q,
-                layout.offset,
-                layout.center,
-                self._inertia,
-                frame,
-                arm,
-                center,
-                scratch,
-            )
-            turn = Rotation.from_quat(body.orientation).as_matrix()
-            position[first:last] = np.cumsum(arm[first:last], axis=0) @ turn.T + body.position
-            frame[first:last] = turn @ frame[first:last]
-            center[first:last] = center[first:last] @ turn.T + position[first:last]
+        frame, arm, center, _ = placed = not_placed(len(q))
+        place_links(q, self._links, placed)
+        position = np.empty_like(arm)
+        for body in self.layout.bodies:
+            of_body = body.joints
+            base = Rotation.from_quat(body.orientation).as_matrix()
+            position[of_body] = np.cumsum(arm[of_body], axis=0) @ base.T + body.position
+            frame[of_body] = base @ frame[of_body]
+            center[of_body] = center[of_body] @ base.T + position[of_body]
         return position, frame, center
 
     def fingertips(self, q: Array) -> dict[str, tuple[Array, Array]]:
@@ -63,10 +49,9 @@ class HandShape:
         tips = {}
         for name in self.layout.description.tips:
             last = self.layout.chain_joints[name].stop - 1
-            turn = frame[last]
             tips[name] = (
-                position[last] + turn @ self.layout.chain_tips[name],
-                Rotation.from_matrix(turn).as_quat(),
+                position[last] + frame[last] @ self.layout.chain_tips[name],
+                Rotation.from_matrix(frame[last]).as_quat(),
             )
         return tips
 
@@ -86,9 +71,6 @@ class HandShape:
         """Centre of mass (3,) of the chains in the wrist frame [m]."""
         center = self.frames(q)[2]
         return self.layout.mass @ center / self.layout.mass.sum()
-
-
-QUANTITY = "tip_angle"
 
 
 class TipSensors:

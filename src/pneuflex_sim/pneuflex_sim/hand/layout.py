@@ -1,5 +1,4 @@
-"""The joints of a whole hand in one set of arrays, in the order in which the kernel and PyBullet
-walk them.
+"""The joints of a whole hand in one set of arrays, in the order of the kernels and of PyBullet.
 
 Chains that ride on another one (the thumb on the palm) continue the serial body of their parent;
 every other chain starts a body of its own at its mount on the wrist.
@@ -13,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pneuflex_sim.dynamics.chain import Links
+from pneuflex_sim.dynamics.joint_springs import Springs
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
@@ -60,15 +61,16 @@ class HandLayout:
     center: Array
     mass: Array
 
-    @property
-    def starts(self) -> NDArray[np.int64]:
-        """First joint of each body, and the number of joints at the end."""
-        return np.array([body.joints.start for body in self.bodies] + [len(self.mass)])
+    def links(self, step: float) -> Links:
+        """The links for the kernels, with the inertia that a step [s] needs."""
+        start = np.array([body.joints.start for body in self.bodies] + [len(self.mass)])
+        return Links(start, self.offset, self.center, self.inertia(step), self.mass)
 
-    @property
-    def damping(self) -> Array:
-        """Joint damping (n, 3) [N m s/rad]."""
-        return DAMPING_TIME * self.stiffness
+    def springs(self) -> Springs:
+        """The joints' springs for the kernels."""
+        damping = DAMPING_TIME * self.stiffness
+        rest = np.ascontiguousarray(self.rest)
+        return Springs(rest, self.stiffness, self.stretching, damping)
 
     def inertia(self, step: float) -> Array:
         """Principal inertia (n, 3) [kg m2] of the links, as boxes, with the rotary inertia that a
@@ -98,28 +100,25 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
     Raises ValueError if a serial body would have more joints than PyBullet can report.
     """
     models = {chain.name: discretise(chain, segments, model) for chain in description.chains}
-    order = _bodies_in_order(description)
-    parts: list[ChainModel] = []
-    offsets, rests, bodies = [], [], []
-    chain_joints: dict[str, slice] = {}
-    count = 0
-    for chain_names in order:
+    bodies, chain_joints, count = [], {}, 0
+    for chains in _bodies_in_order(description):
         start = count
-        for name in chain_names:
-            chain = models[name]
-            offset, rest = _mounted(description, models, name)
-            offsets.append(offset)
-            rests.append(rest)
-            parts.append(chain)
-            chain_joints[name] = slice(count, count + len(rest))
-            count += len(rest)
+        for name in chains:
+            chain_joints[name] = slice(count, count + len(models[name].segments.mass))
+            count = chain_joints[name].stop
         if count - start > MAX_SPHERICAL_JOINTS:
             raise ValueError(
-                f"segments of {' + '.join(chain_names)}: expected at most {MAX_SPHERICAL_JOINTS} "
+                f"segments of {' + '.join(chains)}: expected at most {MAX_SPHERICAL_JOINTS} "
                 f"joints in one body, got {count - start}"
             )
-        bodies.append(_body(description, chain_names, slice(start, count)))
-    stacked = _stacked(parts)
+        mount, joints = description.chain(chains[0]).mount, slice(start, count)
+        place = np.asarray(mount.position)
+        bodies.append(Body(chains[0], place, mount.quaternion, joints, chains))
+    mounted = [_mounted(description, models, name) for name in chain_joints]
+
+    def rows(key: str) -> Array:
+        return np.concatenate([getattr(models[name].segments, key) for name in chain_joints])
+
     return HandLayout(
         description,
         segments,
@@ -132,27 +131,14 @@ def build_layout(description: HandDescription, segments: int, model: Model) -> H
             for name, joints in chain_joints.items()
             for i in range(joints.stop - joints.start)
         ),
-        np.concatenate(offsets),
-        np.concatenate(rests),
-        stacked["stiffness"],
-        stacked["stretching"],
-        np.maximum(stacked["body_size"], [SMALLEST_EDGE, SMALLEST_EDGE, 0.0]),
-        stacked["body_center"],
-        stacked["mass"],
+        np.concatenate([offset for offset, _ in mounted]),
+        np.concatenate([rest for _, rest in mounted]),
+        rows("stiffness"),
+        rows("stretching"),
+        np.maximum(rows("body_size"), [SMALLEST_EDGE, SMALLEST_EDGE, 0.0]),
+        rows("body_center"),
+        rows("mass"),
     )
-
-
-def _body(description: HandDescription, chain_names: tuple[str, ...], joints: slice) -> Body:
-    """The serial body of some chains, mounted as the first of them."""
-    mount = description.chain(chain_names[0]).mount
-    place = np.asarray(mount.position)
-    return Body(chain_names[0], place, mount.quaternion, joints, chain_names)
-
-
-def _stacked(parts: list[ChainModel]) -> dict[str, Array]:
-    """What the segments of all chains have, one row a joint."""
-    keys = ("stiffness", "stretching", "body_size", "body_center", "mass")
-    return {key: np.concatenate([getattr(part.segments, key) for part in parts]) for key in keys}
 
 
 def _bodies_in_order(description: HandDescription) -> list[tuple[str, ...]]:
@@ -180,9 +166,8 @@ def _mounted(
     offset, rest = np.array(segments.offset, float), np.array(segments.rest, float)
     mount = description.chain(name).mount
     if mount.parent != "wrist":
-        turn = Rotation.from_quat(mount.quaternion)
-        offset[0] = (
-            models[mount.parent].segments.tip_offset + mount.position + turn.apply(offset[0])
-        )
-        rest[0] = (turn * Rotation.from_quat(rest[0])).as_quat()
+        mounted = Rotation.from_quat(mount.quaternion)
+        tip = models[mount.parent].segments.tip_offset
+        offset[0] = tip + mount.position + mounted.apply(offset[0])
+        rest[0] = (mounted * Rotation.from_quat(rest[0])).as_quat()
     return offset, rest

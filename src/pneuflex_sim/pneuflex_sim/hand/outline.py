@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 
 CORNER = 0.1  # radius at the passive layer, as a share of height and width
 BACK_POWER = (0.8, 0.6)  # of the superellipse on the back, along height and width
-# unit outline of a collision piece: points of the smooth outline, by their angle on the back [rad]
-PIECE_BACK = (1.4, 0.7, 0.15)
+# unit outline of a collision hull: points of the smooth outline, by their angle on the back [rad]
+HULL_BACK = (1.4, 0.7, 0.15)
 
 
 def cross_section(corner_points: int = 3, back_points: int = 11) -> Array:
@@ -32,16 +32,16 @@ def cross_section(corner_points: int = 3, back_points: int = 11) -> Array:
     The chamber of an actuator without pressure is rectangular; how much its mould rounds the back
     the thesis shows in pictures alone.
     """
-    turn = np.linspace(0.0, np.pi / 2.0, corner_points)
-    corner = CORNER * np.stack([np.cos(turn) - 1.0, np.sin(turn) - 1.0], axis=1) + [0.0, 0.5]
+    angle = np.linspace(0.0, np.pi / 2.0, corner_points)
+    corner = CORNER * np.stack([np.cos(angle) - 1.0, np.sin(angle) - 1.0], axis=1) + [0.0, 0.5]
     back = _back(np.linspace(np.pi / 2.0, 0.0, (back_points + 1) // 2))
     half = np.vstack([corner, back])  # from the passive layer over +y to the middle of the back
     return np.vstack([half, mirrored(half[:-1])])
 
 
-def piece_section() -> Array:
-    """Unit outline (10, 2) of the collision pieces: points of the smooth outline, convex."""
-    half = np.vstack([[0.0, 0.5 - CORNER], [-CORNER, 0.5], _back(np.array(PIECE_BACK))])
+def hull_section() -> Array:
+    """Unit outline (10, 2) of the collision hulls: points of the smooth outline, convex."""
+    half = np.vstack([[0.0, 0.5 - CORNER], [-CORNER, 0.5], _back(np.array(HULL_BACK))])
     return np.vstack([half, mirrored(half)])
 
 
@@ -101,12 +101,12 @@ class ChainOutline:
         """
         if not self.description.turn:
             return np.array([0.0, 0.0, place - self.joint(bone)]), np.eye(3)
-        radius, turn = mean_radius(self.parts), self.description.turn
+        radius, side = mean_radius(self.parts), self.description.turn
         start = (0.5 if bone == 0 else -0.5) * arc_angle(self.parts) / self.segments
         heading = start + (place - self.joint(bone)) / radius
-        across = turn * (np.cos(start) - np.cos(heading))
+        across = side * (np.cos(start) - np.cos(heading))
         point = radius * np.array([0.0, across, np.sin(heading) - np.sin(start)])
-        c, s = np.cos(heading), turn * np.sin(heading)
+        c, s = np.cos(heading), side * np.sin(heading)
         return point, np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
 
     def outlines(self, place: float, unit: Array, least: float = 0.0) -> Array:

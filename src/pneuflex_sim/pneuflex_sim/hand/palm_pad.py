@@ -1,15 +1,15 @@
 """The palm sheet in PyBullet: a hull on a base of its own that sinks towards the wrist under load.
 
-It is as stiff as the bent sheet (`softhand_model.hand.palm_sheet`) along the normal of its crown
-and
-rigid along and about all other axes; its outline stays what it is. The load is felt one step late,
-so the sheet has to be heavier than what lies on it: MASS makes it slower than it is, at rest it
-stands where the spring says.
+It is as stiff as the bent sheet (`softhand_model.hand.palm_sheet`) along the normal of its crown,
+and rigid along and about all other axes; its outline stays what it is. The load is felt one step
+late, so the sheet has to be heavier than what lies on it: MASS makes it slower than it is, at rest
+it stands where the spring says.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pybullet
@@ -28,17 +28,29 @@ MASS = 2.0  # [kg]
 ARCH_POINTS = 13
 
 
-class PalmPad:
-    """State of a sheet: how far it has sunk [m] and how fast [m/s], against its mount.
-
-    place (3,) [m], turn (4,) and axis (3,): pose and outward normal in the frame of the wrist.
+class PadSpring(NamedTuple):
+    """Stiffness [N/m] of a sheet along its outward normal axis (3,); where its base stands (3,) [m]
+    without load; state (2,): how far it has sunk [m] and how fast [m/s]. Axis and place are in the
+    frame of the wrist.
     """
 
+    stiffness: float
+    axis: Array
+    place: Array
+    state: Array
+
+
+NO_PAD = PadSpring(0.0, np.zeros(3), np.zeros(3), np.zeros(2))
+
+
+class PalmPad:
+    """A sheet, its orientation (4,) in the frame of the wrist and its spring."""
+
     def __init__(self, sheet: PalmSheet) -> None:
-        self.sheet, self.stiffness = sheet, sheet.stiffness()
-        self.place, self.turn = np.array(sheet.position), from_rpy(sheet.rpy)
-        self.axis = rotate(self.turn, np.array([1.0, 0.0, 0.0]))
-        self.state = np.zeros(2)
+        self.sheet, self.orientation = sheet, from_rpy(sheet.rpy)
+        axis = rotate(self.orientation, np.array([1.0, 0.0, 0.0]))
+        place = np.array(sheet.position, float)
+        self.spring = PadSpring(float(sheet.stiffness()), axis, place, np.zeros(2))
 
     def create(self, mass: float, client: int) -> int:
         """Create the body, of a mass [kg]; its PyBullet id."""
@@ -51,38 +63,26 @@ class PalmPad:
         pybullet.changeDynamics(body, -1, collisionMargin=MARGIN, physicsClientId=client)
         return int(body)
 
-    @property
-    def arrays(self) -> tuple[float, Array, Array, Array]:
-        """What `hand_kernel` calls pad."""
-        return self.stiffness, self.axis, self.place, self.state
-
 
 @compiled
-def advance_pad(step, stiffness, force, orientation, axis, place, state, mount):
-    """One implicit step [s] of the critically damped spring under a force (3,) [N] on the sheet in
-    world axes; `mount` (3,) [m] becomes its place in the frame of the wrist, whose orientation (4,)
-    is given. `state` is changed in place.
+def sink_pad(step, base_mass, pad, bases, orientation):
+    """Let the sheet, the last of the bases, yield to the force by which its velocity gained on what
+    it was pushed to; nothing where there is none. One implicit step [s] of its critically damped
+    spring; its mount in the frame of the wrist, whose orientation (4,) is given, moves along.
     """
-    normal = rotate_by(orientation, axis)
+    if pad.stiffness <= 0.0:
+        return
+    weight, gain = base_mass / step, minus(bases.velocity[-1, 0], bases.pushed[-1, 0])
+    force = (weight * gain[0], weight * gain[1], weight * gain[2])
+    normal, state = rotate_by(orientation, pad.axis), pad.state
     push = -(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2])
-    damping = 2.0 * math.sqrt(stiffness * MASS)
-    inertia = MASS + step * damping + step**2 * stiffness
-    drive = push - stiffness * (state[0] + step * state[1]) - damping * state[1]
+    damping = 2.0 * math.sqrt(pad.stiffness * MASS)
+    inertia = MASS + step * damping + step**2 * pad.stiffness
+    drive = push - pad.stiffness * (state[0] + step * state[1]) - damping * state[1]
     state[1] += step * drive / inertia
     state[0] += step * state[1]
     for k in range(3):
-        mount[k] = place[k] - state[0] * axis[k]
-
-
-@compiled
-def sink_pad(step, base_mass, stiffness, axis, place, state, velocity, pushed, orientation, mounts):
-    """Let the sheet, the last of the bases, yield to what its velocity gained on the push; nothing
-    where there is none. `mounts` (b, 3) [m] are the places of all bases in the frame of the wrist.
-    """
-    if stiffness > 0.0:
-        weight, gain = base_mass / step, minus(velocity[-1, 0], pushed[-1, 0])
-        force = (weight * gain[0], weight * gain[1], weight * gain[2])
-        advance_pad(step, stiffness, force, orientation, axis, place, state, mounts[-1])
+        bases.mount_places[-1, k] = pad.place[k] - state[0] * pad.axis[k]
 
 
 def pad_vertices(sheet: PalmSheet, margin: float) -> Array:

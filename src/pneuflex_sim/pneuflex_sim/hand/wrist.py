@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,36 @@ class WristParameters:
                 raise ValueError(f"wrist {name}: expected a positive number, got {value!r}")
 
 
+class Drive(NamedTuple):
+    """Stiffness [N/m or N m/rad], inertia [kg or kg m2] and limit [N or N m] of the arm in
+    translation or in rotation.
+    """
+
+    stiffness: float
+    inertia: float
+    limit: float
+
+
+class Arm(NamedTuple):
+    """What holds the wrist."""
+
+    translation: Drive
+    rotation: Drive
+
+
+class WristState(NamedTuple):
+    """The arrays of a `Wrist` for the kernels, which change them, and its target pose."""
+
+    position: Array
+    orientation: Array
+    velocity: Array
+    spin: Array
+    force: Array
+    torque: Array
+    target_position: Array
+    target_orientation: Array
+
+
 @dataclass
 class Wrist:
     """State of the wrist in the world: position [m], quaternion, velocity [m/s], spin [rad/s], and
@@ -60,75 +91,56 @@ class Wrist:
     torque: Array = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        self.target_position, self.target_orientation = (
+        p = self.parameters
+        self.arm = Arm(
+            Drive(float(p.stiffness), float(p.mass), float(p.force_limit)),
+            Drive(float(p.rotational_stiffness), float(p.inertia), float(p.torque_limit)),
+        )
+        self.state = WristState(
+            self.position,
+            self.orientation,
+            self.velocity,
+            self.spin,
+            self.force,
+            self.torque,
             self.position.copy(),
             self.orientation.copy(),
-        )
-        p = self.parameters
-        self.springs = (  # stiffness, inertia and limit of the translation and of the rotation
-            (float(p.stiffness), float(p.mass), float(p.force_limit)),
-            (float(p.rotational_stiffness), float(p.inertia), float(p.torque_limit)),
         )
 
     def command(self, position: Array, orientation: Array) -> None:
         """Set the target pose in the world: position (3,) [m], quaternion (4,); raises ValueError
         for unusable numbers.
         """
-        place, turn = np.array(position, float), np.array(orientation, float)
+        place, quaternion = np.array(position, float), np.array(orientation, float)
         if place.shape != (3,) or not np.isfinite(place).all():
             raise ValueError(
                 f"wrist target position: expected three finite numbers, got {position}"
             )
-        if turn.shape != (4,) or not abs(np.linalg.norm(turn) - 1) < 1e-2:
+        if quaternion.shape != (4,) or not abs(np.linalg.norm(quaternion) - 1) < 1e-2:
             raise ValueError(
-                f"wrist target orientation: expected a unit quaternion x, y, z, w, got {turn}"
+                f"wrist target orientation: expected a unit quaternion x, y, z, w, got {quaternion}"
             )
-        self.target_position, self.target_orientation = place, turn / np.linalg.norm(turn)
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """What `hand_kernel` calls wrist."""
-        return (
-            self.target_position,
-            self.target_orientation,
-            self.force,
-            self.torque,
-            self.position,
-            self.orientation,
-            self.velocity,
-            self.spin,
-        )
-
-    def advance(self, step: float) -> None:
-        """One implicit step of the damped spring under the wrench of the hand."""
-        translation, rotation = self.springs
-        advance_wrist(
-            step,
-            translation,
-            rotation,
-            (self.target_position, self.target_orientation),
-            (self.force, self.torque),
-            (self.position, self.orientation, self.velocity, self.spin),
-        )
+        self.state.target_position[:] = place
+        self.state.target_orientation[:] = quaternion / np.linalg.norm(quaternion)
 
 
 @compiled
-def advance_wrist(step, translation, rotation, target, load, state):
-    """Advance `state` (position, orientation, velocity, spin) in place by one step.
-
-    `translation` and `rotation` are (stiffness, inertia, limit), `target` (position, orientation),
-    `load` (force, torque).
+def advance_wrist(step, arm, wrist):
+    """Advance the state of the wrist by one implicit step [s] of the arm's damped springs under the
+    wrench of the hand.
     """
-    position, orientation, velocity, spin = state
-    _drive(minus(target[0], position), velocity, load[0], *translation, step)
-    _drive(_rotation_error(target[1], orientation), spin, load[1], *rotation, step)
+    error = minus(wrist.target_position, wrist.position)
+    _drive(error, wrist.velocity, wrist.force, arm.translation, step)
+    error = _rotation_error(wrist.target_orientation, wrist.orientation)
+    _drive(error, wrist.spin, wrist.torque, arm.rotation, step)
     for k in range(3):
-        position[k] += step * velocity[k]
-    turn = quaternion_of_rotation((step * spin[0], step * spin[1], step * spin[2]))
-    after = quaternion_product(turn, orientation)
+        wrist.position[k] += step * wrist.velocity[k]
+    spin = wrist.spin
+    change = quaternion_of_rotation((step * spin[0], step * spin[1], step * spin[2]))
+    after = quaternion_product(change, wrist.orientation)
     norm = math.sqrt(after[0] ** 2 + after[1] ** 2 + after[2] ** 2 + after[3] ** 2)
     for k in range(4):
-        orientation[k] = after[k] / norm
+        wrist.orientation[k] = after[k] / norm
 
 
 @compiled
@@ -143,17 +155,18 @@ def _rotation_error(target, orientation):
 
 
 @compiled
-def _drive(error, velocity, load, stiffness, mass, limit, step):
+def _drive(error, velocity, load, drive, step):
     """Update `velocity` by one step of mass*a = clip(stiffness*error - damping*v) + load, implicit
     in the spring.
     """
+    stiffness, mass = drive.stiffness, drive.inertia
     damping = 2 * math.sqrt(stiffness * mass)
     inertia = mass + step * damping + step**2 * stiffness
-    drive, size = np.empty(3), 0.0
+    push, size = np.empty(3), 0.0
     for k in range(3):
         force = stiffness * (error[k] - step * velocity[k]) - damping * velocity[k] + load[k]
-        drive[k] = mass * force / inertia - load[k]
-        size += drive[k] ** 2
-    scale = min(1.0, limit / math.sqrt(size)) if size > 0 else 1.0
+        push[k] = mass * force / inertia - load[k]
+        size += push[k] ** 2
+    scale = min(1.0, drive.limit / math.sqrt(size)) if size > 0 else 1.0
     for k in range(3):
-        velocity[k] += step * (drive[k] * scale + load[k]) / mass
+        velocity[k] += step * (push[k] * scale + load[k]) / mass

@@ -1,7 +1,4 @@
-"""A hand drawn to scale, at rest over pressure, its channels in colours, with dimensions.
-
-A hand drawn to scale, its channels in colours, with dimensions; needs matplotlib.
-"""
+"""A hand at rest over pressure, drawn to scale: its channels in colours, with dimensions."""
 
 from __future__ import annotations
 
@@ -24,34 +21,30 @@ from softhand_model.hand.hand import HandDescription
 
 Array = NDArray[np.float64]
 
+MILLI, KILO = 1e-3, 1e3
+COLORS = tuple(f"C{k}" for k in range(10))  # of the channels
+DISTANCE = 4.0  # [m] of the camera: what is 5 cm nearer looks 1.3 % larger
+PIXELS_A_MM = 3.0
+SMOOTHING = 2  # pixels that become one
+BORDER = 0.012  # [m] around the hand
+DPI = 110
+INCHES_A_METRE = 22.0
+CAPTION = "free air, no weight, no contact: what meets is drawn passing through"
+UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
 STEP = 0.002  # [s]
-RAMP, REST = 0.4, 0.8  # [s] between two frames
+RAMP, REST = 0.4, 0.8  # [s] between two pressures
 
 
-def air_masses_at(hand: HandDescription, gauge: Array) -> Array:
+def air_masses_at(hand: HandDescription, pressures: Array) -> Array:
     """Air (channels,) [kg above rest] in a free hand at gauge pressures (channels,) [Pa]."""
     free = FreeVolumes(hand)
     return np.asarray(
-        air_mass(gauge + AMBIENT_PRESSURE, free.volumes(gauge))
+        air_mass(pressures + AMBIENT_PRESSURE, free.volumes(pressures))
         - air_mass(AMBIENT_PRESSURE, free.rest)
     )
 
 
-def closing_hand(
-    hand: HandDescription, gauge: Array, frames: int, segments: int
-) -> Iterator[Array]:
-    """Joint orientations (n, 4) of a weightless hand at rest, at `frames` pressures in even steps
-    up to `gauge` (channels,) [Pa]; the first one without pressure.
-
-    Raises ValueError for fewer than two frames.
-    """
-    if frames < 2:
-        raise ValueError(f"frames: expected 2 or more, got {frames}")
-    shares = np.linspace(0.0, 1.0, frames)
-    yield from settled_hand(hand, np.outer(shares, gauge), segments)
-
-
-def settled_hand(hand: HandDescription, gauges: Array, segments: int) -> Iterator[Array]:
+def hand_at_rest(hand: HandDescription, pressures: Array, segments: int) -> Iterator[Array]:
     """Joint orientations (n, 4) of a weightless hand at rest, at gauge pressures (k, channels) [Pa]
     that it takes one after the other, from none on.
     """
@@ -60,8 +53,8 @@ def settled_hand(hand: HandDescription, gauges: Array, segments: int) -> Iterato
     )
     try:
         before = np.zeros(len(hand.channels))
-        for gauge in gauges:
-            after = air_masses_at(hand, gauge) if gauge.any() else np.zeros_like(before)
+        for wanted in pressures:
+            after = air_masses_at(hand, wanted) if wanted.any() else np.zeros_like(before)
             if np.any(after != before):
                 _fill(simulation, before, after)
             before = after
@@ -76,18 +69,6 @@ def _fill(simulation: Simulation, before: Array, after: Array) -> None:
         way = min(1.0, (k + 1) * STEP / RAMP)
         simulation.set_air_masses(before + way * (after - before))
         simulation.step()
-
-
-MILLI, KILO = 1e-3, 1e3
-COLORS = tuple(f"C{k}" for k in range(10))  # of the channels
-DISTANCE = 4.0  # [m] of the camera: what is 5 cm nearer looks 1.3 % larger
-PIXELS_A_MM = 3.0
-SMOOTHING = 2  # pixels that become one
-BORDER = 0.012  # [m] around the hand
-DPI = 110
-INCHES_A_METRE = 22.0
-CAPTION = "free air, no weight, no contact: what meets is drawn passing through"
-UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
 
 
 @dataclass(frozen=True)
@@ -111,19 +92,19 @@ VIEWS = (
 
 
 def draw_hand(
-    hand: HandDescription, gauges: Sequence[Array], joints: Sequence[Array], segments: int
+    hand: HandDescription, pressures: Array, joints: Sequence[Array], segments: int
 ) -> Figure:
-    """Picture of a hand with joint orientations (n, 4) at each of some gauge pressures (channels,)
-    [Pa]: a column for each of them, above from the palm (along -x of the wrist), below from the
-    thumb's side (along -y).
+    """Picture of a hand with joint orientations (n, 4) at each of some gauge pressures
+    (k, channels) [Pa]: a column for each of them, above from the palm (along -x of the wrist),
+    below from the thumb's side (along -y).
     """
     renderer = Renderer(hand, None, "stand", segments, _colors(hand))
     corners = [_corners(renderer, q) for q in joints]
     low = np.min([corner[0] for corner in corners], axis=0) - BORDER
     high = np.max([corner[1] for corner in corners], axis=0) + BORDER
     figure, axes = _sheet(low, high, len(joints))
-    for column, (gauge, q) in enumerate(zip(gauges, joints, strict=True)):
-        axes[0][column].set_title(_pressure_text(hand, gauge), fontsize=10)
+    for column, (wanted, q) in enumerate(zip(pressures, joints, strict=True)):
+        axes[0][column].set_title(_pressure_text(hand, wanted), fontsize=10)
         for row, view in enumerate(VIEWS):
             picture = _photograph(renderer, q, view, low, high)
             _place(axes[row][column], picture, view, low, high)
@@ -197,24 +178,23 @@ def _measure(axes: Axes, view: View, low: Array, high: Array) -> None:
     beside = right + gap if view.sign > 0 else left - gap
     for start, stop in (((left, top + gap), (right, top + gap)), ((beside, bottom), (beside, top))):
         axes.annotate("", start, stop, arrowprops={"arrowstyle": "<->", "lw": 0.7})
-        turn = 90 if start[0] == stop[0] else 0
         axes.text(
             *np.mean([start, stop], axis=0),
             f"{np.linalg.norm(np.subtract(start, stop)):.0f}",
             fontsize=7,
-            rotation=turn,
+            rotation=90 if start[0] == stop[0] else 0,
             ha="center",
             va="center",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
         )
 
 
-def _pressure_text(hand: HandDescription, gauge: Array) -> str:
-    if not gauge.any():
+def _pressure_text(hand: HandDescription, pressures: Array) -> str:
+    if not pressures.any():
         return "at rest"
-    if np.ptp(gauge) == 0.0:
-        return f"{gauge[0] / KILO:.3g} kPa"
-    named = zip(hand.channels, gauge, strict=True)
+    if np.ptp(pressures) == 0.0:
+        return f"{pressures[0] / KILO:.3g} kPa"
+    named = zip(hand.channels, pressures, strict=True)
     return ", ".join(f"{name} {pressure / KILO:.3g}" for name, pressure in named) + " kPa"
 
 

@@ -1,6 +1,4 @@
-"""Pictures of recorded states: a fresh world a frame, PyBullet's software renderer, no display
-needed.
-"""
+"""Pictures of states by PyBullet's software renderer, a fresh world each; no display needed."""
 
 from __future__ import annotations
 
@@ -137,9 +135,9 @@ def surroundings(scene: SceneDescription) -> dict[str, tuple[tuple, tuple, tuple
         middle = 0.0 if scene.table.edge is None else scene.table.edge + TABLE_HALF[0]
         found["table"] = (TABLE_HALF, (middle, 0, -TABLE_HALF[2]), (0, 0, 0, 1))
     if scene.wall is not None:
-        turn = Rotation.from_euler("y", -scene.wall.inclination, degrees=True)
-        middle = turn.apply((WALL_HALF[0], 0, -WALL_HALF[2])) + (scene.wall.distance, 0, 0)
-        found["wall"] = (WALL_HALF, tuple(middle), tuple(turn.as_quat()))
+        slope = Rotation.from_euler("y", -scene.wall.inclination, degrees=True)
+        middle = slope.apply((WALL_HALF[0], 0, -WALL_HALF[2])) + (scene.wall.distance, 0, 0)
+        found["wall"] = (WALL_HALF, tuple(middle), tuple(slope.as_quat()))
     return found
 
 

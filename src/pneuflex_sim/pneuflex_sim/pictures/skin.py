@@ -55,18 +55,18 @@ class BoundSkin:
 
     def mesh(self, frames: Frames) -> Mesh:
         """The surface for the frames of all bones."""
-        origin, turn = frames
-        moved = origin + np.einsum("bij,vbj->vbi", turn, self.places)
+        origin, rotation = frames
+        moved = origin + np.einsum("bij,vbj->vbi", rotation, self.places)
         return mesh_of(np.einsum("vb,vbi->vi", self.weights, moved), self.indices)
 
 
 def bind(rings: Array, along: Array, frames: Frames) -> BoundSkin:
     """Bind rings (r, k, 3) [m] to bones at rest; ring i lies at along[i] (r,), counted in bones."""
-    origin, turn = frames
+    origin, rotation = frames
     count, points = rings.shape[:2]
     vertices = np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0), rings[-1].mean(axis=0)])
     place = np.concatenate([np.repeat(along, points), along[[0, -1]]])
-    local = np.einsum("bji,vbj->vbi", turn, vertices[:, None] - origin)
+    local = np.einsum("bji,vbj->vbi", rotation, vertices[:, None] - origin)
     return BoundSkin(blend_weights(place, len(origin)), local, tube_triangles(count, points))
 
 
@@ -162,19 +162,19 @@ def rest_rings(
     """
     unit, rings = cross_section(fineness.corner_points, fineness.back_points), []
     rounding = TIP_ROUNDING * outline.extents(outline.length)[actuator].min()
-    turned = np.linspace(0.0, 0.5 * np.pi, fineness.tip_rings + 1)
+    angle = np.linspace(0.0, 0.5 * np.pi, fineness.tip_rings + 1)
     body = np.linspace(0.0, outline.length, fineness.rings * outline.segments + 1)
     body = body[body < outline.length - 1.01 * rounding]
-    places = np.append(body, outline.length - rounding * (1.0 - np.sin(turned)))
-    insets = np.append(np.zeros(len(body)), rounding * (1.0 - np.cos(turned)))
+    places = np.append(body, outline.length - rounding * (1.0 - np.sin(angle)))
+    insets = np.append(np.zeros(len(body)), rounding * (1.0 - np.cos(angle)))
     for place, lost in zip(places, insets, strict=True):
         flat = outline.outlines(place, unit)[actuator]
         height, width = outline.extents(place)[actuator]
         middle = np.array([-0.5 * height, outline.places[actuator]])
         flat = middle + (flat - middle) * (1.0 - 2.0 * lost / np.array([height, width]))
         bone = int(np.clip(place / outline.edge + 0.5, 0, outline.segments))
-        point, turn = outline.section(bone, place)
-        local = point + np.column_stack([flat, np.zeros(len(flat))]) @ turn.T
+        point, axes = outline.section(bone, place)
+        local = point + np.column_stack([flat, np.zeros(len(flat))]) @ axes.T
         rings.append(bones[0][bone] + local @ bones[1][bone].T)
     return np.array(rings), places / outline.edge
 
@@ -205,7 +205,7 @@ def _fixed_parts(shape: HandShape) -> dict[str, tuple[str, Mesh]]:
 
 
 def sheet_mesh(sheet: PalmSheet) -> Mesh:
-    """Surface of a palm sheet in the frame of the wrist; its outer side is that of the pieces."""
+    """Surface of a palm sheet in the frame of the wrist; its outer side is the one that touches."""
     arch, heading = sheet.profile(ARCH_POINTS), np.linspace(-0.5, 0.5, ARCH_POINTS) * sheet.angle
     inner = arch - sheet.thickness * np.stack([np.cos(heading), np.sin(heading)], axis=1)
     half = 0.5 * sheet.width
@@ -213,5 +213,5 @@ def sheet_mesh(sheet: PalmSheet) -> Mesh:
     rings = [
         np.column_stack([line[:, 0], np.full(len(line), y), line[:, 1]]) for line, y in corners
     ]
-    turn = Rotation.from_quat(from_rpy(sheet.rpy)).as_matrix()
-    return tube(np.stack(rings, axis=1)).moved(np.array(sheet.position), turn)
+    rotation = Rotation.from_quat(from_rpy(sheet.rpy)).as_matrix()
+    return tube(np.stack(rings, axis=1)).moved(np.array(sheet.position), rotation)

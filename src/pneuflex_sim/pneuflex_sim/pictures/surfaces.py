@@ -1,7 +1,5 @@
 """Surfaces of hand, object and scene as triangles, coloured by pressure, and arrows of contact
-forces.
-
-Lines and arrows of contact forces, in the world: along the normal, and friction.
+forces: along the normal, and friction.
 """
 
 from __future__ import annotations
@@ -13,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from pneuflex_sim.pictures.render import COLORS, OBJECT, TABLE, Color, surroundings
 from pneuflex_sim.pictures.skin import COARSE, HandSkin
 from pneuflex_sim.scene.contacts import Contact
-from pneuflex_sim.scene.mesh import Mesh, box, tube
-from pneuflex_sim.scene.object_shapes import hull_mesh
+from pneuflex_sim.scene.mesh import Mesh, box, hull_mesh, tube
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.simulation import Simulation
 from softhand_model.hand.hand import HandDescription
@@ -25,6 +22,7 @@ EMPTY, FULL = (0.96, 0.86, 0.68, 1.0), (0.80, 0.08, 0.08, 1.0)  # no pressure, a
 OPACITY = 0.6  # of actuators: contacts lie between them and the object
 MOST_TRIANGLES = 5000  # of an object; above, its hull is shown
 MERIDIANS, PARALLELS = 24, 12
+METRES_PER_NEWTON = 0.02  # length of lines and arrows
 
 
 class SceneSurfaces:
@@ -34,8 +32,8 @@ class SceneSurfaces:
         self._simulation = simulation
         self._skin = HandSkin(simulation.shape, COARSE)
         self._still = {
-            name: (_corners(box(2 * np.array(half), np.zeros(3)), middle, turn), TABLE)
-            for name, (half, middle, turn) in surroundings(simulation.scene).items()
+            name: (_corners(box(2 * np.array(half), np.zeros(3)), *pose), TABLE)
+            for name, (half, *pose) in surroundings(simulation.scene).items()
         }
         description = simulation.object
         self._object = None if description is None else object_mesh(description)
@@ -103,11 +101,8 @@ def object_mesh(description: ObjectDescription) -> Mesh:
 
 def _corners(mesh: Mesh, position: Array, orientation: Array) -> Array:
     """Corners (3 t, 3) [m] in the world of a mesh at a pose."""
-    turn = Rotation.from_quat(orientation).as_matrix()
-    return (mesh.vertices @ turn.T + position)[mesh.indices]
-
-
-METRES_PER_NEWTON = 0.02  # length of lines and arrows
+    rotation = Rotation.from_quat(orientation).as_matrix()
+    return (mesh.vertices @ rotation.T + position)[mesh.indices]
 
 
 def contact_lines(contacts: list[Contact]) -> Array:

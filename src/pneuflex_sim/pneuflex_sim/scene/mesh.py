@@ -1,24 +1,20 @@
-"""Closed triangle meshes: tubes of rings and boxes, and their STL and OBJ files.
-
-Reading closed triangle meshes from STL (binary or ASCII) and OBJ files.
-"""
+"""Closed triangle meshes: tubes of rings, boxes and hulls, and their STL and OBJ files."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 Array = NDArray[np.float64]
 
 CREASE = float(np.radians(30.0))  # between faces [rad]: a cylinder of 16 sides still looks round
-STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+SUFFIXES = (".stl", ".obj")
+SMALLEST, LARGEST = 0.002, 2.0  # [m] of the longest side that can be a thing to grasp
 
 
 @dataclass(frozen=True)
@@ -35,18 +31,24 @@ class Mesh:
         return self.vertices[self.indices.reshape(-1, 3)]
 
     @property
+    def trimesh(self) -> trimesh.Trimesh:
+        """The same triangles for the library."""
+        faces = self.indices.reshape(-1, 3)
+        return trimesh.Trimesh(self.vertices, faces, vertex_normals=self.normals, process=False)
+
+    @property
     def volume(self) -> float:
         """Enclosed volume [m3]; negative if the faces look inwards.
 
         >>> round(box((1.0, 2.0, 3.0), np.zeros(3)).volume, 9)
         6.0
         """
-        a, b, c = np.moveaxis(self.corners, 1, 0)
-        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+        return float(self.trimesh.volume)
 
-    def moved(self, position: Array, turn: Array) -> Mesh:
-        """The mesh turned by a matrix (3, 3) and shifted by a position (3,) [m]."""
-        return Mesh(self.vertices @ turn.T + position, self.normals @ turn.T, self.indices)
+    def moved(self, position: Array, rotation: Array) -> Mesh:
+        """The mesh rotated by a matrix (3, 3) and shifted by a position (3,) [m]."""
+        vertices = self.vertices @ rotation.T + position
+        return Mesh(vertices, self.normals @ rotation.T, self.indices)
 
 
 def mesh_of(vertices: Array, indices: NDArray[np.int32]) -> Mesh:
@@ -64,29 +66,32 @@ def mesh_of(vertices: Array, indices: NDArray[np.int32]) -> Mesh:
 
 def creased(mesh: Mesh, angle: float = CREASE) -> Mesh:
     """The mesh with its vertices doubled along edges where faces meet at more than `angle` [rad],
-    so that they are drawn sharp and flat faces flat.
-
-    A corner of a face keeps the vertex of its neighbour across a smooth edge: the new vertices are
-    the connected sets of corners.
+    so that it is drawn with sharp edges there.
     """
-    faces = mesh.indices.reshape(-1, 3).astype(np.int64)
-    normal = np.cross(*(mesh.corners[:, k] - mesh.corners[:, 0] for k in (1, 2)))
-    unit = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
-    corner = np.arange(faces.size)
-    following = np.roll(corner.reshape(-1, 3), -1, axis=1).ravel()
-    start, stop = faces.ravel(), faces.ravel()[following]
-    side, back = start * len(mesh.vertices) + stop, stop * len(mesh.vertices) + start
-    order = np.argsort(side)
-    found = order[np.minimum(np.searchsorted(side, back, sorter=order), len(side) - 1)]
-    smooth = np.einsum("ij,ij->i", unit[corner // 3], unit[found // 3]) > np.cos(angle)
-    here = corner[(side[found] == back) & smooth]
-    links = coo_array((np.ones(len(here)), (here, following[found[here]])), shape=(faces.size,) * 2)
-    count, vertex = connected_components(links, directed=False)
-    vertices, total = np.empty((count, 3)), np.zeros((count, 3))
-    vertices[vertex] = mesh.vertices[faces.ravel()]
-    np.add.at(total, vertex, normal[corner // 3])
-    length = np.maximum(np.linalg.norm(total, axis=1), 1e-30)
-    return Mesh(vertices, total / length[:, None], vertex.astype(np.int32))
+    found = trimesh.graph.smooth_shade(mesh.trimesh, angle=angle)
+    normals = np.asarray(found.vertex_normals)
+    return Mesh(np.asarray(found.vertices), normals, found.faces.astype(np.int32).ravel())
+
+
+def hull_mesh(points: Array) -> Mesh:
+    """The convex hull of points (k, 3) [m]."""
+    return _mesh_of_library(trimesh.convex.convex_hull(points))
+
+
+def _mesh_of_library(found: trimesh.Trimesh) -> Mesh:
+    return mesh_of(np.asarray(found.vertices), found.faces.astype(np.int32).ravel())
+
+
+def merged(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
+    return Mesh(
+        np.vstack([mesh.vertices for mesh in meshes]),
+        np.vstack([mesh.normals for mesh in meshes]),
+        np.concatenate(
+            [mesh.indices + np.int32(start) for mesh, start in zip(meshes, starts, strict=True)]
+        ),
+    )
 
 
 def tube(rings: Array) -> Mesh:
@@ -121,33 +126,11 @@ def box(size: Sequence[float], center: Array) -> Mesh:
     return Mesh(corners.reshape(-1, 3), np.repeat(normal, 3, axis=0), indices)
 
 
-def write_stl(path: Path, meshes: dict[str, Mesh]) -> None:
-    """Write meshes into one binary STL file, in metres."""
-    corners = np.concatenate([mesh.corners for mesh in meshes.values()])
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
-    triangles = np.zeros(len(corners), STL_TRIANGLE)
-    triangles["normal"], triangles["corners"] = normal, corners
-    head = b"metres".ljust(80, b" ") + np.uint32(len(corners)).tobytes()
-    path.write_bytes(head + triangles.tobytes())
-
-
-def write_obj(path: Path, meshes: dict[str, Mesh]) -> None:
-    """Write meshes into one OBJ file with an object a mesh, in metres, with normals."""
-    lines, first = [], 1
-    for name, mesh in meshes.items():
-        lines.append(f"o {name}")
-        lines += [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in mesh.vertices]
-        lines += [f"vn {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.normals]
-        faces = mesh.indices.reshape(-1, 3) + first
-        lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in faces]
-        first += len(mesh.vertices)
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-SUFFIXES = (".stl", ".obj")
-SMALLEST, LARGEST = 0.002, 2.0  # [m] of the longest side that can be a thing to grasp
-STL_HEAD = 84  # bytes before the triangles
+def write_meshes(path: Path, meshes: Mapping[str, Mesh]) -> None:
+    """Write meshes into one STL or OBJ file, in metres; OBJ has an object a mesh, with normals."""
+    scene = trimesh.Scene({name: mesh.trimesh for name, mesh in meshes.items()})
+    of_obj = {"include_normals": True, "header": "metres"} if path.suffix == ".obj" else {}
+    scene.export(path, **of_obj)
 
 
 def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
@@ -159,21 +142,26 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(f"{path}: expected a file {' or '.join(SUFFIXES)}, got {path.suffix!r}")
     try:
-        corners = _stl(path) if path.suffix.lower() == ".stl" else _obj(path)
-    except (OSError, ValueError, IndexError) as reason:
+        with path.open("rb") as file:
+            found = trimesh.load_mesh(file, file_type=path.suffix.lower()[1:], process=False)
+    except (OSError, ValueError, IndexError, KeyError) as reason:
         raise ValueError(f"{path}: expected a mesh, got {reason}") from reason
-    if len(corners) < 4 or not np.isfinite(corners).all():
+    found.vertices = scale * found.vertices
+    if len(found.faces) < 4 or not np.isfinite(found.vertices).all():
         raise ValueError(
-            f"{path}: expected 4 triangles or more of finite numbers, got {len(corners)}"
+            f"{path}: expected 4 triangles or more of finite numbers, got {len(found.faces)}"
         )
-    corners = scale * corners
-    longest = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    longest = float(np.ptp(found.triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
         raise ValueError(
             f"{path}: expected a longest side of {SMALLEST:g} to {LARGEST:g} m, got {longest:g} m; "
             "of a file in millimetres, give `scale: 0.001`"
         )
-    return _joined(corners)
+    found.merge_vertices(merge_tex=True, merge_norm=True)
+    found.update_faces(np.diff(np.sort(found.faces)).all(axis=1))  # of three corners
+    if found.volume < 0:
+        found.invert()
+    return _mesh_of_library(found)
 
 
 def open_edges(mesh: Mesh) -> int:
@@ -183,38 +171,3 @@ def open_edges(mesh: Mesh) -> int:
     count = len(mesh.vertices)
     there, back = edges @ [count, 1], edges @ [1, count]
     return len(np.setdiff1d(there, back)) + len(there) - len(np.unique(there))
-
-
-def _joined(corners: Array) -> Mesh:
-    """A mesh of triangles (t, 3, 3) whose equal corners are one vertex; none without an area."""
-    vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    faces = index.reshape(-1, 3)
-    a, b, c = faces.T
-    faces = faces[(a != b) & (b != c) & (c != a)].astype(np.int32)
-    mesh = mesh_of(vertices, faces.ravel())
-    return mesh if mesh.volume >= 0 else mesh_of(vertices, faces[:, ::-1].ravel())
-
-
-def _stl(path: Path) -> Array:
-    data = path.read_bytes()
-    count = int.from_bytes(data[STL_HEAD - 4 : STL_HEAD], "little")
-    if len(data) >= STL_HEAD and len(data) == STL_HEAD + count * STL_TRIANGLE.itemsize:
-        return np.frombuffer(data, STL_TRIANGLE, count, STL_HEAD)["corners"].astype(float)
-    words = [line.split() for line in data.decode("ascii", "replace").splitlines()]
-    found = [[float(x) for x in line[1:4]] for line in words if line[:1] == ["vertex"]]
-    return np.array(found).reshape(-1, 3, 3)
-
-
-def _obj(path: Path) -> Array:
-    """Faces with more than three corners are cut into a fan."""
-    vertices: list[list[float]] = []
-    triangles: list[tuple[int, int, int]] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        kind, *words = line.split() or [""]
-        if kind == "v":
-            vertices.append([float(x) for x in words[:3]])
-        elif kind == "f":
-            corner = [int(word.split("/")[0]) for word in words]
-            corner = [k - 1 if k > 0 else len(vertices) + k for k in corner]
-            triangles += [(corner[0], b, c) for b, c in itertools.pairwise(corner[1:])]
-    return np.array(vertices)[np.array(triangles, int)]

@@ -1,7 +1,5 @@
 """The body of an object in PyBullet: created once, put in its place, weighed, pushed by forces; a
 limp sheet is of strips on hinges.
-
-The body of an object in PyBullet: created once, put in its place, weighed, pushed by forces.
 """
 
 from __future__ import annotations
@@ -27,6 +25,7 @@ Array = NDArray[np.float64]
 WAVE = 0.1  # [rad] by which strips stand up and down at first: a flat sheet would not buckle
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 SIDES = (1, -1)
+LARGEST_STEP = 1.0  # [rad] by which an object may rotate in one step
 
 
 class Sheet:
@@ -51,16 +50,16 @@ class Sheet:
         return [side * angle for side in SIDES for angle in wave]
 
     def strips_at_first(self) -> list[tuple[Array, Array, Array]]:
-        """Size (3,) [m], middle (3,) [m] and turn (3, 3) of every strip in the base's frame."""
+        """Size (3,) [m], middle (3,) [m] and rotation (3, 3) of every strip in the base's frame."""
         found = [(self.size, np.zeros(3), np.eye(3))]
         per_side = self.strips // 2
         for number, side in enumerate(SIDES):
             hinge, tilt = np.array([0.5 * side * self.pitch, 0.0, 0.0]), 0.0
             for angle in self.angles[number * per_side : (number + 1) * per_side]:
                 tilt += angle
-                turn = Rotation.from_euler("y", tilt).as_matrix()
-                along = turn @ [side * self.pitch, 0.0, 0.0]
-                found.append((self.size, hinge + 0.5 * along, turn))
+                rotation = Rotation.from_euler("y", tilt).as_matrix()
+                along = rotation @ [side * self.pitch, 0.0, 0.0]
+                found.append((self.size, hinge + 0.5 * along, rotation))
                 hinge = hinge + along
         return found
 
@@ -112,9 +111,6 @@ class Sheet:
                 force=self.friction,
                 physicsClientId=client,
             )
-
-
-LARGEST_TURN = 1.0  # [rad] of an object in one step
 
 
 class ObjectBody:
@@ -186,10 +182,7 @@ class ObjectBody:
     def _set_surface(self, friction: float) -> None:
         compliance, soft = self.description.compliance, {}
         if compliance is not None:
-            soft = {
-                "contactStiffness": compliance.stiffness,
-                "contactDamping": compliance.damping,
-            }
+            soft = {"contactStiffness": compliance.stiffness, "contactDamping": compliance.damping}
         for link in self._surfaces:
             pybullet.changeDynamics(
                 self.id,
@@ -210,7 +203,7 @@ class ObjectBody:
         without any, slender objects that spin fast gained energy in random trials and flew off.
         """
         pybullet.changeDynamics(
-            self.id, -1, maxJointVelocity=LARGEST_TURN / step, physicsClientId=self._client
+            self.id, -1, maxJointVelocity=LARGEST_STEP / step, physicsClientId=self._client
         )
 
     def set_mass(self, mass: float) -> None:
@@ -227,12 +220,13 @@ class ObjectBody:
             )
 
     def put(self, position: Array, rpy: tuple[float, ...]) -> None:
-        """Lay it at a position (3,) [m], turned by roll, pitch, yaw (3,) [rad], at rest."""
-        turn = Rotation.from_euler("xyz", rpy)
+        """Lay it at a position (3,) [m] and roll, pitch, yaw (3,) [rad], at rest."""
+        rotation = Rotation.from_euler("xyz", rpy)
         if not self._own_axes:
-            turn = turn * self._to_own.inv()
+            rotation = rotation * self._to_own.inv()
+        quaternion = rotation.as_quat().tolist()
         pybullet.resetBasePositionAndOrientation(
-            self.id, position.tolist(), turn.as_quat().tolist(), physicsClientId=self._client
+            self.id, position.tolist(), quaternion, physicsClientId=self._client
         )
         pybullet.resetBaseVelocity(self.id, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
         if self.sheet is not None:
@@ -245,12 +239,12 @@ class ObjectBody:
 
     def pose(self) -> tuple[Array, Array]:
         """Position (3,) [m] and quaternion (4,); raises RuntimeError when it has diverged."""
-        place, turn = pybullet.getBasePositionAndOrientation(self.id, physicsClientId=self._client)
+        place, found = pybullet.getBasePositionAndOrientation(self.id, physicsClientId=self._client)
         if not np.isfinite(place).all():
             raise RuntimeError(f"the simulation diverged: the object is at {place}")
         if self._own_axes:
-            return np.array(place), np.array(turn)
-        return np.array(place), (Rotation.from_quat(turn) * self._to_own).as_quat()
+            return np.array(place), np.array(found)
+        return np.array(place), (Rotation.from_quat(found) * self._to_own).as_quat()
 
     def pull_down(self, acceleration: float) -> None:
         """For one step, add a weight of its mass at an acceleration [m/s2]."""

@@ -9,10 +9,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from pneuflex_sim.hand.collision import MARGIN
-from pneuflex_sim.scene.mesh import Mesh, box, creased, mesh_of, open_edges, read_mesh, tube
+from pneuflex_sim.scene.mesh import (
+    Mesh,
+    box,
+    creased,
+    hull_mesh,
+    merged,
+    open_edges,
+    read_mesh,
+    tube,
+)
 from pneuflex_sim.scene.solids import (
     Solid,
     box_solid,
@@ -22,7 +30,7 @@ from pneuflex_sim.scene.solids import (
     eroded,
     hull_solid,
     joined,
-    polyhedron_solid,
+    mesh_solid,
 )
 
 Array = NDArray[np.float64]
@@ -102,8 +110,9 @@ def _directions() -> Array:
     """Unit vectors (k, 3) over the sphere, both poles of z among them."""
     around = 2.0 * np.pi * np.arange(ROUND) / ROUND
     height = np.pi * np.arange(1, ROUND // 2) / (ROUND // 2)
-    turn, tilt = (grid.ravel() for grid in np.meshgrid(around, height))
-    rings = np.stack([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), np.cos(tilt)], -1)
+    azimuth, polar = (grid.ravel() for grid in np.meshgrid(around, height))
+    across = np.sin(polar)
+    rings = np.stack([np.cos(azimuth) * across, np.sin(azimuth) * across, np.cos(polar)], -1)
     return np.vstack([rings, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
 
 
@@ -158,30 +167,7 @@ def _mesh(dimensions: Dimensions) -> Geometry:
     if not whole:
         hull = creased(hull_mesh(surface.vertices))
         return _of_pieces([surface.vertices], hull_solid(surface.vertices), hull)
-    return _of_pieces(convex_pieces(surface), polyhedron_solid(surface.corners), creased(surface))
-
-
-def hull_mesh(points: Array) -> Mesh:
-    """The convex hull of points (k, 3) [m]."""
-    hull = ConvexHull(points)
-    corners = points[hull.simplices]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inwards = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
-    faces = hull.simplices.copy()
-    faces[inwards] = faces[inwards, ::-1]
-    return mesh_of(points, faces.astype(np.int32).ravel())
-
-
-def merged(meshes: Sequence[Mesh]) -> Mesh:
-    """Several meshes as one."""
-    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
-    return Mesh(
-        np.vstack([mesh.vertices for mesh in meshes]),
-        np.vstack([mesh.normals for mesh in meshes]),
-        np.concatenate(
-            [mesh.indices + np.int32(start) for mesh, start in zip(meshes, starts, strict=True)]
-        ),
-    )
+    return _of_pieces(convex_pieces(surface), mesh_solid(surface), creased(surface))
 
 
 SHAPES: dict[str, Callable[[Dimensions], Geometry]] = {

@@ -1,7 +1,5 @@
 """Scenes: what stands around the hand, from data/scenes.yaml, and its fixed bodies in PyBullet.
 
-The fixed bodies of a scene in PyBullet: table and wall, with the friction of every pair.
-
 What hand and object need of a surface may differ by more than the engine's product of two
 coefficients can say; then the surface stands there twice, once for the hand and once for the
 object, each with its own coefficient.
@@ -23,6 +21,8 @@ from softhand_model.yaml_document import Node, read_document
 FORMAT, ALL_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
 # beyond the latter the wall is where the hand starts [deg]
 LEAST_INCLINATION, MOST_INCLINATION = 5.0, 120.0
+HAND = ~ENVIRONMENT  # all groups of the hand
+TABLE_SIZE = (1.2, 1.2, 0.04)  # [m] of a table with an edge
 
 
 @dataclass(frozen=True)
@@ -152,10 +152,6 @@ def _wall(node: Node) -> Wall:
 
 def _rolling_resistance(fields: dict[str, Node]) -> float:
     return fields["rolling_resistance"].number(low=0.0) if "rolling_resistance" in fields else 0.0
-
-
-HAND = ~ENVIRONMENT  # all groups of the hand
-TABLE_SIZE = (1.2, 1.2, 0.04)  # [m] of a table with an edge
 
 
 def build_scene(

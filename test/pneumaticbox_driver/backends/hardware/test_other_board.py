@@ -1,4 +1,4 @@
-"""The board of one's own in docs/use/hardware.md: its text is run, against a microcontroller on TCP."""
+"""The board of one's own of docs/use/hardware.md: its text is run, against a microcontroller."""
 
 import socketserver
 import textwrap

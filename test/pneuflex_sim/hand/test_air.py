@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from pneuflex_sim.dynamics.joint_springs import Actuation
+from pneuflex_sim.hand.air import act_on_joints
+
 PRESSURES = np.array([21e3, 35e3, 12e3, 61e3])
 
 
@@ -37,7 +40,10 @@ def test_gas_stiffness_is_the_torque_per_common_bend_at_constant_mass(coupling):
     index = joints[layout.chain_joints["index"]][1:]  # channel b feeds the index alone
     rotations = np.zeros_like(layout.offset)
     volumes, ambient = coupling.volumes(rotations), 101.3e3
-    stiffness = coupling.gas_stiffness(PRESSURES, PRESSURES + ambient, volumes)
+    actuation = Actuation(np.zeros_like(rotations), np.zeros_like(rotations))
+    drop = (PRESSURES + ambient) / volumes * coupling.total_gain
+    act_on_joints(PRESSURES, drop, False, coupling.tables, layout.stiffness, actuation)
+    stiffness = actuation.gas
     rotations[index, 1] += small
     raised = (PRESSURES + ambient) * volumes / coupling.volumes(rotations) - ambient
     rest = [coupling.rest_bend(0.001, p, rotations, 293.15)[:, 1] for p in (PRESSURES, raised)]
@@ -57,7 +63,7 @@ def test_imposed_masses_and_pressures_meet_the_gas_law(coupling):
     rotations = np.zeros_like(coupling.layout.offset)
     rotations[:, 1] = 0.2
     masses, ambient = np.array([3e-5, 1e-5, 2e-5, 0.0]), 101.3e3
-    pressures, volumes = coupling.imposed_pressures(masses, ambient, 293.15, rotations)
+    pressures, volumes = coupling.enclosed_air(masses, ambient, 293.15, rotations)
     content = pressures * volumes / (287.05 * 293.15)
     at_rest = ambient * coupling.rest_volumes / (287.05 * 293.15)
     np.testing.assert_allclose(content - at_rest, masses, atol=1e-15)

@@ -1,6 +1,8 @@
-"""Collision pieces: they follow the profiles, and what touches them does so at the right height."""
+"""Collision hulls of the links, and which chains of a hand meet which."""
 
 import dataclasses
+from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pybullet
@@ -8,9 +10,17 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.hand.collision import ENVIRONMENT, MARGIN, chain_pieces
-from pneuflex_sim.hand.outline import ChainOutline, piece_section
+from pneuflex_sim.hand.collision import (
+    ENVIRONMENT,
+    MARGIN,
+    collides_with,
+    collision_groups,
+    collision_hulls,
+)
+from pneuflex_sim.hand.layout import build_layout
+from pneuflex_sim.hand.outline import ChainOutline, hull_section
 from softhand_model.hand.hand import hand_names, load_hand
+from softhand_model.model_file import Model
 
 LENGTH, HEIGHT = 0.090, 0.020  # of a P10 finger [m]
 
@@ -24,7 +34,7 @@ def dilated(piece, normals):
 def test_dilated_pieces_have_height_and_width_of_the_profiles_at_both_ends(segments):
     chain = load_hand("single_finger").chain("finger")
     edge = LENGTH / segments
-    for k, piece in enumerate(chain_pieces(chain, segments)):
+    for k, piece in enumerate(collision_hulls(chain, segments)):
         start, stop = (k + 0.5) * edge, min((k + 1.5) * edge, LENGTH)
         taper = 1.0 - 0.925 * start / LENGTH
         height, width = 0.020 * taper ** (1 / 3), 0.020 * taper ** (1 / 8)
@@ -50,11 +60,11 @@ def test_erosion_and_margin_reproduce_the_surface(segments):
     """Every face of the surface is met within 0.05 mm, and no more than MARGIN is lost at edges."""
     chain = load_hand("single_finger").chain("finger")
     outline = ChainOutline(chain, segments)
-    for bone, piece in enumerate(chain_pieces(chain, segments), 1):
+    for bone, piece in enumerate(collision_hulls(chain, segments), 1):
         ends = outline.range(bone)
         sharp = np.vstack(
             [
-                np.column_stack([outline.outlines(place, piece_section())[0], np.full(10, lift)])
+                np.column_stack([outline.outlines(place, hull_section())[0], np.full(10, lift)])
                 for place, lift in zip(ends, (0.0, ends[1] - ends[0]), strict=True)
             ]
         )
@@ -73,11 +83,11 @@ def test_volume_of_the_pieces_is_that_of_the_actuator_between_first_joint_and_ti
     chain = load_hand("single_finger").chain("finger")
     x = np.linspace(0.1 * LENGTH, LENGTH, 2001)
     finger = chain.actuators["finger"]
-    unit = ConvexHull(piece_section()).volume
+    unit = ConvexHull(hull_section()).volume
     exact = unit * np.trapezoid(finger.height(x) * finger.width(x), x)
     ball = MARGIN * sphere(60)
     total = 0.0
-    for piece in chain_pieces(chain, 5):
+    for piece in collision_hulls(chain, 5):
         whole = ConvexHull((piece[:, None] + ball).reshape(-1, 3))
         area = ConvexHull(piece[np.abs(piece[:, 2]) < 1e-12][:, :2]).volume
         total += whole.volume - 2 * MARGIN * area  # neighbours overlap by the margin on each side
@@ -88,14 +98,14 @@ def test_volume_of_the_pieces_is_that_of_the_actuator_between_first_joint_and_ti
 def test_every_link_of_every_hand_has_a_piece_of_few_vertices(name):
     for chain in load_hand(name).chains:
         for segments in (1, 3, 5, 15):
-            pieces = chain_pieces(chain, segments)
+            pieces = collision_hulls(chain, segments)
             assert len(pieces) == segments + (chain.strut is not None)
             assert max(len(piece) for piece in pieces) <= 20
 
 
 def test_pieces_of_the_palm_lie_between_the_arcs_inner_and_outer_edge():
     chain = load_hand("rbo_hand_2").chain("palm")
-    piece = chain_pieces(chain, 5)[1]
+    piece = collision_hulls(chain, 5)[1]
     middle, angle = 0.050, np.pi / 10
     # centre of the arc in the link's frame: to the side that the arc turns to, half a chord ahead
     centre = np.array([chain.turn * middle * np.cos(angle / 2), middle * np.sin(angle / 2)])
@@ -110,7 +120,7 @@ def test_a_thin_tip_counts_as_6_mm_thick_behind_the_passive_layer():
         chain.actuators["finger"], height=lambda x: 0.02 * (1.0 - np.asarray(x) / LENGTH)
     )
     chain = dataclasses.replace(chain, actuators={"finger": thin})
-    tip = chain_pieces(chain, 5)[-1]
+    tip = collision_hulls(chain, 5)[-1]
     assert dilated(tip, np.array([[1.0, 0, 0]])) == pytest.approx(0.0, abs=1e-12)
     at_tip = tip[tip[:, 2] > 0.005]
     assert np.ptp(at_tip[:, 0]) + 2 * MARGIN == pytest.approx(0.006, abs=4e-4)
@@ -144,3 +154,48 @@ def test_a_cylinder_across_a_finger_touches_at_the_height_of_its_outline(simulat
     simulation.step()
     touching = pybullet.getContactPoints(cylinder, physicsClientId=client)
     assert min(point[8] for point in touching) == pytest.approx(-0.0005, abs=worst + 1e-4)
+
+
+GRIPPER = Path(__file__).parents[3] / "examples/three_finger_gripper/gripper.yaml"
+
+
+def groups_of(hand):
+    """Collision group by chain."""
+    layout = build_layout(load_hand(hand), 3, Model())
+    found = {}
+    for body in layout.bodies:
+        groups = collision_groups(layout, body)
+        for chain in body.chains:
+            joints = layout.chain_joints[chain]
+            own = set(groups[joints.start - body.joints.start : joints.stop - body.joints.start])
+            (found[chain],) = own
+    return found
+
+
+def meeting(hand):
+    """Pairs of chains that meet, by the rule of Bullet: each is in the other's mask."""
+    groups = groups_of(hand)
+    return {
+        frozenset((one, other))
+        for one, other in combinations(groups, 2)
+        if groups[one] & collides_with(groups[other]) and groups[other] & collides_with(groups[one])
+    }
+
+
+def test_in_rbo_hand_2_the_thumb_meets_every_finger_and_nothing_else_meets():
+    fingers = ("index", "middle", "ring", "little")
+    assert meeting("rbo_hand_2") == {frozenset(("thumb", finger)) for finger in fingers}
+
+
+@pytest.mark.parametrize("hand", ["rbo_hand_1", "rbo_hand_1_split", "single_finger"])
+def test_fingers_side_by_side_do_not_meet(hand):
+    assert meeting(hand) == set()
+
+
+def test_fingers_that_face_each_other_meet():
+    fingers = ("front", "left", "right")
+    assert meeting(GRIPPER) == {frozenset(pair) for pair in combinations(fingers, 2)}
+
+
+def test_all_chains_meet_objects():
+    assert all(collides_with(group) & 1 for group in groups_of("rbo_hand_2").values())

@@ -1,4 +1,6 @@
-"""Surfaces of hand, object and scene against the fine skin, closed forms and PyBullet's poses."""
+"""Surfaces of a scene as triangles, and arrows of contact forces."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,12 +10,17 @@ from pneuflex_sim.pictures.skin import HandSkin
 from pneuflex_sim.pictures.surfaces import (
     EMPTY,
     FULL,
+    METRES_PER_NEWTON,
     MOST_TRIANGLES,
     SceneSurfaces,
+    contact_lines,
     object_mesh,
     pressure_color,
+    total_arrow,
+    total_force,
 )
-from pneuflex_sim.scene.mesh import tube, write_stl
+from pneuflex_sim.scene.contacts import Contact
+from pneuflex_sim.scene.mesh import tube, write_meshes
 from pneuflex_sim.scene.objects import load_object, load_objects
 
 
@@ -101,7 +108,7 @@ def test_a_mesh_of_many_triangles_is_shown_by_its_hull(tmp_path):
         for r, z in zip(radius, height, strict=True)
     ]
     path, fine = tmp_path / "waist.stl", tube(0.05 * np.array(rings))
-    write_stl(path, {"waist": fine})
+    write_meshes(path, {"waist": fine})
     (tmp_path / "waist.yaml").write_text(
         "format: pneuflex-object/1\nshape: mesh\nfile: waist.stl\npieces: hull\nmass: 0.1\n"
         "material: wood\n"
@@ -109,3 +116,43 @@ def test_a_mesh_of_many_triangles_is_shown_by_its_hull(tmp_path):
     mesh = object_mesh(load_object(tmp_path / "waist.yaml"))
     assert len(fine.indices) > 3 * MOST_TRIANGLES > len(mesh.indices)
     assert mesh.volume == pytest.approx(np.pi * 0.05**2 * 0.1, rel=0.01)
+
+
+CONTACTS = [
+    Contact("index", "index_4", "object", (0.0, 0.0, 0.1), (1.0, 0.0, 0.0), 3.0),
+    Contact("index", "index_3", "object", (0.0, 0.4, 0.1), (0.0, -1.0, 0.0), 1.0),
+]
+
+
+def test_lines_begin_at_the_contacts_and_are_as_long_as_their_forces():
+    lines = contact_lines(CONTACTS)
+    np.testing.assert_allclose(lines[:, 0], [c.position for c in CONTACTS])
+    length = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
+    np.testing.assert_allclose(length, [3 * METRES_PER_NEWTON, METRES_PER_NEWTON])
+
+
+def test_the_arrow_of_a_pair_is_the_vector_sum_at_the_weighted_place():
+    start, end = total_arrow(CONTACTS)
+    np.testing.assert_allclose(start, [0.0, 0.1, 0.1])
+    np.testing.assert_allclose((end - start) / METRES_PER_NEWTON, [3.0, -1.0, 0.0])
+
+
+def test_friction_turns_the_lines_and_the_arrow():
+    rubbing = [replace(CONTACTS[0], friction=(0.0, 0.0, -4.0))]
+    for start, end in (contact_lines(rubbing)[0], total_arrow(rubbing)):
+        np.testing.assert_allclose((end - start) / METRES_PER_NEWTON, [3.0, 0.0, -4.0])
+    assert total_force(rubbing) == 3.0  # stays what presses
+
+
+def test_the_arrow_of_a_lying_object_is_its_weight_on_the_table(simulate):
+    simulation = simulate(object="tape_dispenser", step=0.002)
+    simulation.command_wrist(np.array([0.0, 0.0, 0.5]), np.array([0.0, 0.0, 0.0, 1.0]))
+    for _ in range(300):
+        simulation.step()
+    contacts = simulation.object_contacts()
+    start, end = total_arrow(contacts)
+    weight = simulation.object_mass * 9.81
+    assert (end - start)[2] / METRES_PER_NEWTON == pytest.approx(-weight, rel=0.02)
+    assert total_force(contacts) == pytest.approx(weight, rel=0.02)
+    place, _ = simulation.object_pose()
+    np.testing.assert_allclose(start[:2], place[:2], atol=0.003)

@@ -1,0 +1,189 @@
+"""The bases of a hand's bodies, pushed along with the wrist; what they gain beyond that push is the
+hand's load on it, at no cost.
+
+Each base is a heavy free body. (One that is moved by resetting its pose has no velocity in the
+contact solver, and a held object would not follow it.)
+"""
+
+from __future__ import annotations
+
+import struct
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from pneuflex_sim.dynamics.spatial import (
+    conjugate,
+    cross,
+    minus,
+    plus,
+    quaternion_product,
+    rotate,
+    write,
+)
+from pneuflex_sim.hand.palm_pad import NO_PAD, PalmPad
+from pneuflex_sim.hand.wrist import Wrist, advance_wrist
+from softhand_model.numerics.compiled import compiled
+
+Array = NDArray[np.float64]
+
+BASE_MASS = 1000.0  # [kg]: so heavy that the chain does not move it within a step
+BASE_INERTIA = 10.0  # [kg m2]
+RESISTANCE = (BASE_MASS, BASE_INERTIA)
+
+
+class Bases(NamedTuple):
+    """Bases (b,) of a hand: mounts in the frame of the wrist, poses in the world, each places
+    (b, 3) [m] and orientations (b, 4); velocity (b, 2, 3) [m/s, rad/s] that they have, and the one
+    that they were pushed to; push (b, 3, 3): force, torque and the place where they act.
+    """
+
+    mount_places: Array
+    mount_orientations: Array
+    places: Array
+    orientations: Array
+    velocity: Array
+    pushed: Array
+    push: Array
+
+
+class HandWeight(NamedTuple):
+    """Gravity [m/s2] on the bases, and the weight [N] of the resting hand at its center (3,) [m] of
+    mass in the frame of the wrist, which the arm knows and carries.
+    """
+
+    gravity: float
+    force: float
+    center: Array
+
+
+@compiled
+def carry_bases(step, bases, weight, arm, wrist):
+    """One step [s] of wrist and bases: feel the load, advance the wrist under it, find the push;
+    the bases' poses become those to reach.
+    """
+    feel_load(step, bases, weight, wrist)
+    advance_wrist(step, arm, wrist)
+    next_places, next_orientations = np.empty_like(bases.places), np.empty_like(bases.orientations)
+    place_bases(wrist, bases, next_places, next_orientations)
+    push_bases(step, bases, weight.gravity, next_places, next_orientations)
+    bases.places[:] = next_places
+    bases.orientations[:] = next_orientations
+
+
+@compiled
+def place_bases(wrist, bases, places, orientations):
+    """Poses (b, 3) [m] and (b, 4) of the mounts on the wrist as it is now."""
+    for b in range(len(places)):
+        mount = rotate(wrist.orientation, bases.mount_places[b])
+        write(plus(mount, wrist.position), places[b])
+        quaternion = quaternion_product(wrist.orientation, bases.mount_orientations[b])
+        for k in range(4):
+            orientations[b, k] = quaternion[k]
+
+
+@compiled
+def feel_load(step, bases, weight, wrist):
+    """Wrench of the hand on the wrist from what the bases' velocities gained on the push, without
+    the weight of the resting hand.
+    """
+    down = (0.0, 0.0, -weight.force)
+    about = cross(rotate(wrist.orientation, weight.center), down)
+    for k in range(3):
+        wrist.force[k], wrist.torque[k] = -down[k], -about[k]
+    for b in range(len(bases.places)):
+        pull = _gained(step, bases.velocity[b, 0], bases.pushed[b, 0], BASE_MASS)
+        twist = _gained(step, bases.velocity[b, 1], bases.pushed[b, 1], BASE_INERTIA)
+        lever = cross(minus(bases.places[b], wrist.position), pull)
+        for k in range(3):
+            wrist.force[k] += pull[k]
+            wrist.torque[k] += lever[k] + twist[k]
+
+
+@compiled
+def _gained(step, velocity, pushed, resistance):
+    """Force or torque that has changed a base's velocity against what it was pushed to."""
+    gain = minus(velocity, pushed)
+    return gain[0] * resistance / step, gain[1] * resistance / step, gain[2] * resistance / step
+
+
+@compiled
+def push_bases(step, bases, gravity, next_places, next_orientations):
+    """Push that brings the bases to the next poses within a step, and holds them against gravity
+    [m/s2]; `bases.pushed` becomes the velocity to reach.
+
+    The difference of the velocity that the bases have from what they should have had has moved
+    them, and that is made up for.
+    """
+    velocity, pushed, push = bases.velocity, bases.pushed, bases.push
+    for b in range(len(pushed)):
+        change = quaternion_product(next_orientations[b], conjugate(bases.orientations[b]))
+        sign = 2.0 if change[3] >= 0 else -2.0
+        for k in range(3):
+            way = next_places[b, k] - bases.places[b, k]
+            for part in range(2):
+                moved = velocity[b, part, k] - pushed[b, part, k]
+                pushed[b, part, k] = (way if part == 0 else sign * change[k]) / step - moved
+                gain = (pushed[b, part, k] - velocity[b, part, k]) / step
+                push[b, part, k] = RESISTANCE[part] * gain
+            push[b, 2, k] = bases.places[b, k]
+        push[b, 0, 2] += BASE_MASS * gravity
+
+
+class DrivenBases:
+    """Heavy free bodies at mounts on the wrist; the palm sheet, where there is one, is the last.
+
+    mounts: place (3,) [m] and orientation (4,) of each in the frame of the wrist.
+    """
+
+    def __init__(
+        self,
+        ids: list[int],
+        mounts: list[tuple[Array, Array]],
+        pad: PalmPad | None,
+        weight: HandWeight,
+        client: int,
+    ) -> None:
+        self.ids, self.weight, self._client = ids, weight, client
+        self.pad = NO_PAD if pad is None else pad.spring
+        places, orientations = (np.array(part, float) for part in zip(*mounts, strict=True))
+        moving = (np.zeros((len(ids), rows, 3)) for rows in (2, 2, 3))
+        self.arrays = Bases(places, orientations, places.copy(), orientations.copy(), *moving)
+        self._numbers = struct.Struct(f"{6 * len(ids)}d")
+
+    def reset(self, wrist: Wrist) -> None:
+        """Put every base at its mount on the wrist, at rest."""
+        bases = self.arrays
+        if self.pad is not NO_PAD:
+            self.pad.state[:] = 0.0
+            bases.mount_places[-1] = self.pad.place
+        place_bases(wrist.state, bases, bases.places, bases.orientations)
+        bases.pushed[:] = bases.velocity[:] = 0.0
+        poses = zip(self.ids, bases.places.tolist(), bases.orientations.tolist(), strict=True)
+        for base, position, orientation in poses:
+            pybullet.resetBasePositionAndOrientation(
+                base, position, orientation, physicsClientId=self._client
+            )
+            pybullet.resetBaseVelocity(base, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
+
+    def read(self) -> None:
+        """Take the velocities from PyBullet."""
+        client = self._client
+        found = [pybullet.getBaseVelocity(base, client) for base in self.ids]
+        numbers = chain.from_iterable(chain.from_iterable(found))
+        self._numbers.pack_into(self.arrays.velocity, 0, *numbers)
+
+    def push(self) -> None:
+        """Apply the push that `carry_bases` has found."""
+        force, torque, frame = (
+            pybullet.applyExternalForce,
+            pybullet.applyExternalTorque,
+            pybullet.WORLD_FRAME,
+        )
+        client, pushes = self._client, self.arrays.push.tolist()
+        for base, (along, about, place) in zip(self.ids, pushes, strict=True):
+            force(base, -1, along, place, frame, client)
+            torque(base, -1, about, frame, client)
