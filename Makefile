@@ -18,7 +18,7 @@ demo: setup
 
 # SEED=3 hides another effect in another set.
 lab-demo: setup
-	@$(PYTHON_IN_VENV) -m model_lab.demo $(if $(SEED),--seed $(SEED))
+	@$(PYTHON_IN_VENV) -m model_lab.cli.demo $(if $(SEED),--seed $(SEED))
 
 # The same over ROS: a finger whose simulator hides an effect (HIDE=gent_stiffening, HIDE=nothing ...)
 # is measured into bags, diagnosed, and watched by the monitor before and after; out/lab-story.
@@ -71,6 +71,7 @@ docs: setup
 	@$(PYTHON_IN_VENV) scripts/list_errata.py
 	@$(PYTHON_IN_VENV) scripts/list_effects.py
 	@$(PYTHON_IN_VENV) scripts/fill_pages.py docs/reference/topics-and-services.md
+	@$(PYTHON_IN_VENV) scripts/draw_architecture.py
 
 # The pictures of the README, from the latest run of the demo.
 figures: setup

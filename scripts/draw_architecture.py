@@ -7,8 +7,8 @@ happens in it.
 
 from __future__ import annotations
 
+import math
 import sys
-import textwrap
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -32,14 +32,15 @@ COLOURS = {
     "softhand_bringup": "#f8cecc",
 }
 PLACES = {  # left edge, lower edge, width, height
-    "softhand_bringup": (0.0, 7.4, 12.0, 1.3),
-    "grasp_strategies": (3.0, 5.2, 3.0, 1.8),
-    "pneumaticbox_driver": (6.2, 2.6, 2.8, 4.4),
-    "pneuflex_sim": (3.0, 2.6, 3.0, 2.2),
-    "model_lab": (9.2, 2.6, 2.8, 4.4),
-    "softhand_ros": (0.0, 2.6, 2.8, 4.4),
-    "softhand_model": (0.0, 0.0, 12.0, 2.2),
+    "softhand_bringup": (0.0, 6.3, 12.0, 0.9),
+    "softhand_ros": (0.0, 1.0, 2.8, 5.2),
+    "grasp_strategies": (3.0, 3.9, 2.8, 2.3),
+    "pneuflex_sim": (3.0, 1.0, 2.8, 2.8),
+    "pneumaticbox_driver": (6.1, 1.0, 2.8, 5.2),
+    "model_lab": (9.2, 1.0, 2.8, 5.2),
+    "softhand_model": (0.0, 0.0, 12.0, 0.9),
 }
+LINE = 0.36  # from one room to the next below
 
 
 def rooms() -> dict[str, list[str]]:
@@ -83,17 +84,25 @@ def box(axes: Axes, place: tuple[float, float, float, float], colour: str) -> No
 
 def draw_packages() -> Figure:
     """Packages and their rooms: what stands above may import what stands below."""
-    figure = Figure(figsize=(12.0, 9.0))
+    figure = Figure(figsize=(12.0, 7.2))
     axes = figure.add_axes((0.01, 0.01, 0.98, 0.98))
-    axes.set(xlim=(0, 12), ylim=(-0.1, 8.8))
+    axes.set(xlim=(0, 12), ylim=(0, 7.2))
     axes.axis("off")
     for package, names in rooms().items():
         x, y, width, height = PLACES[package]
+        top = y + height - 0.33
         box(axes, PLACES[package], COLOURS[package])
-        axes.text(x + 0.2, y + height - 0.35, package, weight="bold", fontsize=12)
-        words = textwrap.fill("  ".join(names), int(width * 11.5), break_on_hyphens=False)
-        axes.text(x + 0.2, y + height - 0.55, words, va="top", fontsize=10, linespacing=1.5)
+        axes.text(x + 0.2, top, package, weight="bold", fontsize=12)
+        lines = ["    ".join(names)] if width > 3.0 else _in_columns(names, height)
+        for number, line in enumerate(lines, 1):
+            axes.text(x + 0.2, top - number * LINE, line, fontsize=10.5)
     return figure
+
+
+def _in_columns(names: list[str], height: float) -> list[str]:
+    """Names one below the other, several in a line where there are too many."""
+    a_line = math.ceil(len(names) / int((height - 0.45) / LINE))
+    return [", ".join(names[k : k + a_line]) for k in range(0, len(names), a_line)]
 
 
 def draw_way(steps: list[dict[str, str]]) -> Figure:

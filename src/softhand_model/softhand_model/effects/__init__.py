@@ -1,4 +1,4 @@
-"""Physical effects beyond the base model: one class in one file each, found by name.
+"""Physical effects beyond the base model: one class each, a file a family, found by name.
 
 The modules of this package are searched for subclasses of `Effect`; a user's file is searched the
 same way. An effect derives from the class of its stage.
