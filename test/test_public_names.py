@@ -6,10 +6,6 @@ from pathlib import Path
 import pytest
 
 SRC = Path(__file__).parents[1] / "src"
-NOT_YET = {  # packages whose signatures have still to follow; the list only shrinks
-    "pneuflex_sim",
-    "pneumaticbox_driver",
-}
 PACKAGES = sorted(path.name for path in SRC.iterdir() if (path / path.name).is_dir())
 
 
@@ -64,10 +60,7 @@ def faults(path):
 def test_pressure_is_gauge_and_absolute_pressure_says_so_in_its_name(package):
     files = sorted((SRC / package / package).rglob("*.py"))
     found = [fault for file in files for fault in faults(file)]
-    if package in NOT_YET:
-        assert found, f"{package} follows the rule: take it off the list"
-    else:
-        assert not found, "\n".join(found)
+    assert not found, "\n".join(found)
 
 
 def test_the_rule_finds_what_breaks_it(tmp_path):

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from model_lab.cli.main import main
 from model_lab.cli.demo import ending
+from model_lab.cli.main import main
 
 SEED = 0  # an effect without memory: the quickest
 
@@ -16,7 +16,15 @@ SEED = 0  # an effect without memory: the quickest
 def told(tmp_path_factory):
     """The folder of a demonstration and what it printed."""
     folder = tmp_path_factory.mktemp("demo") / "lab-demo"
-    command = [sys.executable, "-m", "model_lab.cli.demo", "--seed", str(SEED), "--out", str(folder)]
+    command = [
+        sys.executable,
+        "-m",
+        "model_lab.cli.demo",
+        "--seed",
+        str(SEED),
+        "--out",
+        str(folder),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=400, check=False)
     assert done.returncode == 0, done.stderr
     return folder, done.stdout

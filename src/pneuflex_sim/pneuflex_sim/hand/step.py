@@ -65,8 +65,8 @@ def joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, 
 @compiled
 def drive_hand(step, first_step, by_tables, ambient, pressures_abs, volumes, hand, carrier, wrist):
     """`joint_torques`, and the push on the bases of a hand that rides on the wrist; its palm sheet
-    yields to what its base gained on the last push. `carrier` is a plain `Carrier`, `wrist` a plain
-    `WristState`.
+    yields to what its base gained on the last push. `pressures_abs` are absolute [Pa], `carrier` is
+    a plain `Carrier`, `wrist` a plain `WristState`.
     """
     joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, hand)
     bases, weight, pad, (translation, rotation) = carrier

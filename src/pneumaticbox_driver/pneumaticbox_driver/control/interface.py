@@ -39,7 +39,7 @@ class BoxView:
     dt: float = field(init=False)
 
     def volume_at(self, pressures_abs: Floats) -> Floats:
-        """Volumes by `V = m R_s T/p_abs` of the estimated mass at pressures (n,) [m3]."""
+        """Volumes (n,) [m3], `m R_s T/p_abs` of the estimated mass at absolute pressures [Pa]."""
         content = self.observer.mass * self.gas + self.ambient * self.rest_volumes
         return np.asarray(content / pressures_abs)
 

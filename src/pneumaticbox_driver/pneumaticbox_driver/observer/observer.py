@@ -152,9 +152,9 @@ class MassObserver:
     def pulse_mass(
         self, duration: float, pressures_abs: Floats, supply_abs: float
     ) -> tuple[Floats, Floats]:
-        """Predict what a pulse of `duration` [s] from these pressures would move.
+        """Predict what a pulse of `duration` [s] from these absolute pressures would move.
 
-        The pressures are taken as constant over the pulse.
+        The pressures [Pa] are taken as constant over the pulse.
 
         Returns:
             Mass that an inflating pulse brings and that a deflating one takes (n,), (n,) [kg],

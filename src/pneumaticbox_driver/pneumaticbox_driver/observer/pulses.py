@@ -42,7 +42,7 @@ def integrate_pulses(
 
     Args:
         dt: since the last sample, above 0 [s].
-        pressures_abs: of the channels now (n,) [Pa].
+        pressures_abs: absolute, of the channels now (n,) [Pa].
         ends: supply and ambient pressure, absolute [Pa].
         is_open: channels whose valve is commanded open (n,).
         inflating: channels whose pulse inflates (n,).
@@ -183,8 +183,8 @@ class PulseIntegrals:
     ) -> None:
         """Start pulses on the channels `begun` (n,), now that `valves` (n,) are commanded.
 
-        `pressures_abs` (n,) and `supply_abs` [Pa]; `delays` (2, n) of opening and closing [s],
-        None for the nominal ones.
+        `pressures_abs` (n,) and `supply_abs` are absolute [Pa]; `delays` (2, n) of opening and
+        closing [s], None for the nominal ones.
         """
         given = np.full_like(self._delays, VALVE_DELAY) if delays is None else delays
         self._delays = np.where(begun, given, self._delays)
@@ -203,7 +203,9 @@ class PulseIntegrals:
         self._open = self._open & ~ended
 
     def advance(self, dt: float, pressures_abs: Floats, supply_abs: float) -> None:
-        """Integrate over the last `dt` [s], rates linear in between, up to these pressures."""
+        """Integrate over the last `dt` [s], rates linear in between, up to these absolute pressures
+        [Pa].
+        """
         if dt <= 0:
             return
         integrate_pulses(

@@ -21,7 +21,7 @@ class VolumeModel(Protocol):
         ...
 
     def slopes(self, pressures: Floats) -> Floats:
-        """Derivatives by the pressure in the same channel (n,) [m3/Pa]."""
+        """Derivatives by the gauge pressure [Pa] in the same channel (n,) [m3/Pa]."""
         ...
 
 
@@ -32,11 +32,11 @@ class FixedVolumes:
         self._volumes: Floats = np.array(volumes, dtype=float)
 
     def volumes(self, pressures: Floats) -> Floats:
-        """Volumes (n,) [m3], whatever the pressures."""
+        """Volumes (n,) [m3], whatever the pressures [Pa]."""
         return self._volumes
 
     def slopes(self, pressures: Floats) -> Floats:
-        """Zeros (n,) [m3/Pa]."""
+        """Zeros (n,) [m3/Pa], whatever the pressures [Pa]."""
         return np.zeros_like(self._volumes)
 
 
@@ -62,11 +62,11 @@ class HandVolumes:
         self._more: Floats = np.array(rest_volumes) - self._free.rest
 
     def volumes(self, pressures: Floats) -> Floats:
-        """Volumes in free posture (n,) [m3]."""
+        """Volumes in free posture (n,) [m3] at gauge pressures (n,) [Pa]."""
         return self._more + self._free.volumes(pressures)
 
     def slopes(self, pressures: Floats) -> Floats:
-        """Derivatives by the pressure in the same channel (n,) [m3/Pa]."""
+        """Derivatives by the gauge pressure [Pa] in the same channel (n,) [m3/Pa]."""
         return self._free.slopes(pressures)
 
 

@@ -46,7 +46,9 @@ class StillPressure:
         self.still[channels] = False
 
     def add(self, dt: float, pressures_abs: Floats) -> bool:
-        """Add a sample (n,) [Pa], `dt` [s] after the one before; True when a window is full."""
+        """Add absolute pressures (n,) [Pa], `dt` [s] after those before; True when a window is
+        full.
+        """
         self._sum += pressures_abs
         self._count += 1.0
         self._since += dt
@@ -134,7 +136,7 @@ class Zeroing:
         return np.asarray(self._variance + (0.5 * self._observer.drift_bound) ** 2)
 
     def steady(self, pressures_abs: Floats) -> Floats:
-        """Pressures (n,) [Pa], averaged over 0.1 s where the valve has rested as long."""
+        """Pressures, absolute (n,) [Pa], averaged over 0.1 s where the valve has rested as long."""
         return np.where(np.isnan(self._still.mean), pressures_abs, self._still.mean)
 
     def switched(self, changed: Flags, valves: Valves) -> None:
@@ -147,7 +149,7 @@ class Zeroing:
 
         Args:
             dt: since the last sample [s].
-            pressures_abs: offsets taken off (n,) [Pa]; a found offset is taken off in place.
+            pressures_abs: absolute, offsets taken off (n,) [Pa]; a found one is taken off in place.
             valves: commanded until now (n,).
         """
         self._waited += dt

@@ -118,10 +118,10 @@ class StateTopics:
             message.header.frame_id = name
         self._slot = 0
 
-    def publish(self, stamp: Time, pressures: NDArray[np.float64]) -> None:
+    def publish(self, stamp: Time, pressures_abs: NDArray[np.float64]) -> None:
         """Publish the state after a sample of absolute pressures (n + 1,) [Pa]."""
         self._publish_state(stamp)
-        self._publish_pressures(stamp, pressures)
+        self._publish_pressures(stamp, pressures_abs)
 
     def _publish_state(self, stamp: Time) -> None:
         state, box = self._state, self._box
@@ -131,13 +131,13 @@ class StateTopics:
         state.effort = array.array("d", box.pressures.tolist())
         self._state_out.publish(state)
 
-    def _publish_pressures(self, stamp: Time, pressures: NDArray[np.float64]) -> None:
+    def _publish_pressures(self, stamp: Time, pressures_abs: NDArray[np.float64]) -> None:
         """Publish the sensors in turn, each at its rate, spread over the samples."""
         n = len(self._pressure)
         slot = int(seconds(stamp) * PRESSURE_RATE * n)
         for due in range(max(self._slot + 1, slot - n + 1), slot + 1):
             message = self._pressure[due % n]
             message.header.stamp = stamp
-            message.fluid_pressure = float(pressures[due % n])
+            message.fluid_pressure = float(pressures_abs[due % n])
             self._pressure_out[due % n].publish(message)
         self._slot = slot

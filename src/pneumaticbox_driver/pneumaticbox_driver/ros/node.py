@@ -206,18 +206,18 @@ class PneumaticBoxNode(Node):
             self._fault(f"backend {self.backend}: {error}")
 
     def on_sample(
-        self, now: float, stamp: Time, pressures: NDArray[np.float64]
+        self, now: float, stamp: Time, pressures_abs: NDArray[np.float64]
     ) -> NDArray[np.int8]:
         """Answer a sample at the box's time `now` [s], stamped by the node's clock.
 
-        `pressures` are absolute, of the channels, then of the supply (n + 1,) [Pa].
+        `pressures_abs` are absolute, of the channels, then of the supply (n + 1,) [Pa].
         """
-        valves = self.box.on_sample(now, pressures)
+        valves = self.box.on_sample(now, pressures_abs)
         self._stamp = stamp
         self._answer(stamp, valves)
         self._watch.heard(self._node_time(), time.monotonic())
         self.link.samples += 1
-        self._state.publish(stamp, pressures)
+        self._state.publish(stamp, pressures_abs)
         return valves
 
     def _answer(self, stamp: Time, valves: NDArray[np.int8]) -> None:
