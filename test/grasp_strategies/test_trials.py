@@ -115,7 +115,7 @@ def test_the_command_does_not_overwrite_unless_forced(monkeypatch, tmp_path, cap
 def test_the_command_says_in_one_line_what_it_cannot_use(capsys, options, message):
     assert main(["--seeds", "1", *options]) == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
-    assert error.startswith("trials: ") and message in error
+    assert error.startswith("softhand trials: ") and message in error
 
 
 @pytest.mark.parametrize(

@@ -213,7 +213,8 @@ def read_settings(options: argparse.Namespace) -> TrialSettings:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="trials", description="Grasp trials in process, without ROS: seeded offset and mass."
+        prog="softhand trials",
+        description="Grasp trials in process, without ROS: seeded offset and mass.",
     )
     add_settings(parser)
     add = parser.add_argument
@@ -272,7 +273,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         return _run(options)
     except (ValueError, OSError) as error:
-        print(f"trials: {error}", file=sys.stderr)
+        print(f"softhand trials: {error}", file=sys.stderr)
         return 2
 
 

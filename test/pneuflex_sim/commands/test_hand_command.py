@@ -134,7 +134,7 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
 def test_what_cannot_be_used_is_refused(arguments, words, capsys):
     assert run(*arguments) == 2
     error = capsys.readouterr().err
-    assert error.startswith(f"hand {arguments[0]}: ") and words in error
+    assert error.startswith(f"softhand hand {arguments[0]}: ") and words in error
 
 
 def test_a_designed_finger_is_drawn(tmp_path, capsys):

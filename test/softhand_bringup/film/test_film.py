@@ -214,7 +214,7 @@ def test_a_place_that_cannot_be_written_is_named_before_anything_is_simulated(
     status, path = film(place)
     assert status == 2
     assert (
-        f"film: -o {path}: expected a place that can be written, got: " in capsys.readouterr().err
+        f"softhand film: -o {path}: expected a place that can be written, got: " in capsys.readouterr().err
     )
 
 

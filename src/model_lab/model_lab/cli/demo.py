@@ -121,7 +121,8 @@ def _say(number: int, sentence: str) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Tell the story; see the module for the exit status."""
     parser = argparse.ArgumentParser(
-        prog="lab-demo", description="Hide an effect, find it, add it, and open the seal."
+        prog="softhand lab-demo",
+        description="Hide an effect, find it, add it, and open the seal.",
     )
     parser.add_argument("--seed", type=int, default=7, help="chooses the effect and the noise")
     parser.add_argument("--out", type=Path, default=Path("out/lab-demo"), help="folder of results")

@@ -1,4 +1,4 @@
-"""`hand design`: wall and profile of an actuator from what it should do.
+"""`softhand hand design`: wall and profile of an actuator from what it should do.
 
 Options, table, warnings and errors are in mm, kPa and mN m2; files and JSON in SI units.
 """

@@ -1,4 +1,4 @@
-"""The command `hand`: design an actuator, draw any hand, write its URDF."""
+"""The command `softhand hand`: design an actuator, draw any hand, write its URDF."""
 
 from __future__ import annotations
 
@@ -122,7 +122,8 @@ def run_urdf(options: argparse.Namespace) -> None:
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     found = argparse.ArgumentParser(
-        prog="hand", description="Design an actuator, draw any hand, write its URDF; without ROS."
+        prog="softhand hand",
+        description="Design an actuator, draw any hand, write its URDF; without ROS.",
     )
     commands = found.add_subparsers(dest="command", required=True)
     design_command.add_to(commands)
@@ -137,7 +138,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.run(options)
     except (ValueError, OSError) as error:
-        print(f"hand {options.command}: {error}", file=sys.stderr)
+        print(f"softhand hand {options.command}: {error}", file=sys.stderr)
         return 2
     return 0
 

@@ -1,4 +1,4 @@
-"""`pneuflex-objects`: what objects there are, as a table or as a picture of all of them."""
+"""The command `softhand objects`: what objects there are, as a table or as one picture."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def picture(described: ObjectDescription) -> NDArray[np.uint8]:
 def main(arguments: list[str] | None = None) -> int:
     """Print the table, or write the picture; returns 0, or 2 for what cannot be used."""
     parser = argparse.ArgumentParser(
-        prog="pneuflex-objects", description="Table or picture of objects to grasp."
+        prog="softhand objects", description="Table or picture of objects to grasp."
     )
     parser.add_argument("objects", nargs="*", help="names or files (default: all that are shipped)")
     parser.add_argument("--figure", type=Path, help="picture to write in place of the table")
@@ -108,7 +108,7 @@ def main(arguments: list[str] | None = None) -> int:
         friction = load_friction(options.friction)
         objects = [load_object(name, friction) for name in options.objects or load_objects()]
     except ValueError as error:
-        print(f"pneuflex-objects: {error}", file=sys.stderr)
+        print(f"softhand objects: {error}", file=sys.stderr)
         return 2
     if options.figure is None:
         print(table(objects))

@@ -1,4 +1,4 @@
-"""The command `pneuflex-skin`: a hand that closes in free air, as meshes or pictures."""
+"""The command `softhand skin`: a hand that closes in free air, as meshes or pictures."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     found = argparse.ArgumentParser(
-        prog="pneuflex-skin",
+        prog="softhand skin",
         description="Close a hand in free air, without weight, and write its smooth surface frame "
         "by frame: one mesh file [m] or picture a frame.",
     )
@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _figure(hand, wanted, options)
         return _frames(hand, wanted, options)
     except ValueError as error:
-        print(f"pneuflex-skin: {error}", file=sys.stderr)
+        print(f"softhand skin: {error}", file=sys.stderr)
         return 2
 
 

@@ -1,6 +1,6 @@
-"""Command: calibrate the pretended box, and write its coefficients to a file.
+"""The command `softhand calibrate`: coefficients of the pretended box, written to a file.
 
-    calibrate --output calibration.yaml
+    softhand calibrate --output calibration.yaml
 
 The file that is shipped is made by this command with its defaults.
 """
@@ -126,7 +126,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     given = _parser().parse_args(arguments)
     if given.output.exists() and not given.force:
-        print(f"calibrate: {given.output} exists; --force overwrites it", file=sys.stderr)
+        print(f"softhand calibrate: {given.output} exists; --force overwrites it", file=sys.stderr)
         return 2
     try:
         channels = calibrate(
@@ -140,7 +140,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         save_calibration(given.output, given.box, channels, given.volume)
     except (ValueError, OSError) as error:
-        print(f"calibrate: {error}", file=sys.stderr)
+        print(f"softhand calibrate: {error}", file=sys.stderr)
         return 1
     for channel in channels:
         print(_summary(channel))
@@ -166,7 +166,9 @@ def show_progress(share: float, message: str) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="calibrate", description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="softhand calibrate", description=(__doc__ or "").splitlines()[0]
+    )
     add = parser.add_argument
     add("--output", type=Path, default=Path("calibration.yaml"), help="file to write")
     add("--force", action="store_true", help="overwrite the output")

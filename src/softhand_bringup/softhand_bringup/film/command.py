@@ -1,4 +1,4 @@
-"""The command `film`: pictures, GIF or MP4 of a grasp, from a trial in process or from a bag."""
+"""The command `softhand film`: pictures, GIF or MP4 of a grasp, from a trial or a bag."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TELLING = 10  # lines of progress
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     found = argparse.ArgumentParser(
-        prog="film",
+        prog="softhand film",
         description="Run one trial of a grasp without ROS, or read a bag, and draw it. A second of "
         "film is a second of simulated time, unless --slow or --every say otherwise.",
     )
@@ -70,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _run(options)
     except (ValueError, OSError) as error:
-        print(f"film: {error}", file=sys.stderr)
+        print(f"softhand film: {error}", file=sys.stderr)
         return 2
 
 
@@ -78,7 +78,7 @@ def _run(options: argparse.Namespace) -> int:
     film = open_film(options.out, options.fps, options.size, options.force)
     recording = _record(options)
     count, shown = len(recording.states), recording.interval * len(recording.states)
-    print(f"film: {recording.ending}; {count} pictures of {shown:.2f} s", file=sys.stderr)
+    print(f"softhand film: {recording.ending}; {count} pictures of {shown:.2f} s", file=sys.stderr)
     camera = camera_of(options, recording)
     try:
         draw(recording, film, options.size, camera, options.pressure, _tell)

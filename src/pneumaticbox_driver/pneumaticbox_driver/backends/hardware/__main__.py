@@ -38,15 +38,13 @@ def main(arguments: Sequence[str] | None = None, make_lines: MakeLines = GpioLin
     try:
         {"read": _read, "pulse": _pulse, "vent": _vent}[options.action](options, make_lines)
     except (ValueError, OSError) as error:
-        print(f"hardware: {error}", file=sys.stderr)
+        print(f"softhand hardware: {error}", file=sys.stderr)
         return 2
     return 0
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m pneumaticbox_driver.backends.hardware", description=__doc__
-    )
+    parser = argparse.ArgumentParser(prog="softhand hardware", description=__doc__)
     parser.add_argument("file", help="hardware file")
     actions = parser.add_subparsers(dest="action", required=True)
     read = actions.add_parser("read", help="mean and spread of the sensors; every coil stays off")
