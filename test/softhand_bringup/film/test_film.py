@@ -213,9 +213,8 @@ def test_a_place_that_cannot_be_written_is_named_before_anything_is_simulated(
     monkeypatch.setattr(command, "film_trial", None)
     status, path = film(place)
     assert status == 2
-    assert (
-        f"softhand film: -o {path}: expected a place that can be written, got: " in capsys.readouterr().err
-    )
+    said = capsys.readouterr().err
+    assert f"softhand film: -o {path}: expected a place that can be written, got: " in said
 
 
 def test_a_film_that_is_refused_leaves_no_folder(film, tmp_path):
