@@ -28,9 +28,7 @@ setup(
     ],
     install_requires=["setuptools", "softhand_model", "softhand_ros", "numpy", "PyYAML"],
     extras_require={
-        "figures": ["matplotlib"],
         "hardware": ["gpiod>=2"],
-        "speed": ["numba"],
         "test": ["pytest"],
     },
     zip_safe=False,
