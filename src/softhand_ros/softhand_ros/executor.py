@@ -2,7 +2,8 @@
 
 rclpy's own makes a wait set of all of them at each look, which takes 1 ms on a busy machine: half a
 control step of the driver. Asking each for a message takes 2 us, and a storm of messages can be
-left in the middle. rclpy's EventsExecutor takes four times as long for a look that finds nothing.
+left in the middle. rclpy's EventsExecutor takes three times as long for a look that finds nothing,
+and a quarter of the time for a burst (`make bench ARGS=executors`).
 """
 
 from __future__ import annotations
