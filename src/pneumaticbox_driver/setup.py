@@ -27,7 +27,12 @@ setup(
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
     install_requires=["setuptools", "softhand_model", "softhand_ros", "numpy", "PyYAML"],
-    extras_require={"hardware": ["gpiod>=2"], "test": ["pytest"]},
+    extras_require={
+        "figures": ["matplotlib"],
+        "hardware": ["gpiod>=2"],
+        "speed": ["numba"],
+        "test": ["pytest"],
+    },
     zip_safe=False,
     entry_points={"console_scripts": COMMANDS},
 )

@@ -247,8 +247,7 @@ def _save_sheet(frames: Sequence[NDArray[np.uint8]], captions: Sequence[str], pa
 
 def main(arguments: list[str] | None = None) -> int:
     """Draw both pictures of a bag: `python -m softhand_bringup.figures <bag> <folder>`."""
-    words = "Draw the pictures of a grasp."
-    parser = argparse.ArgumentParser(prog="softhand figures", description=words)
+    parser = argparse.ArgumentParser(prog="figures", description="Draw the pictures of a grasp.")
     parser.add_argument("bag", type=Path)
     parser.add_argument("folder", type=Path, help="where grasp.png and frames.png go")
     parser.add_argument("--hand", default="rbo_hand_2")

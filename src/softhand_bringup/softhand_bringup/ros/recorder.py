@@ -178,7 +178,7 @@ def _open_bag(folder: Path) -> BagWriter:
 
 def main(arguments: list[str] | None = None) -> int:
     """Record until SIGINT or SIGTERM; 0 when the bag was closed in order."""
-    parser = argparse.ArgumentParser(prog="softhand record", description="Record topics to a bag.")
+    parser = argparse.ArgumentParser(prog="recorder", description="Record topics to a bag.")
     parser.add_argument("folder", type=Path, help="the bag's folder, which must not exist yet")
     parser.add_argument(
         "--topics", nargs="+", default=(), help="these alone; else all there are but hand/markers"

@@ -44,7 +44,9 @@ def main(arguments: Sequence[str] | None = None, make_lines: MakeLines = GpioLin
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="softhand hardware", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m pneumaticbox_driver.backends.hardware", description=__doc__
+    )
     parser.add_argument("file", help="hardware file")
     actions = parser.add_subparsers(dest="action", required=True)
     read = actions.add_parser("read", help="mean and spread of the sensors; every coil stays off")
