@@ -1,8 +1,8 @@
-"""The scene contract on a simulation in the same process, for trials in batches; the only file of
-this package that imports pneuflex_sim.
+"""The scene contract on a simulation in the same process, for trials in batches.
 
-`ImposedAir` stands in for the driver: the chokes limit the rate, the smallest pulse is the grain of
-what can be commanded, and a channel above its pressure limit is relieved.
+The only file of this package that imports pneuflex_sim. `ImposedAir` stands in for the driver: the
+chokes limit the rate, the smallest pulse is the grain of what can be commanded, and a channel above
+its pressure limit is relieved.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Table of the control modes: name, field of a command, unit, and what a target means."""
+"""Table of the control modes: name, field of a command, unit of its targets."""
 
 import math
 from dataclasses import dataclass
@@ -9,15 +9,14 @@ class Mode:
     """A control mode of a channel.
 
     `field` is that of a trajectory_msgs/JointTrajectoryPoint which holds the targets, `unit` is
-    theirs and `target` says what they are. `idle` is the target that asks for nothing, NaN where
-    every target asks for something. Targets that are `scheduled` come as steps, by
-    `pneumaticbox/valve_schedule`; the others go linearly from point to point.
+    theirs. `idle` is the target that asks for nothing, NaN where every target asks for something.
+    Targets that are `scheduled` come as steps, by `pneumaticbox/valve_schedule`; the others go
+    linearly from point to point.
     """
 
     name: str
     field: str
     unit: str
-    target: str
     idle: float = math.nan
     scheduled: bool = False
 
@@ -25,13 +24,11 @@ class Mode:
 MODES = {
     mode.name: mode
     for mode in (
-        Mode("mass", "positions", "kg", "air above the fill at rest and ambient pressure"),
-        Mode("mass_flow", "velocities", "kg/s", "air that flows into the channel", idle=0.0),
-        Mode("pressure", "effort", "Pa", "gauge pressure"),
-        Mode("volume", "positions", "m3", "volume above that at rest, for a hand alone"),
-        Mode(
-            "time", "positions", "-", "valve: +1 inflate, -1 deflate, 0 closed", 0.0, scheduled=True
-        ),
+        Mode("mass", "positions", "kg"),  # air above the fill at rest and ambient pressure
+        Mode("mass_flow", "velocities", "kg/s", idle=0.0),  # air that flows into the channel
+        Mode("pressure", "effort", "Pa"),  # gauge
+        Mode("volume", "positions", "m3"),  # above that at rest, for a hand alone
+        Mode("time", "positions", "-", idle=0.0, scheduled=True),  # +1 in, -1 out, 0 closed
     )
 }
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from softhand_bringup.bags.reading import Bag, Command, latest_index
 
-if TYPE_CHECKING:
+matplotlib.use("Agg")  # also without a display
+if TYPE_CHECKING:  # PyBullet talks to the terminal when it is imported
     from pneuflex_sim.pictures.render import HandState
 
 Array = NDArray[np.float64]
@@ -32,8 +33,6 @@ BETWEEN_GRASPS = ("idle", "done")  # what the sequencer publishes before and aft
 FRAME_COUNT = 8
 FRAME_SIZE = (560, 420)  # [pixels]
 MARGIN = 0.5  # [s] shown before the first and after the last phase
-
-matplotlib.use("Agg")  # also without a display
 
 
 def commanded_masses(commands: Sequence[Command], channels: Sequence[str], time: Array) -> Array:

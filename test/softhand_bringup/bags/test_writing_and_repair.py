@@ -90,6 +90,20 @@ def test_a_file_that_breaks_off_anywhere_keeps_all_messages_before_the_break(tmp
     assert 45 - len(texts) <= 2 + lost / 40
 
 
+@pytest.mark.parametrize("tail", [bytes(3000), b"\xff" * 50], ids=["zeros", "nonsense"])
+@pytest.mark.parametrize("lost", [0, 300])
+def test_what_a_power_cut_leaves_behind_the_messages_is_passed_over(tmp_path, lost, tail):
+    write_strings(tmp_path / "bag", 45, closed=False)
+    path = tmp_path / "bag" / "bag_0.mcap"
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) - lost] + tail)
+    saved = repair(tmp_path / "bag")
+    assert 45 - 2 - lost / 40 <= saved <= 45
+    # the message at the break may end in what is behind it
+    texts = [m.data[8:-1].decode() for m in list(recover(path.read_bytes()))[: saved - 1]]
+    assert texts == [f"text {n}" for n in range(saved - 1)]
+
+
 def test_a_bag_renamed_after_the_crash_is_repaired_under_its_new_name(tmp_path):
     write_strings(tmp_path / "bag", 20, closed=False)
     shutil.move(tmp_path / "bag", tmp_path / "kept")
@@ -106,11 +120,12 @@ def test_a_whole_bag_is_left_alone(tmp_path, capsys):
     assert (tmp_path / "bag" / "bag_0.mcap").read_bytes() == before
 
 
-def test_a_file_that_is_no_bag_is_refused_with_its_first_bytes(tmp_path):
-    (tmp_path / "x_0.mcap").write_bytes(b"not a bag")
-    with pytest.raises(ValueError, match="expected the magic.*not a ba"):
+@pytest.mark.parametrize("content", [b"not a bag", b"not", b""])
+def test_a_file_that_is_no_bag_is_refused_with_its_first_bytes(tmp_path, content):
+    (tmp_path / "x_0.mcap").write_bytes(content)
+    with pytest.raises(ValueError, match=f"expected the magic.*{content[:8].decode()}"):
         repair(tmp_path)
-    assert (tmp_path / "x_0.mcap").read_bytes() == b"not a bag"
+    assert (tmp_path / "x_0.mcap").read_bytes() == content
 
 
 def test_an_existing_folder_is_not_overwritten(tmp_path):

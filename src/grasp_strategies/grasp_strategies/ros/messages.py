@@ -42,9 +42,9 @@ def read_pose(message: Any) -> Pose:
     """Pose in `world` of a geometry_msgs/PoseStamped."""
     if message.header.frame_id != WORLD:
         raise ValueError(f"header.frame_id: expected {WORLD}, got {message.header.frame_id!r}")
-    place, tilt = message.pose.position, message.pose.orientation
+    place, rotation = message.pose.position, message.pose.orientation
     position = _finite("pose.position", (place.x, place.y, place.z), 3)
-    orientation = _finite("pose.orientation", (tilt.x, tilt.y, tilt.z, tilt.w), 4)
+    orientation = _finite("pose.orientation", (rotation.x, rotation.y, rotation.z, rotation.w), 4)
     norm = float(np.linalg.norm(orientation))
     if abs(norm - 1.0) > 1e-2:
         raise ValueError(

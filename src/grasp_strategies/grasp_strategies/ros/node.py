@@ -36,6 +36,10 @@ from softhand_ros.run_node import run_node
 from softhand_ros.topics import latched
 
 PURPOSE = "Offers grasp services, each of which runs a strategy."
+IDLE = "idle"
+UNEXPECTED = "ended by an error; see the log"
+LATCHED = latched(10)  # ten deep, so that phases that follow each other quickly all arrive
+STILL = 5.0  # [s] of wall time without a tick that is worth a warning
 Result = TypeVar("Result")
 
 
@@ -70,9 +74,6 @@ class Background:
             thread.join()
 
 
-STILL = 5.0  # [s] of wall time without a tick that is worth a warning
-
-
 @dataclass
 class ClockWatch:
     """Remembers when simulated time last went on.
@@ -95,11 +96,6 @@ class ClockWatch:
         if still <= STILL:
             return ""
         return f"/clock has stood still for {still:.0f} s (simulator paused or absent)"
-
-
-IDLE = "idle"
-UNEXPECTED = "ended by an error; see the log"
-LATCHED = latched(10)  # ten deep, so that phases that follow each other quickly all arrive
 
 
 class Run:

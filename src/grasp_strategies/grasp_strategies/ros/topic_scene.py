@@ -203,9 +203,9 @@ class TopicScene:
         """Publish the target pose of the wrist: position (3,) [m], quaternion (4,)."""
         message = PoseStamped()
         message.header.stamp, message.header.frame_id = stamp_of_seconds(self.time), WORLD
-        place, tilt = message.pose.position, message.pose.orientation
+        place, rotation = message.pose.position, message.pose.orientation
         place.x, place.y, place.z = map(float, position)
-        tilt.x, tilt.y, tilt.z, tilt.w = map(float, orientation)
+        rotation.x, rotation.y, rotation.z, rotation.w = map(float, orientation)
         self._wrist_target.publish(message)
 
     def command_air(self, masses: Array) -> None:

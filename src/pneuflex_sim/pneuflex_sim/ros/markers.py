@@ -22,6 +22,10 @@ from pneuflex_sim.pictures.surfaces import SceneSurfaces, contact_lines, total_a
 from pneuflex_sim.scene.contacts import Contact, by_pair
 from pneuflex_sim.simulation import Simulation
 
+WORLD = "world"
+FORCE_COLOR: Color = (0.9, 0.2, 0.0, 1.0)
+LINE_WIDTH, BALL, SHAFT, HEAD = 0.002, 0.004, 0.004, 0.010  # [m]
+
 
 class SerialisedMessage:
     """The bytes of a message (CDR), with views of numbers in them."""
@@ -51,11 +55,6 @@ class SerialisedMessage:
     def data(self) -> bytes:
         """The message now."""
         return bytes(self._data)
-
-
-WORLD = "world"
-FORCE_COLOR: Color = (0.9, 0.2, 0.0, 1.0)
-LINE_WIDTH, BALL, SHAFT, HEAD = 0.002, 0.004, 0.004, 0.010  # [m]
 
 
 class SeenScene:

@@ -29,6 +29,15 @@ from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.topics import RELIABLE, Inbox, latched, nanoseconds, stamp_of_seconds
 
+PURPOSE = "Simulates a soft hand, its valves and an object, and publishes what is sensed."
+LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
+SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
+SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
+STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
+SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
+SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
+FAST_PERIOD = 0.01  # clock, wrist, object [s]
+
 
 class Pace:
     """Sleeps so that simulated over wall time stays at `limit` or below; 0 never sleeps."""
@@ -56,16 +65,6 @@ class Pace:
         """Simulated over wall time since the last restart."""
         wall = time.monotonic() - self._wall
         return (self._now - self._simulated) / wall if wall > 0 else 0.0
-
-
-PURPOSE = "Simulates a soft hand, its valves and an object, and publishes what is sensed."
-LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
-SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
-SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
-STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
-SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
-SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
-FAST_PERIOD = 0.01  # clock, wrist, object [s]
 
 
 def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:

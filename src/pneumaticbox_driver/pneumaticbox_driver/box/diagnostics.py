@@ -50,7 +50,7 @@ class Report:
 
 
 class NoteThrottle:
-    """Lets each note through once in `period` [s].
+    """Lets each note through once in NOTE_PERIOD.
 
     >>> throttle = NoteThrottle()
     >>> throttle.due(["tared", "tared"], 0.0), throttle.due(["tared"], 4.9)
@@ -59,13 +59,12 @@ class NoteThrottle:
     ['tared']
     """
 
-    def __init__(self, period: float = NOTE_PERIOD) -> None:
-        self.period = period
+    def __init__(self) -> None:
         self._logged: dict[str, float] = {}
 
     def due(self, notes: Iterable[str], now: float) -> list[str]:
         """Notes to log at this monotonic time [s], in their order."""
-        recent = {note: at for note, at in self._logged.items() if now - at < self.period}
+        recent = {note: at for note, at in self._logged.items() if now - at < NOTE_PERIOD}
         due = [note for note in dict.fromkeys(notes) if note not in recent]
         self._logged = recent | dict.fromkeys(due, now)
         return due

@@ -351,14 +351,14 @@ def measure_leaks(
 
 def _leak(rests: list[Rest], channel: int, capacity: float, offset: float) -> Leak:
     time = np.array([rest.time for rest in rests])
-    pressure = np.array([rest.mean[channel] for rest in rests])
+    pressures_abs = np.array([rest.mean[channel] for rest in rests])
     variance = np.mean([rest.variance[channel] for rest in rests])
-    pressures = pressure.mean() - offset - AMBIENT_PRESSURE
-    if pressures < 1e3:
+    pressure = pressures_abs.mean() - offset - AMBIENT_PRESSURE
+    if pressure < 1e3:
         return Leak()
     centred = time - time.mean()
-    per_slope = capacity / pressures
-    slope = centred @ pressure / (centred @ centred)
+    per_slope = capacity / pressure
+    slope = centred @ pressures_abs / (centred @ centred)
     error = per_slope * float(np.sqrt(variance / (centred @ centred)))
     conductance = -per_slope * float(slope)
     return Leak(conductance if conductance > SIGNIFICANT * error else 0.0, error)

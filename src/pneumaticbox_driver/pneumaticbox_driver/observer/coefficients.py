@@ -65,10 +65,8 @@ def flow_rates(pressure_in_abs: Floats, pressure_out_abs: Floats) -> tuple[Float
     ([200000.0, -200000.0], [145253.0, -145253.0])
     """
     drop = pressure_in_abs - pressure_out_abs
-    high, low = (
-        np.maximum(pressure_in_abs, pressure_out_abs),
-        np.minimum(pressure_in_abs, pressure_out_abs),
-    )
+    high = np.maximum(pressure_in_abs, pressure_out_abs)
+    low = np.minimum(pressure_in_abs, pressure_out_abs)
     return drop, np.copysign(high * psi(low / high), drop)
 
 

@@ -56,7 +56,7 @@ class PostureMass:
         """What channels hold above rest at gauge pressures, and bent as far at ambient pressure.
 
         Args:
-            pressures: pressures (n,) [Pa].
+            pressures: gauge (n,) [Pa].
 
         Returns:
             Masses (n,) and (n,) [kg].

@@ -82,7 +82,7 @@ def pressure_after(model: VolumeModel, pressures: Floats, growth: Floats) -> Flo
 
     Args:
         model: of the volumes.
-        pressures: pressures to start from (n,) [Pa].
+        pressures: gauge, to start from (n,) [Pa].
         growth: of the volumes (n,) [m3].
 
     >>> class Linear(FixedVolumes):

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import argparse
 import shutil
+import struct
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
-from mcap.exceptions import EndOfFile, InvalidMagic
+from mcap.exceptions import EndOfFile, InvalidMagic, RecordLengthLimitExceeded
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
@@ -24,6 +25,8 @@ from rosbags.rosbag2.metadata import parse_qos
 
 from softhand_bringup.bags.writing import BagWriter
 
+MAGIC = b"\x89MCAP0\r\n"
+BROKEN = (EndOfFile, InvalidMagic, RecordLengthLimitExceeded, struct.error)
 CHUNK_HEAD = 9 + 28  # opcode and length; start, end, uncompressed size, checksum [bytes]
 
 
@@ -62,6 +65,8 @@ def recover(content: bytes) -> Iterator[Recovered]:
     Raises:
         ValueError: not an MCAP file.
     """
+    if not content.startswith(MAGIC):
+        raise ValueError(f"file: expected the magic {MAGIC!r}, got {content[:8]!r}")
     types: dict[int, str] = {}
     topics: dict[int, Topic] = {}
     for record in _records(content):
@@ -82,21 +87,19 @@ def _records(content: bytes) -> Iterator[McapRecord]:
         for record in StreamReader(stream, emit_chunks=True).records:
             yield from breakup_chunk(record) if isinstance(record, Chunk) else [record]
             whole = stream.tell()
-    except InvalidMagic as reason:
-        raise ValueError(f"file: expected the magic of MCAP, got {content[:8]!r}") from reason
-    except EndOfFile:
+    except BROKEN:
         yield from _of_cut_chunk(content[whole:])
 
 
 def _of_cut_chunk(content: bytes) -> Iterator[McapRecord]:
-    """Whole records at the beginning of a chunk that is not whole, unless it is compressed."""
+    """Whole records at the beginning of a chunk that is broken, unless it is compressed."""
     if content[:1] != bytes([Opcode.CHUNK]) or content[CHUNK_HEAD : CHUNK_HEAD + 4] != bytes(4):
         return
     records: Iterable[McapRecord]
     records = StreamReader(_Whole(content[CHUNK_HEAD + 12 :]), skip_magic=True).records
     try:
         yield from records
-    except EndOfFile:
+    except BROKEN:
         return
 
 

@@ -1,4 +1,7 @@
-"""One session at the simulated bench: nodes up, protocols played, everything in one bag."""
+"""The lab story over ROS: sessions at the simulated bench, each in one bag, and the command.
+
+Exit status: 0 told to its end; 1 failed; 2 nothing could be started; 130 interrupted.
+"""
 
 from __future__ import annotations
 
