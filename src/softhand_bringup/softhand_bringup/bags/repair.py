@@ -151,9 +151,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         count = repair(folder)
     except (ValueError, OSError) as error:
-        print(f"repair_bag: {error}", file=sys.stderr)
+        print(f"softhand repair-bag: {error}", file=sys.stderr)
         return 1
-    print(f"repair_bag: {count} messages saved in {folder}")
+    print(f"softhand repair-bag: {count} messages saved in {folder}")
     return 0
 
 
