@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +16,8 @@ Array = NDArray[np.float64]
 
 CREASE = float(np.radians(30.0))  # between faces [rad]: a cylinder of 16 sides still looks round
 SUFFIXES = (".stl", ".obj")
+STL_HEAD, STL_TRIANGLE = 84, 50  # bytes of a binary file
+CORNER_ZERO = re.compile(r"^f (?:.* )?0+(?:[ /]|$)", re.MULTILINE)
 SMALLEST, LARGEST = 0.002, 2.0  # [m] of the longest side that can be a thing to grasp
 
 
@@ -142,12 +146,13 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(f"{path}: expected a file {' or '.join(SUFFIXES)}, got {path.suffix!r}")
     try:
-        with path.open("rb") as file:
-            found = trimesh.load_mesh(file, file_type=path.suffix.lower()[1:], process=False)
+        file, kind = _content(path)
+        found = trimesh.load_mesh(file, file_type=kind, process=False)
     except (OSError, ValueError, IndexError, KeyError) as reason:
         raise ValueError(f"{path}: expected a mesh, got {reason}") from reason
     found.vertices = scale * found.vertices
-    if len(found.faces) < 4 or not np.isfinite(found.vertices).all():
+    three = found.vertices.shape[1:] == (3,)
+    if len(found.faces) < 4 or not (three and np.isfinite(found.vertices).all()):
         raise ValueError(
             f"{path}: expected 4 triangles or more of finite numbers, got {len(found.faces)}"
         )
@@ -162,6 +167,25 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     if found.volume < 0:
         found.invert()
     return _mesh_of_library(found)
+
+
+def _content(path: Path) -> tuple[io.BytesIO | io.StringIO, str]:
+    """What is in a file, and the library's name for it. Text is decoded here: of what is not UTF-8
+    the library wants another package to guess.
+    """
+    data, kind = path.read_bytes(), path.suffix.lower()[1:]
+    count = int.from_bytes(data[STL_HEAD - 4 : STL_HEAD], "little")
+    if kind == "stl" and len(data) == STL_HEAD + count * STL_TRIANGLE:
+        return io.BytesIO(data), kind
+    text = data.decode("utf-8", "replace").replace("\t", " ")
+    if kind == "stl":
+        lower = text.lower()
+        if lower.lstrip().startswith("solid") and "endsolid" not in lower:
+            text += "\nendsolid"  # some leave it out, and the library gives nothing then
+        return io.StringIO(text), "stl_ascii"
+    if CORNER_ZERO.search(text):
+        raise ValueError("a face with a corner 0: they count from 1")
+    return io.StringIO(text), kind
 
 
 def open_edges(mesh: Mesh) -> int:
