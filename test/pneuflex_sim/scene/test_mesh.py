@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 import trimesh
 
-from pneuflex_sim.scene.mesh import box, creased, mesh_of, open_edges, read_mesh, tube, write_meshes
+from pneuflex_sim.scene.mesh import (
+    box,
+    creased,
+    hull_mesh,
+    mesh_of,
+    open_edges,
+    read_mesh,
+    tube,
+    write_meshes,
+)
 
 RING = 24  # corners of a round prism, 15 deg apart
 
@@ -35,6 +44,21 @@ def test_every_edge_is_sharp_beyond_the_angle(prism):
     flat /= np.linalg.norm(flat, axis=1)[:, None]
     shown = found.normals[found.indices].reshape(-1, 3, 3)
     np.testing.assert_allclose(shown, np.repeat(flat[:, None], 3, axis=1), atol=1e-12)
+
+
+def test_a_tetrahedron_has_flat_faces_alone():
+    found = creased(hull_mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])))
+    assert len(found.vertices) == 12
+    flat = np.vstack([-np.eye(3), np.full((1, 3), 3**-0.5)])
+    assert np.unique(found.normals.round(9), axis=0) == pytest.approx(
+        np.unique(flat.round(9), axis=0)
+    )
+
+
+def test_an_edge_is_sharp_also_between_faces_that_meet_smoothly_over_others():
+    base = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    low = tube(np.array([base, base * [0.6, 0.6, 1] + [0.2, 0.2, 0.1]]))  # sides rise by 27 deg
+    assert len(creased(low).vertices) == 18  # three at each corner of the base, else one
 
 
 def test_an_open_mesh_keeps_its_faces():

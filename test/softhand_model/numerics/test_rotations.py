@@ -55,7 +55,9 @@ def test_left_jacobian_moves_the_rotation():
 
 
 def test_series_meet_the_closed_forms():
-    near = np.sqrt(rotations.SMALL_SQUARE) * np.array([[1 - 1e-9, 1 + 1e-9], [0.0, 0.0], [0.0, 0.0]])
+    near = np.sqrt(rotations.SMALL_SQUARE) * np.array(
+        [[1 - 1e-9, 1 + 1e-9], [0.0, 0.0], [0.0, 0.0]]
+    )
     rotation, jacobian = rotations.exponentials(near)
     assert rotation[..., 0] == pytest.approx(rotation[..., 1], abs=1e-8)
     assert jacobian[..., 0] == pytest.approx(jacobian[..., 1], abs=1e-8)

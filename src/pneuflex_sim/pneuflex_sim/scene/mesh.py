@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 Array = NDArray[np.float64]
 
@@ -70,11 +72,30 @@ def mesh_of(vertices: Array, indices: NDArray[np.int32]) -> Mesh:
 
 def creased(mesh: Mesh, angle: float = CREASE) -> Mesh:
     """The mesh with its vertices doubled along edges where faces meet at more than `angle` [rad],
-    so that it is drawn with sharp edges there.
+    so that they are drawn sharp and flat faces flat.
+
+    A corner of a face keeps the vertex of its neighbour across a smooth edge: the new vertices are
+    the connected sets of corners. (trimesh's `smooth_shade` splits between smooth patches only, so
+    an edge that is sharp within a patch is drawn smooth.)
     """
-    found = trimesh.graph.smooth_shade(mesh.trimesh, angle=angle)
-    normals = np.asarray(found.vertex_normals)
-    return Mesh(np.asarray(found.vertices), normals, found.faces.astype(np.int32).ravel())
+    faces = mesh.indices.reshape(-1, 3).astype(np.int64)
+    normal = np.cross(*(mesh.corners[:, k] - mesh.corners[:, 0] for k in (1, 2)))
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
+    corner = np.arange(faces.size)
+    following = np.roll(corner.reshape(-1, 3), -1, axis=1).ravel()
+    start, stop = faces.ravel(), faces.ravel()[following]
+    side, back = start * len(mesh.vertices) + stop, stop * len(mesh.vertices) + start
+    order = np.argsort(side)
+    found = order[np.minimum(np.searchsorted(side, back, sorter=order), len(side) - 1)]
+    smooth = np.einsum("ij,ij->i", unit[corner // 3], unit[found // 3]) > np.cos(angle)
+    here = corner[(side[found] == back) & smooth]
+    links = coo_array((np.ones(len(here)), (here, following[found[here]])), shape=(faces.size,) * 2)
+    count, vertex = connected_components(links, directed=False)
+    vertices, total = np.empty((count, 3)), np.zeros((count, 3))
+    vertices[vertex] = mesh.vertices[faces.ravel()]
+    np.add.at(total, vertex, normal[corner // 3])
+    length = np.maximum(np.linalg.norm(total, axis=1), 1e-30)
+    return Mesh(vertices, total / length[:, None], vertex.astype(np.int32))
 
 
 def hull_mesh(points: Array) -> Mesh:
