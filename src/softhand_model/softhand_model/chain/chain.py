@@ -132,7 +132,7 @@ class ChainModel:
 
         pressures (actuators,) [Pa], actual (n, 3) [rad] the rotation of the joints as it is,
         temperature in [K]. What effects do to the springs shows as another rest
-        (`scaled_springs`).
+        (`moved_rest`).
         """
         rest = self.free_rotation(dt, pressures, temperature)
         if not self._responses:
