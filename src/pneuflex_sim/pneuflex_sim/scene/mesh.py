@@ -13,6 +13,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import QhullError
 
 Array = NDArray[np.float64]
 
@@ -99,8 +100,11 @@ def creased(mesh: Mesh, angle: float = CREASE) -> Mesh:
 
 
 def hull_mesh(points: Array) -> Mesh:
-    """The convex hull of points (k, 3) [m]."""
-    return _mesh_of_library(trimesh.convex.convex_hull(points))
+    """The convex hull of points (k, 3) [m]; raises ValueError for points in one plane."""
+    try:
+        return _mesh_of_library(trimesh.convex.convex_hull(points))
+    except (QhullError, ImportError) as reason:  # a flat hull asks for another package to mend it
+        raise ValueError("surface: expected points that do not lie in one plane") from reason
 
 
 def _mesh_of_library(found: trimesh.Trimesh) -> Mesh:
@@ -185,7 +189,9 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
         )
     found.merge_vertices(merge_tex=True, merge_norm=True)
     found.update_faces(np.diff(np.sort(found.faces)).all(axis=1))  # of three corners
-    if found.volume < 0:
+    with np.errstate(invalid="ignore", divide="ignore"):  # the centre of what encloses nothing
+        inwards = found.volume < 0
+    if inwards:
         found.invert()
     return _mesh_of_library(found)
 

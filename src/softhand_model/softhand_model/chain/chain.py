@@ -131,8 +131,7 @@ class ChainModel:
         """Advance the effects' memory by dt [s]; rest rotation (n, 3) [rad] of the joints then.
 
         pressures (actuators,) [Pa], actual (n, 3) [rad] the rotation of the joints as it is,
-        temperature in [K]. What effects do to the springs shows as another rest
-        (`moved_rest`).
+        temperature in [K]. What effects do to the springs shows as `moved_rest`.
         """
         rest = self.free_rotation(dt, pressures, temperature)
         if not self._responses:
