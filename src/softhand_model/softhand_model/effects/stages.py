@@ -108,7 +108,7 @@ class LoadEffect(Effect):
         return load
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus over the nominal one at a temperature [K]; divides load, stiffens joints."""
+        """Shear modulus at a temperature [K] over the nominal one; divides load, stiffens joint."""
         return 1.0
 
 
