@@ -2,8 +2,18 @@
 
 import numpy as np
 import pytest
+import trimesh
 
-from pneuflex_sim.scene.mesh import box, creased, mesh_of, open_edges, read_mesh, tube, write_meshes
+from pneuflex_sim.scene.mesh import (
+    box,
+    creased,
+    hull_mesh,
+    mesh_of,
+    open_edges,
+    read_mesh,
+    tube,
+    write_meshes,
+)
 
 RING = 24  # corners of a round prism, 15 deg apart
 
@@ -34,6 +44,21 @@ def test_every_edge_is_sharp_beyond_the_angle(prism):
     flat /= np.linalg.norm(flat, axis=1)[:, None]
     shown = found.normals[found.indices].reshape(-1, 3, 3)
     np.testing.assert_allclose(shown, np.repeat(flat[:, None], 3, axis=1), atol=1e-12)
+
+
+def test_a_tetrahedron_has_flat_faces_alone():
+    found = creased(hull_mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])))
+    assert len(found.vertices) == 12
+    flat = np.vstack([-np.eye(3), np.full((1, 3), 3**-0.5)])
+    assert np.unique(found.normals.round(9), axis=0) == pytest.approx(
+        np.unique(flat.round(9), axis=0)
+    )
+
+
+def test_an_edge_is_sharp_also_between_faces_that_meet_smoothly_over_others():
+    base = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    low = tube(np.array([base, base * [0.6, 0.6, 1] + [0.2, 0.2, 0.1]]))  # sides rise by 27 deg
+    assert len(creased(low).vertices) == 18  # three at each corner of the base, else one
 
 
 def test_an_open_mesh_keeps_its_faces():
@@ -97,6 +122,31 @@ def test_faces_that_look_inwards_are_turned(tmp_path):
     assert read_mesh(tmp_path / "box.obj").volume == pytest.approx(np.prod(SIZE))
 
 
+@pytest.mark.parametrize(
+    ("change", "to"),
+    [(b"# a pyramid", "# Körper".encode("latin-1")), (b" ", b"\t"), (b"\n", b"\r\n")],
+)
+def test_text_of_other_editors_is_read_as_well(tmp_path, change, to):
+    (tmp_path / "pyramid.obj").write_bytes(PYRAMID.encode().replace(change, to))
+    assert open_edges(read_mesh(tmp_path / "pyramid.obj")) == 0
+
+
+def test_a_text_stl_may_lack_its_last_line(tmp_path):
+    write_meshes(tmp_path / "box.stl", {"box": box(SIZE, np.zeros(3))})
+    text = trimesh.load_mesh(tmp_path / "box.stl").export(file_type="stl_ascii")
+    (tmp_path / "text.stl").write_text(text[: text.index("endsolid")])
+    assert open_edges(read_mesh(tmp_path / "text.stl")) == 0
+
+
+@pytest.mark.parametrize("cut", [-20, None])
+def test_a_binary_stl_of_another_length_than_it_says_is_refused(tmp_path, cut):
+    write_meshes(tmp_path / "box.stl", {"box": box(SIZE, np.zeros(3))})
+    data = (tmp_path / "box.stl").read_bytes()
+    (tmp_path / "torn.stl").write_bytes(data[:cut] if cut else data + b"\xff")
+    with pytest.raises(ValueError, match=r"torn\.stl: expected 4 triangles or more .* got 0"):
+        read_mesh(tmp_path / "torn.stl")
+
+
 @pytest.mark.parametrize("removed", [1, 2])
 def test_open_edges_are_counted(tmp_path, removed):
     mesh = box(SIZE, np.zeros(3))
@@ -114,6 +164,12 @@ def test_open_edges_are_counted(tmp_path, removed):
         ("torn.stl", "solid nothing", "expected 4 triangles or more"),
         ("torn.obj", "v 0 0 x", "expected a mesh, got string or file could not be read"),
         ("torn.obj", "v 0 0 1\nf 1 2 3", "expected a mesh, got index"),
+        (
+            "torn.obj",
+            PYRAMID.replace("f 4 3 2 1", "f 0 3 2 1"),
+            "expected a mesh, got a face with a",
+        ),
+        ("torn.obj", PYRAMID.replace("v -0.02 -0.02 0", "v -0.02 -0.02"), "expected 4 triangles"),
         (
             "large.obj",
             PYRAMID.replace("0.0", "0"),

@@ -111,6 +111,13 @@ def test_a_surface_that_looks_inwards_is_refused():
         mesh_solid(mesh_of(mesh.vertices, mesh.indices[::-1]))
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_a_hull_of_points_in_one_plane_is_refused(turn):
+    points = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0], [0.05, 0.05, 0]])
+    with pytest.raises(ValueError, match=r"surface: expected .* (one plane|encloses a volume)"):
+        hull_solid(Rotation.from_euler("x", turn).apply(points))
+
+
 RING, TUBE = 0.03, 0.012
 QUICK = module.SETTINGS | {"mcts_iterations": 20, "resolution": 500}  # a search that is less long
 

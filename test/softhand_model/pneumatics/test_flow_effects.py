@@ -220,6 +220,26 @@ def test_effects_take_no_channel_above_the_supply_or_below_ambient_pressure():
     assert (plant.pressures >= AMBIENT_PRESSURE - 1.0).all()
 
 
+def test_a_pulse_that_has_just_begun_adds_no_more_than_its_valve_could_pass():
+    plant = PneumaticPlant("ab", FINGER, effects=[effect("valve_delay", delay=-0.05)])
+    course = np.array([plant.step(1e-3, [int(k < 80)] * 2, FINGER) for k in range(200)])
+    assert (course[-1] > AMBIENT_PRESSURE + 5e3).all()
+    assert (course <= course[-1] + 500.0).all()  # no peak while the dead volumes fill
+
+
+def test_a_valve_that_goes_from_one_outlet_to_the_other_begins_another_pulse():
+    def moved(*effects):
+        plant = PneumaticPlant("a", BOTTLE, effects=effects)
+        plant.fill(plant.rest_mass(BOTTLE) * 1.5)
+        for valve in (1, -1, 0):
+            for _ in range(150):
+                plant.step(1e-3, [valve], BOTTLE)
+        return plant.mass[0]
+
+    added = BUILT_IN["pulse_bias"]["c0_inflate"] - BUILT_IN["pulse_bias"]["c0_deflate"]
+    assert moved(effect("pulse_bias")) - moved() == pytest.approx(added, rel=0.03)
+
+
 class NoMass(FlowEffect):
     name = "broken"
 

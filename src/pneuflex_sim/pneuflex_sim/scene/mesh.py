@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,11 +11,16 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import QhullError
 
 Array = NDArray[np.float64]
 
 CREASE = float(np.radians(30.0))  # between faces [rad]: a cylinder of 16 sides still looks round
 SUFFIXES = (".stl", ".obj")
+STL_HEAD, STL_TRIANGLE = 84, 50  # bytes of a binary file
+CORNER_ZERO = re.compile(r"^f (?:.* )?0+(?:[ /]|$)", re.MULTILINE)
 SMALLEST, LARGEST = 0.002, 2.0  # [m] of the longest side that can be a thing to grasp
 
 
@@ -66,16 +73,38 @@ def mesh_of(vertices: Array, indices: NDArray[np.int32]) -> Mesh:
 
 def creased(mesh: Mesh, angle: float = CREASE) -> Mesh:
     """The mesh with its vertices doubled along edges where faces meet at more than `angle` [rad],
-    so that it is drawn with sharp edges there.
+    so that they are drawn sharp and flat faces flat.
+
+    A corner of a face keeps the vertex of its neighbour across a smooth edge: the new vertices are
+    the connected sets of corners. (trimesh's `smooth_shade` splits between smooth patches only, so
+    an edge that is sharp within a patch is drawn smooth.)
     """
-    found = trimesh.graph.smooth_shade(mesh.trimesh, angle=angle)
-    normals = np.asarray(found.vertex_normals)
-    return Mesh(np.asarray(found.vertices), normals, found.faces.astype(np.int32).ravel())
+    faces = mesh.indices.reshape(-1, 3).astype(np.int64)
+    normal = np.cross(*(mesh.corners[:, k] - mesh.corners[:, 0] for k in (1, 2)))
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
+    corner = np.arange(faces.size)
+    following = np.roll(corner.reshape(-1, 3), -1, axis=1).ravel()
+    start, stop = faces.ravel(), faces.ravel()[following]
+    side, back = start * len(mesh.vertices) + stop, stop * len(mesh.vertices) + start
+    order = np.argsort(side)
+    found = order[np.minimum(np.searchsorted(side, back, sorter=order), len(side) - 1)]
+    smooth = np.einsum("ij,ij->i", unit[corner // 3], unit[found // 3]) > np.cos(angle)
+    here = corner[(side[found] == back) & smooth]
+    links = coo_array((np.ones(len(here)), (here, following[found[here]])), shape=(faces.size,) * 2)
+    count, vertex = connected_components(links, directed=False)
+    vertices, total = np.empty((count, 3)), np.zeros((count, 3))
+    vertices[vertex] = mesh.vertices[faces.ravel()]
+    np.add.at(total, vertex, normal[corner // 3])
+    length = np.maximum(np.linalg.norm(total, axis=1), 1e-30)
+    return Mesh(vertices, total / length[:, None], vertex.astype(np.int32))
 
 
 def hull_mesh(points: Array) -> Mesh:
-    """The convex hull of points (k, 3) [m]."""
-    return _mesh_of_library(trimesh.convex.convex_hull(points))
+    """The convex hull of points (k, 3) [m]; raises ValueError for points in one plane."""
+    try:
+        return _mesh_of_library(trimesh.convex.convex_hull(points))
+    except (QhullError, ImportError) as reason:  # a flat hull asks for another package to mend it
+        raise ValueError("surface: expected points that do not lie in one plane") from reason
 
 
 def _mesh_of_library(found: trimesh.Trimesh) -> Mesh:
@@ -142,12 +171,13 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(f"{path}: expected a file {' or '.join(SUFFIXES)}, got {path.suffix!r}")
     try:
-        with path.open("rb") as file:
-            found = trimesh.load_mesh(file, file_type=path.suffix.lower()[1:], process=False)
+        file, kind = _content(path)
+        found = trimesh.load_mesh(file, file_type=kind, process=False)
     except (OSError, ValueError, IndexError, KeyError) as reason:
         raise ValueError(f"{path}: expected a mesh, got {reason}") from reason
     found.vertices = scale * found.vertices
-    if len(found.faces) < 4 or not np.isfinite(found.vertices).all():
+    three = found.vertices.shape[1:] == (3,)
+    if len(found.faces) < 4 or not (three and np.isfinite(found.vertices).all()):
         raise ValueError(
             f"{path}: expected 4 triangles or more of finite numbers, got {len(found.faces)}"
         )
@@ -159,9 +189,30 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
         )
     found.merge_vertices(merge_tex=True, merge_norm=True)
     found.update_faces(np.diff(np.sort(found.faces)).all(axis=1))  # of three corners
-    if found.volume < 0:
+    with np.errstate(invalid="ignore", divide="ignore"):  # the centre of what encloses nothing
+        inwards = found.volume < 0
+    if inwards:
         found.invert()
     return _mesh_of_library(found)
+
+
+def _content(path: Path) -> tuple[io.BytesIO | io.StringIO, str]:
+    """What is in a file, and the library's name for it. Text is decoded here: of what is not UTF-8
+    the library wants another package to guess.
+    """
+    data, kind = path.read_bytes(), path.suffix.lower()[1:]
+    count = int.from_bytes(data[STL_HEAD - 4 : STL_HEAD], "little")
+    if kind == "stl" and len(data) == STL_HEAD + count * STL_TRIANGLE:
+        return io.BytesIO(data), kind
+    text = data.decode("utf-8", "replace").replace("\t", " ")
+    if kind == "stl":
+        lower = text.lower()
+        if lower.lstrip().startswith("solid") and "endsolid" not in lower:
+            text += "\nendsolid"  # some leave it out, and the library gives nothing then
+        return io.StringIO(text), "stl_ascii"
+    if CORNER_ZERO.search(text):
+        raise ValueError("a face with a corner 0: they count from 1")
+    return io.StringIO(text), kind
 
 
 def open_edges(mesh: Mesh) -> int:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from softhand_model.arrays import Array
 from softhand_model.chain.free_response import RestTable, SegmentResponse, bends
-from softhand_model.chain.joint_map import spread_angles, volume_gains
+from softhand_model.chain.joint_map import angle_maps, volume_gains
 from softhand_model.chain.segments import BEND, LATERAL, TWIST, cut_chain
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
@@ -77,10 +77,10 @@ class ChainModel:
         self.segments = cut_chain(self.description, segments, model.springs)
         self._shape = self.segments.offset.shape
         self._struts = self._shape[0] - segments  # joints that no actuator bends
-        self._spread = spread_angles(self.description, self.segments, segments, model.springs)
+        self._angle_maps = angle_maps(self.description, self.segments, segments, model.springs)
         self._tables, self._responses, volumes = [], [], []
-        for part, spread in zip(parts.values(), self._spread, strict=True):
-            self._tables.append(RestTable(part, segments, spread))
+        for part, onto_joints in zip(parts.values(), self._angle_maps, strict=True):
+            self._tables.append(RestTable(part, segments, onto_joints))
             volumes.append(part.chamber_volume() + part.supply_volume)
             if bends(model):
                 self._responses.append(SegmentResponse(part, segments, model))
@@ -131,8 +131,7 @@ class ChainModel:
         """Advance the effects' memory by dt [s]; rest rotation (n, 3) [rad] of the joints then.
 
         pressures (actuators,) [Pa], actual (n, 3) [rad] the rotation of the joints as it is,
-        temperature in [K]. What effects do to the springs shows as another rest
-        (`scaled_springs`).
+        temperature in [K]. What effects do to the springs shows as `moved_rest`.
         """
         rest = self.free_rotation(dt, pressures, temperature)
         if not self._responses:
@@ -162,10 +161,10 @@ class ChainModel:
         if not self._responses:
             return self.rest_rotation(pressures)
         rotation = np.zeros(self._shape[0] * 3)
-        for response, spread, pressure in zip(
-            self._responses, self._spread, pressures, strict=True
+        for response, onto_joints, pressure in zip(
+            self._responses, self._angle_maps, pressures, strict=True
         ):
-            rotation += spread @ response.angles(dt, float(pressure), temperature)
+            rotation += onto_joints @ response.angles(dt, float(pressure), temperature)
         return rotation.reshape(self._shape)
 
     def reset(self) -> None:

@@ -29,20 +29,22 @@ ACTING_ON_CHAINS = ("wall_stress", "act_on_curvature", "stiffness_factor", "bend
 class RestTable:
     """Joint rotations of a chain by one actuator's pressure, by cubic Hermite interpolation.
 
-    The table holds the exact integral of the free curvature over each segment, already spread onto
-    the chain's joint axes by `spread` (m, n): values (m,) [rad] = spread @ segment angles (n,).
-    Between its points the error is below 1e-8 of the value. Suction counts as no pressure; beyond
-    the table it goes on in a straight line, as kappa(p) does.
+    The table holds the exact integral of the free curvature over each segment, already mapped onto
+    the chain's joint axes by `onto_joints` (m, n): values (m,) [rad] = onto_joints @ segment angles
+    (n,). Between its points the error is below 1e-8 of the value. Suction counts as no pressure;
+    beyond the table it goes on in a straight line, as kappa(p) does.
 
     step [Pa]: width of an interval; cubic (INTERVALS + 1, 4, m): coefficients of 1, t, t**2, t**3
     with t the pressure in an interval over its width.
     """
 
-    def __init__(self, actuator: Actuator, segments: int, spread: Array) -> None:
+    def __init__(self, actuator: Actuator, segments: int, onto_joints: Array) -> None:
         highest = HIGHEST_OVER_LIMIT * actuator.max_pressure
         self.step = highest / INTERVALS
         pressures = np.linspace(0.0, highest, INTERVALS + 1)
-        value, slope = (part @ spread.T for part in segment_angles(actuator, segments, pressures))
+        value, slope = (
+            part @ onto_joints.T for part in segment_angles(actuator, segments, pressures)
+        )
         self.cubic = hermite(value, slope * self.step)
 
     def __deepcopy__(self, memo: dict[int, object]) -> RestTable:

@@ -95,7 +95,7 @@ def bend_and_twist(arcs: ParallelArcs, segments: int) -> tuple[Array, Array]:
     return own + signs * bend, signs * twist
 
 
-def spread_angles(
+def angle_maps(
     description: ChainDescription, chain: SegmentChain, segments: int, springs: SpringModel = THESIS
 ) -> list[Array]:
     """Matrix (3*n, segments) of each actuator, from segment angles to joint rotation vectors."""

@@ -108,7 +108,7 @@ class LoadEffect(Effect):
         return load
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus at a temperature [K] over the nominal one, by which loads are divided."""
+        """Shear modulus at a temperature [K] over the nominal one; divides load, stiffens joint."""
         return 1.0
 
 

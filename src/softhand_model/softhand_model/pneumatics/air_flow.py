@@ -72,18 +72,15 @@ def move_air(
     """Let air flow for `dt` [s] with the spools held; changes `contents` and `at_box` in place.
 
     The dead volume of an open path takes the outer pressure at once. Through each choke flows
-    `series_flow`, at most what evens out the two sides, or the step would overshoot the
-    equilibrium.
+    `series_flow`, at most what evens out the two sides, or the step would overshoot.
 
     Args:
         dt: step [s].
         state: spools (n,): +1 inflating, -1 deflating, 0 closed.
         outer: absolute pressure of supply and surroundings [Pa].
         capacity: of the actuators (n,) [kg/Pa].
-        paths: the fields of `Paths`.
-        contents: the fields of `Contents`.
-        at_box: its first n entries become the absolute pressures [Pa] at the box's end of the
-            lines.
+        paths, contents: the fields of `Paths` and of `Contents`.
+        at_box: its first n entries become absolute pressures [Pa], at the box's end of each line.
 
     Returns:
         Mass that has left the supply [kg].

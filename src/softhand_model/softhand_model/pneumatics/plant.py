@@ -73,7 +73,7 @@ class PneumaticPlant:
         self.faults = Faults(self.channels)
         self._build_box(len(self.channels), relief_pressures)
         self._pulses = (
-            PulseEffects(effects, len(self.channels), self.parameters.ambient_pressure)
+            PulseEffects(effects, self._paths.choke_and_valve, self.parameters.ambient_pressure)
             if effects
             else None
         )

@@ -9,8 +9,10 @@ import numpy as np
 from softhand_model.arrays import Array, Spools
 from softhand_model.effects.pipeline import in_order, moved_mass
 from softhand_model.effects.stages import FlowEffect, Pulse
-from softhand_model.gas import psi
-from softhand_model.pneumatics.air_flow import Contents
+from softhand_model.gas import CHOKED_PSI, psi
+from softhand_model.pneumatics.air_flow import IN, OUT, Contents
+
+FASTEST = 5.0  # flow that effects may add, over the choked one of the open path
 
 
 class PulseEffects:
@@ -21,24 +23,30 @@ class PulseEffects:
     pressures at switch-on, duration and integrals so far. What the effects make of the pulse,
     beyond what the valve moves, flows in the same step, so that at the end of a pulse the channel
     has what the effects predict for it. No step takes a channel above the supply or below the
-    surroundings for their sake; what is held back so follows later in the pulse.
+    surroundings for their sake, or adds more than `FASTEST` times what the open path can pass (the
+    mean flow of a pulse that has only begun, with its dead volume just filled, means little);
+    what is held back so follows later in the pulse.
 
     Args:
         effects: flow effects of a model file.
-        channels: number of channels.
+        conductance: of the inlet and outlet paths with their valves open (2, n) [kg/(s Pa)].
         ambient_abs: absolute pressure of the surroundings [Pa].
     """
 
-    def __init__(self, effects: Iterable[FlowEffect], channels: int, ambient_abs: float) -> None:
+    def __init__(
+        self, effects: Iterable[FlowEffect], conductance: Array, ambient_abs: float
+    ) -> None:
         self.effects = in_order(effects)
+        self._conductance = conductance
         self._ambient = ambient_abs
+        channels = conductance.shape[1]
         self._spools: Spools = np.zeros(channels, dtype=np.int8)
         # rows: duration, p_in, p_out, friction_integral, injector_integral, mass by the valve alone
         self._columns: Array = np.zeros((6, channels))
         self._added: Array = np.zeros(channels)  # to the channel, in the pulse so far [kg]
 
     def reset(self) -> None:
-        """Close all valves."""
+        """Forget the pulses under way: all valves are closed."""
         self._spools[:], self._columns[:], self._added[:] = 0, 0.0, 0.0
 
     def leaked(self, dt: float, spools: Spools, pressure_abs: Array, capacity: Array) -> Array:
@@ -93,7 +101,9 @@ class PulseEffects:
         flows = np.array([np.ones_like(p_in), p_in - p_out, p_in * psi(p_out / p_in)])
         self._columns[[0, 3, 4]] += dt * flows
         self._columns[5] += np.where(inflating, inflow, outflow)
-        wanted = self._predicted_excess() - self._added
+        path = np.where(inflating, self._conductance[IN], self._conductance[OUT])
+        most = FASTEST * dt * CHOKED_PSI * path * p_in
+        wanted = np.clip(self._predicted_excess() - self._added, -most, most)
         air = contents.air
         low = np.minimum(air, self._ambient * capacity)
         high = np.maximum(air, supply_abs * capacity)
