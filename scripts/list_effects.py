@@ -17,10 +17,10 @@ the object](../use/hands-and-objects.md)). This page is made from the classes by
 Effects of the stage `flow` act on pulses of valves: in the lab, and in the simulator, whose plant
 follows each pulse from the opening of the valve to its closing. There the mass that the plant's own
 valve moves stands in place of the naive term `c*p_in*duration`; what the effects make of the pulse
-beyond that flows as well, as long as it takes no channel above the supply or below the
-surroundings. The monitor starts from the measured pressure, which comes after the valves. Where
-air masses are imposed and no valve moves, as in trials in process, a model with flow effects is
-refused.
+beyond that flows as well, at most five times as fast as the open path passes air, and as long as it
+takes no channel above the supply or below the surroundings. The monitor starts from the measured
+pressure, which comes after the valves. Where air masses are imposed and no valve moves, as in
+trials in process, a model with flow effects is refused.
 
 ## An effect of your own
 

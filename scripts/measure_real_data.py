@@ -21,7 +21,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from model_lab.cli.progress import Progress
 from model_lab.comparison.compare import Comparison, compare
 from model_lab.diagnosis.diagnose import Outcome, diagnose
 from model_lab.diagnosis.result import NamedEffect, named_effect
@@ -31,6 +30,7 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import display_of
 from model_lab.report import write_report
 from softhand_model.model_file import Model, load_model
+from softhand_model.progress import Progress
 from softhand_model.yaml_document import DocumentError
 
 Array = NDArray[np.float64]

@@ -19,7 +19,7 @@ setup(
         (f"share/{PACKAGE}/config", glob("config/*.yaml")),
         (f"share/{PACKAGE}/launch", glob("launch/*.launch.py")),
     ],
-    install_requires=["setuptools", "numpy", "scipy", "numba", "PyYAML"],
+    install_requires=["setuptools", "numpy", "scipy", "numba", "PyYAML", "tqdm"],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
 )

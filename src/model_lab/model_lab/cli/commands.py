@@ -14,7 +14,7 @@ from typing import Any
 
 from model_lab.cli import options
 from model_lab.cli.options import Argument, argument
-from model_lab.cli.progress import Progress
+from softhand_model.progress import Progress
 
 REPORT = "report.html"
 NOISE = 0.006  # of synthesised sets

@@ -24,14 +24,13 @@ from pneumaticbox_driver.calibration.regression import Pulse
 from pneumaticbox_driver.calibration.run import CalibrationPlan, CalibrationRun
 from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
+from softhand_model.progress import Progress
 
 OUTLETS = "abcdefgh"
 PERIOD = 0.002  # of the sensor samples [s]
 BOTTLE = 0.5e-3  # reference volume of the thesis [m3]
 SUPPLIES = (260e3, 320e3)  # gauge, section 4.4.3 [Pa]
 BOX = "pretended box of softhand_model"
-BAR = 30  # characters
-Progress = Callable[[float, str], None]
 
 
 def calibrate(
@@ -41,7 +40,7 @@ def calibrate(
     volume: float = BOTTLE,
     supplies: Sequence[float] = SUPPLIES,
     parameters: Pneumatics | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[float, str], None] | None = None,
     leak_test: float = CalibrationPlan.leak_test,
 ) -> list[ChannelCalibration]:
     """Calibrate the pretended box's channels, all at once, on bottles of the same volume.
@@ -129,15 +128,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"softhand calibrate: {given.output} exists; --force overwrites it", file=sys.stderr)
         return 2
     try:
-        channels = calibrate(
-            given.points,
-            given.seed,
-            given.outlets,
-            given.volume,
-            given.supplies,
-            load_pneumatics(given.pneumatics),
-            show_progress,
-        )
+        with Progress("softhand calibrate", unit=" %") as progress:
+            channels = calibrate(
+                given.points,
+                given.seed,
+                given.outlets,
+                given.volume,
+                given.supplies,
+                load_pneumatics(given.pneumatics),
+                lambda share, message: progress(message, round(100 * share), 100),
+            )
         save_calibration(given.output, given.box, channels, given.volume)
     except (ValueError, OSError) as error:
         print(f"softhand calibrate: {error}", file=sys.stderr)
@@ -153,16 +153,6 @@ def _summary(channel: ChannelCalibration) -> str:
     return f"outlet {channel.outlet}: residual {up:.3f} mg inflating, {down:.3f} mg deflating; " + (
         f"leak {leak:.1e} kg/(s Pa)" if leak else "tight"
     )
-
-
-def show_progress(share: float, message: str) -> None:
-    """Draw a bar on stderr, in place on a terminal; elsewhere nothing until it is full."""
-    if not sys.stderr.isatty() and share < 1.0:
-        return
-    full = round(BAR * share)
-    bar = "#" * full + "." * (BAR - full)
-    end = "\n" if share >= 1.0 else ""
-    print(f"\r[{bar}] {100 * share:3.0f} %  {message:<60.60}", end=end, file=sys.stderr, flush=True)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -16,10 +16,10 @@ from pneuflex_sim.pictures.surfaces import actuator_colors
 from pneuflex_sim.scene.scenes import load_scene
 from softhand_bringup.film.recording import Recording, film_bag, film_trial
 from softhand_bringup.film.writing import Film, open_film
+from softhand_model.progress import Progress
 
 VIEWS = {"oblique": (62.0, -16.0), "front": (90.0, -8.0), "side": (0.0, -8.0), "top": (90.0, -75.0)}
 MARGIN = 0.08  # around the ways of wrist and object [m]
-TELLING = 10  # lines of progress
 
 
 def parser() -> argparse.ArgumentParser:
@@ -81,7 +81,8 @@ def _run(options: argparse.Namespace) -> int:
     print(f"softhand film: {recording.ending}; {count} pictures of {shown:.2f} s", file=sys.stderr)
     camera = camera_of(options, recording)
     try:
-        draw(recording, film, options.size, camera, options.pressure, _tell)
+        with Progress("drawing") as progress:
+            draw(recording, film, options.size, camera, options.pressure, progress)
     finally:
         film.close()
     if options.out.suffix:
@@ -124,7 +125,7 @@ def draw(
     size: tuple[int, int],
     camera: Camera,
     by_pressure: bool = False,
-    tell: Callable[[int, int], None] = lambda done, count: None,
+    tell: Callable[[str, int, int], None] = lambda step, done, count: None,
 ) -> None:
     """Draw all states of a recording, actuators in one colour or by their pressure; `tell` gets how
     many are done, of how many.
@@ -135,13 +136,7 @@ def draw(
             hand = renderer.layout.description
             renderer.colors.update(actuator_colors(hand, recording.pressures[done - 1]))
         film.add(renderer.frame(state, size, camera))
-        tell(done, len(recording.states))
-
-
-def _tell(done: int, count: int) -> None:
-    """A line for every tenth of the film."""
-    if TELLING * done // count > TELLING * (done - 1) // count:
-        print(f"film: picture {done} of {count}", file=sys.stderr)
+        tell("pictures", done, len(recording.states))
 
 
 if __name__ == "__main__":

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softhand_model.arrays import Array, Flags
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape, Strain
 from softhand_model.hand import section
+from softhand_model.numerics.arrays import Array, Flags
 
 Elastic = Callable[[Array], Array]
 """Elastic side [-] at a stretch [-]."""

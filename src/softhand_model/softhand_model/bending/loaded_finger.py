@@ -21,7 +21,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from softhand_model.arrays import Array, Indices
 from softhand_model.bending.balance import (
     Balanced,
     Elastic,
@@ -31,6 +30,7 @@ from softhand_model.bending.balance import (
     rough_stretch,
 )
 from softhand_model.effects.stages import SectionShape
+from softhand_model.numerics.arrays import Array, Indices
 
 SETTLED = 1e-9  # last step of the stretch: with a matrix that stays about as large as the error
 REFRESHED = 7  # steps of an iteration after which the matrix of its steps is made anew

@@ -12,13 +12,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from softhand_model.arrays import Array
 from softhand_model.chain.free_response import RestTable, SegmentResponse, bends
 from softhand_model.chain.joint_map import angle_maps, volume_gains
 from softhand_model.chain.segments import BEND, LATERAL, TWIST, cut_chain
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.model_file import Model
+from softhand_model.numerics.arrays import Array
 
 
 def moved_rest(rest: Array, actual: Array, factor: Array, coupling: Array) -> Array:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.bending.balance import SteppedBalance, free_curvature
 from softhand_model.chain.segments import BEND
 from softhand_model.effects.effect import Effect
@@ -20,6 +19,7 @@ from softhand_model.effects.stages import (
 )
 from softhand_model.hand.actuator import Actuator
 from softhand_model.model_file import Model
+from softhand_model.numerics.arrays import Array
 
 INTERVALS = 1024
 HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit

@@ -24,11 +24,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.chain.segments import BEND, SegmentChain
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
+from softhand_model.numerics.arrays import Array
 from softhand_model.numerics.rotations import rotate
 
 GAUSS_POINTS = 6

@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import ChainDescription, Strut
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
+from softhand_model.numerics.arrays import Array
 from softhand_model.numerics.rotations import about_x
 
 LATERAL, BEND, TWIST = range(3)  # axes x, y, z of a joint

@@ -9,13 +9,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array
 from softhand_model.chain.chain import ChainModel, discretise
 from softhand_model.chain.free_response import HIGHEST_OVER_LIMIT, hermite
 from softhand_model.chain.segments import BEND
 from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.hand.hand import HandDescription
 from softhand_model.model_file import Model
+from softhand_model.numerics.arrays import Array
 
 SEGMENTS = 5  # an actuator, as the simulator has by default
 INTERVALS = 128

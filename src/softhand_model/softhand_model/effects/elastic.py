@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.arrays import Array, Flags
 from softhand_model.effects.effect import BENDING, RUBBER, Parameter
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain
+from softhand_model.numerics.arrays import Array, Flags
 
 ALMOST = 0.99  # of jm, from where the factor goes on in a straight line and so stays finite
 STRETCH_SCALE = 0.25  # over which the excess fades

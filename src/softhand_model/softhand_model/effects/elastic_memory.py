@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.effects.effect import RUBBER, Parameter
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain, decay
+from softhand_model.numerics.arrays import Array
 
 
 class MullinsSoftening(ElasticEffect):

@@ -8,10 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.effects.effect import Parameter
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import AMBIENT_PRESSURE
+from softhand_model.numerics.arrays import Array
 
 Described = tuple[str, tuple[float, float]]
 """Description and usual range of a parameter."""

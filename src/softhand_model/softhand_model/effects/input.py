@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
 from softhand_model.effects.stages import InputEffect, Memory, lagged
+from softhand_model.numerics.arrays import Array
 
 
 class PressureOffset(InputEffect):

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, RUBBER, Parameter
 from softhand_model.effects.stages import LoadEffect, SectionShape
+from softhand_model.numerics.arrays import Array
 
 REFERENCE = 293.15  # [K] at which specimens' moduli are given
 STANDARD_GRAVITY = 9.80665  # [m/s2]

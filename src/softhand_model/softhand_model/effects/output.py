@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.effects.effect import RUBBER, Parameter
 from softhand_model.effects.stages import (
     ElasticEffect,
@@ -18,6 +17,7 @@ from softhand_model.effects.stages import (
     Strain,
     lagged,
 )
+from softhand_model.numerics.arrays import Array
 
 KNOTS = (1.0, 1.05, 1.12, 1.22, 1.36, 1.55, 2.0, 3.0)  # stretches
 GROWING = 0.9  # of the fall at which the elastic side would no longer grow

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
 from softhand_model.effects.stages import Memory, SectionShape, Strain, StructureEffect
 from softhand_model.hand import section
+from softhand_model.numerics.arrays import Array
 
 UNCHANGED = 1e-7  # of the force: less is rounding, not motion
 

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from softhand_model.arrays import Array, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.hand.joint_stiffness import rubber_stress
+from softhand_model.numerics.arrays import Array, Indices
 from softhand_model.numerics.rotations import (
     cross,
     cross_matrix,

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.hand import section
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.joint_stiffness import rubber_stress
+from softhand_model.numerics.arrays import Array
 
 LOAD_STEPS = 20
 NEWTON_STEPS = 100

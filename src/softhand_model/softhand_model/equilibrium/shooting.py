@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand_model.arrays import Array, Flags, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.joint_springs import JointSprings
+from softhand_model.numerics.arrays import Array, Flags, Indices
 from softhand_model.numerics.rotations import (
     cross,
     cross_matrix,

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand_model.arrays import Array, Flags, Indices
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.shooting import (
     Front,
@@ -24,6 +23,7 @@ from softhand_model.equilibrium.shooting import (
     by_tightening,
     straight_links,
 )
+from softhand_model.numerics.arrays import Array, Flags, Indices
 from softhand_model.numerics.rotations import product, rotation_vectors, transposed
 
 __all__ = ["BaseLoad", "HeldChain", "Hold"]

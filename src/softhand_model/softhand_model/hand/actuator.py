@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array
 from softhand_model.hand import plausible, section
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
+from softhand_model.numerics.arrays import Array
 from softhand_model.yaml_document import Bounds, DocumentError, Node, data_file, read_document
 
 FORMAT = "softhand-actuators/1"

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from softhand_model.arrays import Array
 from softhand_model.hand import plausible
 from softhand_model.hand.actuator import Actuator, actuator_names, load_actuator, own_actuators
 from softhand_model.hand.palm_sheet import PalmSheet
+from softhand_model.numerics.arrays import Array
 from softhand_model.numerics.rotations import from_rpy, rotate
 from softhand_model.yaml_document import (
     Bounds,

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softhand_model.arrays import Array
+from softhand_model.numerics.arrays import Array
 
 GAUSS_POINTS = 24
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array
 from softhand_model.hand import plausible
 from softhand_model.hand.section import NEWTON_STEPS
+from softhand_model.numerics.arrays import Array
 from softhand_model.yaml_document import Node, data_file, read_document
 
 FORMAT = "softhand-rubbers/1"

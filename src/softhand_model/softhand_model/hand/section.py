@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array
+from softhand_model.numerics.arrays import Array
 
 NEWTON_STEPS = 60  # the slowest start (load near 1) needs 8; the rest is a guard
 PRINTED_SLOPE_RATIO = 4.0  # a of eq. 5.5

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from softhand_model.arrays import Array
+from softhand_model.numerics.arrays import Array
 
 
 def from_rpy(rpy: ArrayLike) -> Array:

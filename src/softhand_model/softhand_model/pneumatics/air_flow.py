@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from softhand_model.arrays import Array, Spools
 from softhand_model.gas import CRITICAL_RATIO, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from softhand_model.numerics.arrays import Array, Spools
 from softhand_model.numerics.compiled import compiled
 
 IN, OUT = 0, 1  # rows of the arrays over flow paths

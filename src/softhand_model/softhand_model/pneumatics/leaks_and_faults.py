@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array, Spools
 from softhand_model.gas import orifice_conductance, psi
+from softhand_model.numerics.arrays import Array, Spools
 from softhand_model.pneumatics.parameters import Pneumatics
 
 BURST_DIAMETER = 1e-3  # [m]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array
+from softhand_model.numerics.arrays import Array
 from softhand_model.yaml_document import Node, data_file, read_document
 
 FORMAT = "softhand-pneumatics/1"

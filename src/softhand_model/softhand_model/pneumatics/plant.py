@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array, Spools
 from softhand_model.effects.stages import FlowEffect
 from softhand_model.gas import GAS_CONSTANT, line_conductance, orifice_conductance
+from softhand_model.numerics.arrays import Array, Spools
 from softhand_model.pneumatics.air_flow import ChannelHeat, Contents, Paths, move_air
 from softhand_model.pneumatics.leaks_and_faults import Escapes, Faults
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from softhand_model.arrays import Array, Spools
 from softhand_model.effects.pipeline import in_order, moved_mass
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.gas import CHOKED_PSI, psi
+from softhand_model.numerics.arrays import Array, Spools
 from softhand_model.pneumatics.air_flow import IN, OUT, Contents
 
 FASTEST = 5.0  # flow that effects may add, over the choked one of the open path

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.arrays import Array, Spools
+from softhand_model.numerics.arrays import Array, Spools
 from softhand_model.pneumatics.parameters import Range, Valve
 
 SILENCE_LIMIT = 0.25  # of the plant's own time [s]

@@ -4,9 +4,9 @@ import io
 
 import pytest
 
-from model_lab.cli import progress
-from model_lab.cli.progress import Progress
 from model_lab.report.text import text_table
+from softhand_model import progress
+from softhand_model.progress import Progress
 
 
 class Terminal(io.StringIO):

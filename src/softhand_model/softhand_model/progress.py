@@ -16,19 +16,27 @@ LINE_EVERY = 15.0  # [s] between lines where none can
 class Progress(tqdm):
     """A line that moves on a terminal, else a line now and then; a context.
 
-    Call it with what is done now, its number and of how many (0: unknown), as `aliases.Tell` says.
+    Call it with what is done now, its number and of how many (0: unknown), in words
+    and numbers: `progress("fitting tube_lag", 7, 31)`.
 
     Args:
         what: what is done as a whole, such as `diagnosing`.
         stream: where it is shown, the standard error if None.
         patience: time [s] before anything is shown.
+        unit: behind the numbers, such as ` %`.
     """
 
     monitor_interval = 0  # no thread of its own: processes are forked while it shows
 
-    def __init__(self, what: str, stream: TextIO | None = None, patience: float = PATIENCE) -> None:
+    def __init__(
+        self,
+        what: str,
+        stream: TextIO | None = None,
+        patience: float = PATIENCE,
+        unit: str = "",
+    ) -> None:
         shown = stream or sys.stderr
-        self._what, self._moves = what, shown.isatty()
+        self._what, self._unit, self._moves = what, unit, shown.isatty()
         super().__init__(
             desc=what,
             file=shown,
@@ -41,7 +49,7 @@ class Progress(tqdm):
 
     def __call__(self, step: str, number: int, total: int) -> None:
         """Take what is done now."""
-        place = f", {number} of {total}" if total else ""
+        place = f", {number} of {total}{self._unit}" if total else ""
         self.set_description_str(f"{self._what}: {step}{place}", refresh=False)
         self.update(0)
 
