@@ -9,7 +9,6 @@ from typing import Any
 
 Record = Mapping[str, Any]
 EXTRA_NAMES = 2  # in a tie beside the truth
-LARGEST_LOOP_TIE = 4  # one rate only: the three loops and the sensor's lag
 
 
 def groups(answer: Record) -> list[set[str]]:

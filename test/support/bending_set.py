@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from model_lab.bench.protocols import BANK
+from model_lab.bench.protocols import PROTOCOLS
 from model_lab.experiments.forward import Forward
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 
@@ -20,7 +20,7 @@ def bending_set(effects=(), samples=60, protocols=4, noise=0.01, seed=0, repeats
     }
     runs = []
     for index in range(repeats * protocols):
-        course = BANK[index % protocols % len(BANK)]
+        course = PROTOCOLS[index % protocols % len(PROTOCOLS)]
         time, pressure = course.course(24.0, peak, samples)
         columns = {"time": time, "pressure": pressure, "tip_angle": np.zeros(samples)}
         specimen = ("thin", "thick")[index % protocols % 2]

@@ -8,7 +8,7 @@ import pytest
 from bending_set import bending_set
 from browser import overlapping, render
 
-from model_lab.bench.protocols import protocol
+from model_lab.bench.protocols import PROTOCOLS
 from model_lab.bench.trial_runs import TrialRun
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import Experiment
@@ -31,7 +31,8 @@ def missing():
     hidden = effect_classes()["viscoelasticity"](relative_modulus=0.4, relaxation_time=2.0)
     data = bending_set([hidden])
     outcome = diagnosed(data)
-    time, course = protocol("step_and_hold").course(48.0, 45e3, 200)
+    held = next(entry for entry in PROTOCOLS if entry.name == "step_and_hold")
+    time, course = held.course(48.0, 45e3, 200)
     columns = {"time": time, "pressure": course}
     trial = TrialRun("step_and_hold", "a step, held", data.specimens["thin"], 313.15, columns)
     step = Experiment(trial, 7.0, (("viscoelasticity", "tube_lag"),))

@@ -10,12 +10,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from model_lab.aliases import Array, Mask
-from model_lab.bench.protocols import BANK
+from model_lab.bench.protocols import PROTOCOLS
 from model_lab.experiments.specimen_models import SpecimenSegments
 from model_lab.measurements.measurement_set import (
     DEFLATE,
     INFLATE,
     OUTPUTS,
+    TIP_POSE,
     MeasurementSet,
     Run,
     Specimen,
@@ -75,11 +76,11 @@ POINTS = 9  # of the integrals over a pulse
 
 
 def driven_set(experiment: str) -> MeasurementSet:
-    """Two actuators (of a strip one) under the protocols of the bank, some warm, some hanging."""
+    """Two actuators (of a strip one) under the first protocols, some warm, some hanging."""
     runs = []
     specimens: dict[str, Specimen] = {}
     for repeat in "ab":
-        for order, (protocol, share) in enumerate(zip(BANK, SHARES, strict=False)):
+        for order, (protocol, share) in enumerate(zip(PROTOCOLS, SHARES, strict=False)):
             warm, mount = SETTINGS[order % len(SETTINGS)]
             specimen = _specimen(experiment, order, mount)
             specimens[specimen.name] = specimen
@@ -168,10 +169,7 @@ def _pose(
         bend[:, 1] += angle / SEGMENTS
         rotation = rotation * Rotation.from_rotvec(bend)
     place = place + rotation.apply(chain.tip_offset)
-    named = dict(zip(("tip_x", "tip_y", "tip_z"), place.T, strict=True))
-    return named | dict(
-        zip(("tip_qx", "tip_qy", "tip_qz", "tip_qw"), rotation.as_quat().T, strict=True)
-    )
+    return dict(zip(TIP_POSE, [*place.T, *rotation.as_quat().T], strict=True))
 
 
 def pulse_set(random: np.random.Generator) -> MeasurementSet:

@@ -54,7 +54,7 @@ def _staircase(levels: list[float], rise: float) -> tuple:
     return tuple(corners)
 
 
-BANK: tuple[Protocol, ...] = (
+PROTOCOLS: tuple[Protocol, ...] = (
     Protocol("slow_ramp", "one slow ramp up and down", _triangles([1.0])),
     Protocol(
         "two_rates",
@@ -87,14 +87,3 @@ BANK: tuple[Protocol, ...] = (
         ),
     ),
 )
-
-
-def protocol(name: str) -> Protocol:
-    """A protocol of the bank by its name.
-
-    Raises ValueError listing the names.
-    """
-    found: dict[str, Protocol] = {entry.name: entry for entry in BANK}
-    if name not in found:
-        raise ValueError(f"protocol: expected one of {', '.join(found)}, got {name}")
-    return found[name]

@@ -14,8 +14,9 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.bench.layouts import PUSHES, held_columns, pulse_columns
-from model_lab.bench.protocols import BANK
+from model_lab.bench.protocols import PROTOCOLS
 from model_lab.measurements.measurement_set import INFLATE, MeasurementSet, Run, Specimen
+from model_lab.measurements.specimens import MOUNTS
 
 SAMPLES = 200
 LONGER = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows
@@ -24,7 +25,6 @@ USUAL_DURATION = 20.0  # [s] of a run by hand, where no time was recorded
 FASTEST_RISE = {"uniaxial": 4.0}  # [s] from rest to the peak that any bench manages
 USUAL_RISE = 1.0
 WARMER = 20.0  # [K]
-MOUNTS = ("bending_plane_level", "base_up", "base_down")
 THICKER = 1.6  # wall of another specimen
 THICKEST = 0.9  # of half the height
 HELD_SAMPLES, HELD_PEAKS = 60, (1.0, 0.5)
@@ -62,7 +62,7 @@ def _driven(data: MeasurementSet, base: str) -> Iterator[TrialRun]:
     peak = max(float(run.columns[driving].max()) for run in data.runs) - rest
     courses = [
         (protocol, {"time": time, driving: rest + course})
-        for protocol in BANK
+        for protocol in PROTOCOLS
         for duration in _durations(data, protocol.fastest() * peak, peak, driving)
         for time, course in [protocol.course(duration, peak, SAMPLES)]
     ]
@@ -104,7 +104,8 @@ def _settings(data: MeasurementSet, base: str) -> Iterator[tuple[Specimen, float
         yield specimen, usual, ()
     yield first, usual + WARMER, (f"{WARMER:g} K warmer",)
     if data.experiment == "free_bending" and "mass" in first.values and base == "pneuflex":
-        for mount in set(MOUNTS) - {specimen.mount for specimen in used}:
+        seen = {specimen.mount for specimen in used}
+        for mount in (mount for mount in MOUNTS if mount not in seen):
             named = f"{first.name}_{mount}"
             words = f"mounted {mount.replace('_', ' ')}"
             yield replace(first, name=named, mount=mount), usual, (words,)

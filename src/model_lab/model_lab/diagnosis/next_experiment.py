@@ -1,7 +1,7 @@
 """Next experiment: the one in which the effects still tied differ most, in units of noise.
 
-Two explanations that fit equally well still differ where nothing was measured. Over a bank of
-experiments (`bench.trial_runs`), the separation of a pair is
+Two explanations that fit equally well still differ where nothing was measured. In each run that
+could be made (`bench.trial_runs`) the separation of a pair is
 
     d**2 = D' (C + J1 S1 J1' + J2 S2 J2')**-1 D,
 
@@ -102,17 +102,17 @@ def next_experiment(
     """The experiment that separates the explanations in each group best; None without a group or
     where no experiment can be thought of.
     """
-    bank = trial_runs(problem.data, problem.base)
-    if not groups or not bank:
+    trials = trial_runs(problem.data, problem.base)
+    if not groups or not trials:
         return None
     lowest = max(_lowest_reading(problem, s) for group in groups for s in group.values())
-    planned = _Planned(problem, [_from(trial, lowest) for trial in bank])
+    planned = _Planned(problem, [_from(trial, lowest) for trial in trials])
     worst = np.min([planned.separations(list(group.values())) for group in groups], axis=0)
-    cost = np.array([len(trial.changes) for trial in bank])
+    cost = np.array([len(trial.changes) for trial in trials])
     reached = np.minimum(worst, ENOUGH)
     best = np.lexsort([-worst, cost, -np.round(reached / ENOUGH, 1)])[0]
     names = tuple(tuple(group) for group in groups)
-    return Experiment(_named_anew(bank[best], problem.data), float(worst[best]), names)
+    return Experiment(_named_anew(trials[best], problem.data), float(worst[best]), names)
 
 
 def _lowest_reading(problem: FitProblem, scored: Scored) -> float:
@@ -154,12 +154,12 @@ def _named_anew(trial: TrialRun, data: MeasurementSet) -> TrialRun:
 class _Planned:
     """All trials as runs of one set, each of a specimen of its own, behind what came before."""
 
-    def __init__(self, problem: FitProblem, bank: Sequence[TrialRun]) -> None:
-        self._question = problem
+    def __init__(self, problem: FitProblem, trials: Sequence[TrialRun]) -> None:
+        self._problem = problem
         data = problem.data
         earlier = data.runs if problem.base == "linear" else ()
         specimens, runs = dict(data.specimens), list(earlier)
-        for index, trial in enumerate(bank):
+        for index, trial in enumerate(trials):
             name = f"trial {index}"
             run = run_of(trial, name, OUTPUTS[data.experiment])
             if problem.base == "linear":  # its coefficients belong to specimens by name
@@ -190,7 +190,7 @@ class _Planned:
 
     def _predicted(self, scored: Scored) -> Array:
         """Rows (1 + k, samples): prediction, and Jacobian times the root of the covariance."""
-        forward = replace(self._question, data=self.data).likelihood(scored.effects).forward
+        forward = replace(self._problem, data=self.data).likelihood(scored.effects).forward
         fit = scored.fit
         scales = fit.likelihood.scales
         center, step = scales.inward(fit.values), DIFFERENCE * scales.width
@@ -205,8 +205,8 @@ class _Planned:
 
     def _levels(self, spectrum: Spectrum) -> Array:
         """Noise variance (samples,) of every coefficient; bands not seen are like the finest."""
-        known = self._question.spectrum.band_output
-        variance = self._question.floor.variance
+        known = self._problem.spectrum.band_output
+        variance = self._problem.floor.variance
         of_band = np.empty(spectrum.band_count)
         for output in np.unique(spectrum.band_output):
             mine = np.flatnonzero(spectrum.band_output == output)

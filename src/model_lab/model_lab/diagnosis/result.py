@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
+from model_lab.aliases import Array
 from model_lab.diagnosis.search import Scored
 
 FORMAT = "softhand-diagnosis/1"
@@ -156,12 +157,14 @@ def calibration_of(scored: Scored) -> dict[str, Any]:
     return found
 
 
+def correlation(scored: Scored) -> Array:
+    """Correlation (k, k) of the parameters of a fitted model."""
+    std = np.sqrt(np.maximum(np.diag(scored.fit.covariance), 0.0))
+    size = np.where(std > 0.0, std, 1.0)
+    return np.asarray(scored.fit.covariance / np.outer(size, size))
+
+
 def correlation_of(scored: Scored) -> dict[str, dict[str, float]]:
     """Correlation of every two parameters of a fitted model, by their names."""
-    spread = np.sqrt(np.maximum(np.diag(scored.fit.covariance), 0.0))
-    size = np.where(spread > 0.0, spread, 1.0)
-    matrix = scored.fit.covariance / np.outer(size, size)
-    known = scored.fit.likelihood.names
-    return {
-        a: dict(zip(known, row, strict=True)) for a, row in zip(known, matrix.tolist(), strict=True)
-    }
+    names, rows = scored.fit.likelihood.names, correlation(scored).tolist()
+    return {name: dict(zip(names, row, strict=True)) for name, row in zip(names, rows, strict=True)}

@@ -159,10 +159,10 @@ class BaseTorque:
     """Torques (lanes, samples) [N m] of actuators on their bases, run after run, x, y and z within.
 
     The actuator is the simulator's chain, straight and cut into equal segments, with the springs
-    `joints`; base and tip are held where they were measured. The free
-    angles follow the pressure with the effects as in free bending. `gravity` pulls at the segments
-    beyond the first joint; a level bending plane has it along -y. The pose is taken as it is: the
-    stiffness along a nearly straight chain is high, so that errors of the pose show as torque.
+    `joints`; base and tip are held where they were measured. The free angles follow the pressure
+    with the effects as in free bending. `gravity` pulls at the segments beyond the first joint; a
+    level bending plane has it along -y. The pose is taken as it is: the stiffness along a nearly
+    straight chain is high, so that errors of the pose show as torque.
 
     Raises ValueError naming the run for a pose that is out of reach, DocumentError for a missing
     column or key.
@@ -193,9 +193,7 @@ class BaseTorque:
         staged = StagedEffects(effects)
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * staged.modulus_factor(self._rows.temperature())
-        pressure = self._rows.through(
-            staged.chamber_pressure, remembers(staged.input), self._pressure
-        )
+        pressure = self._rows.chamber_pressure(staged, self._pressure)
         shape = at_modulus(self._segments.shape, modulus)
         acting = [effect for effect in staged.all if effect not in staged.output]
         values = lane_values(calibration, acting)
@@ -203,9 +201,7 @@ class BaseTorque:
         angles = self._free_angles(staged, shape, pressure)
         torque = self._torque(staged, values, plain, modulus, angles)
         shown = [
-            self._rows.through(
-                partial(staged.reading, name), remembers(staged.output), part[:, :, None]
-            )[:, :, 0]
+            self._rows.reading(staged, name, part[:, :, None])
             for name, part in zip(OUTPUTS["base_torque"], torque, strict=True)
         ]
         table, stacked = self._data.table, np.stack(shown, axis=1)

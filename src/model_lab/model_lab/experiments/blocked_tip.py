@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 from model_lab.aliases import Array, Indices
 from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_runs, modulus_scales
@@ -52,11 +51,9 @@ class BlockedTip:
         staged, rows = StagedEffects(effects), self._rows
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * staged.modulus_factor(rows.temperature())
-        pressure = rows.through(staged.chamber_pressure, remembers(staged.input), self._pressure)
-        force = self._force(staged, modulus, pressure)
+        force = self._force(staged, modulus, rows.chamber_pressure(staged, self._pressure))
         force = rows.through(staged.tip_force, remembers(staged.structure), force)
-        shown = partial(staged.reading, "tip_force")
-        return rows.through(shown, remembers(staged.output), force)[:, :, 0]
+        return rows.reading(staged, "tip_force", force)
 
     def _force(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:
         """Force (lanes, rows, 1) [N] of the tip at chamber pressures (lanes, rows, 1) [Pa]."""

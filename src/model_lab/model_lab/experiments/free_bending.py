@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -59,12 +59,9 @@ class FreeBending:
         staged = StagedEffects(effects)
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * staged.modulus_factor(self._rows.temperature())
-        pressure = self._rows.through(
-            staged.chamber_pressure, remembers(staged.input), self._pressure
-        )
+        pressure = self._rows.chamber_pressure(staged, self._pressure)
         angle = self._angle(staged, modulus, pressure)
-        shown = partial(staged.reading, "tip_angle")
-        return self._rows.through(shown, remembers(staged.output), angle)[:, :, 0]
+        return self._rows.reading(staged, "tip_angle", angle)
 
     def _angle(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:
         """Tip angle (lanes, rows, 1) [rad] at chamber pressures (lanes, rows, 1) [Pa]."""

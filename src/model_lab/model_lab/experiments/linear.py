@@ -7,7 +7,6 @@ Effects see u = y/y_ref in place of q and lambda - 1, with y_ref the largest bas
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 
 import numpy as np
 
@@ -79,8 +78,7 @@ class LinearBase:
         modulus = staged.modulus_factor(rows.temperature()[:, rows.run])
         respond = self._stretched if self._imposed else self._pressed
         output = largest * respond(staged, slope / largest, modulus)
-        shown = partial(staged.reading, self._output)
-        return rows.through(shown, remembers(staged.output), output)[:, :, 0]
+        return rows.reading(staged, self._output, output)
 
     def _stretched(self, staged: StagedEffects, slope: Array, modulus: Array | float) -> Array:
         """Output over the largest (lanes, rows, 1) where the stretch is imposed."""
@@ -89,7 +87,7 @@ class LinearBase:
     def _pressed(self, staged: StagedEffects, slope: Array, modulus: Array | float) -> Array:
         """Output over the largest (lanes, rows, 1) where the pressure is."""
         rows = self._rows
-        pressure = rows.through(staged.chamber_pressure, remembers(staged.input), self._input)
+        pressure = rows.chamber_pressure(staged, self._input)
         load = staged.act_on_load(slope * pressure / modulus, pressure, SHAPELESS)
         if not staged.elastic:
             return load

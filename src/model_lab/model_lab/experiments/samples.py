@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.effects.pipeline import StagedEffects, remembers
 
 Step = Callable[[Array, Array], Array]
 """Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
@@ -69,6 +71,15 @@ class SampleRows:
         remembers.
         """
         return self.in_steps(step, values) if remembers else step(values, NO_TIME)
+
+    def chamber_pressure(self, staged: StagedEffects, reading: Array) -> Array:
+        """Pressure (lanes, rows, 1) [Pa] in the chamber where a gauge shows (1, rows, 1) [Pa]."""
+        return self.through(staged.chamber_pressure, remembers(staged.input), reading)
+
+    def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
+        """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""
+        shown = partial(staged.reading, output)
+        return self.through(shown, remembers(staged.output), values)[:, :, 0]
 
     def at_once(
         self, function: Callable[[Array, Indices], Array], values: Array, sections: int = 1

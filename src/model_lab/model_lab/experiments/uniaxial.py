@@ -6,7 +6,6 @@ The stretch is imposed, so there is nothing to solve; the effects see the same e
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 
 import numpy as np
 
@@ -53,8 +52,7 @@ class Uniaxial:
         stress = modulus[:, self._rows.run] * imposed(
             staged, "uniaxial", self._memory, self._strain
         )
-        shown = partial(staged.reading, "stress")
-        return self._rows.through(shown, remembers(staged.output), stress)[:, :, 0]
+        return self._rows.reading(staged, "stress", stress)
 
 
 def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Array) -> Array:

@@ -50,8 +50,7 @@ class ValvePulse:
         """Calibration that acts beside these effects, with its least-squares value [kg/(s Pa)].
 
         `inflate` and `deflate`, as far as the set has such pulses (what is usual if no mass was
-        measured); none where an effect replaces
-        the naive term.
+        measured); none where an effect replaces the naive term.
         """
         if any(getattr(effect, "replaces_naive", False) for effect in effects):
             return {}

@@ -32,7 +32,7 @@ SINGULAR = 1e-8
 
 @dataclass(frozen=True)
 class FitProblem:
-    """What is asked of a set: base model, effects that stay, and how noise is judged.
+    """Fit problem of a set: data, base model, effects that stay, and how noise is judged.
 
     fitted: values of the parameters of the model as it is, by name, as found on the way.
     """

@@ -13,6 +13,7 @@ from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
 from model_lab.localisation.axes import DRIVING
 from model_lab.localisation.localise import SIGNIFICANCE, Dependence
 from model_lab.measurements.units import Display, display_of
+from model_lab.report.sentences import counted
 from model_lab.report.text import text_table
 
 FORMAT, LADDER_FORMAT = "softhand-comparison/1", "softhand-ladder/1"
@@ -83,10 +84,10 @@ def _head(found: Comparison, model_name: str) -> str:
     title = [data.title] if data.title else []
     counts = ", ".join(
         [
-            _counted(len(data.runs), "run"),
-            _counted(len(found.specimens), "specimen"),
-            _counted(len(data.protocols()), "protocol"),
-            _counted(found.errors.as_is.samples, "sample"),
+            counted(len(data.runs), "run"),
+            counted(len(found.specimens), "specimen"),
+            counted(len(data.protocols()), "protocol"),
+            counted(found.errors.as_is.samples, "sample"),
         ]
     )
     effects = ", ".join(effect.name for effect in found.errors.model.effects) or "no effects"
@@ -219,10 +220,6 @@ def _parts(noun: str, parts: Iterable[Part], found: Comparison) -> str:
         for part in parts
     ]
     return text_table([[*head, "protocol" if any(row[-1] for row in rows) else ""], *rows])
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number:,} {noun}{'' if number == 1 else 's'}".replace(",", " ")
 
 
 def _listed(names: Sequence[str]) -> str:

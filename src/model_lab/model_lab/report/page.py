@@ -21,39 +21,8 @@ from model_lab.report.drawing import COLOURS, Drawing, light_grid
 from model_lab.report.errors import ladder, ranking, rest
 from model_lab.report.parameters import parameters
 from model_lab.report.residuals import residuals
-from model_lab.report.sentences import axis_words, listed, tie_sentences, verdict_sentence
+from model_lab.report.sentences import axis_words, counted, listed, tie_sentences, verdict_sentence
 from model_lab.report.view import View
-
-
-def proposal(view: View) -> Drawing | None:
-    """Course of the input in the proposed experiment; None when none is proposed, or pulses."""
-    planned = view.diagnosis.next_experiment
-    if planned is None or planned["duration"] is None:
-        return None
-    kelvin = display_of("K").shown(planned["temperature"])
-    mount = str(planned["mount"]).replace("_", " ")
-    caption = (
-        f"{str(planned['description']).capitalize()}, within {planned['duration']:.3g} s, with "
-        f"specimen {planned['specimen']} at {kelvin}, mounted {mount}. In it the explanations that "
-        f"are still tied differ by {planned['separation']:.3g} sigma of the noise of a run."
-    )
-    return Drawing(
-        "next", "Next experiment", caption, f"Course of the input: {planned['description']}", 2.3,
-        lambda figure: _draw(figure, view),
-    )  # fmt: skip
-
-
-def _draw(figure: Figure, view: View) -> None:
-    planned = view.diagnosis.next_experiment or {}
-    inputs = planned["inputs"]
-    name = "stretch" if "stretch" in inputs else "pressure"
-    display = display_of("" if name == "stretch" else "Pa")
-    axes = figure.subplots()
-    light_grid(axes)
-    shown = [display.factor * value for value in inputs[name]]
-    axes.plot(inputs["time"], shown, color=COLOURS["after"], linewidth=1.6)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel(f"{name} [{display.unit or '-'}]")
 
 
 def write_report(outcome: Outcome, path: Path, commands: Sequence[str]) -> None:
@@ -107,15 +76,11 @@ def _facts(view: View) -> str:
     samples = sum(run.samples for run in data.runs)
     held = "protocols with all their repeats" if data.table.holdout == PROTOCOLS else "blocks"
     return (
-        f"Experiment {data.experiment.replace('_', ' ')}: {_count(len(data.runs), 'run')}, "
-        f"{_count(samples, 'sample')}, {_count(len(data.specimens), 'specimen')}, "
-        f"{_count(len(data.protocols()), 'protocol')}. All errors are root mean squares over "
+        f"Experiment {data.experiment.replace('_', ' ')}: {counted(len(data.runs), 'run')}, "
+        f"{counted(samples, 'sample')}, {counted(len(data.specimens), 'specimen')}, "
+        f"{counted(len(data.protocols()), 'protocol')}. All errors are root mean squares over "
         f"{held} that were held out of the fit."
     )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number:,} {noun}{'' if number == 1 else 's'}".replace(",", " ")
 
 
 def _rest(view: View) -> str:
@@ -126,3 +91,35 @@ def _rest(view: View) -> str:
     varies = f"; it varies with {against}" if against else ""
     floor = shown(view.diagnosis.noise_floor)
     return f"{shown(rest_of.rms)} (rms) above the noise floor of {floor}{varies}."
+
+
+# ---------------------------------------------------------------------- the next experiment
+def proposal(view: View) -> Drawing | None:
+    """Course of the input in the proposed experiment; None when none is proposed, or pulses."""
+    planned = view.diagnosis.next_experiment
+    if planned is None or planned["duration"] is None:
+        return None
+    kelvin = display_of("K").shown(planned["temperature"])
+    mount = str(planned["mount"]).replace("_", " ")
+    caption = (
+        f"{str(planned['description']).capitalize()}, within {planned['duration']:.3g} s, with "
+        f"specimen {planned['specimen']} at {kelvin}, mounted {mount}. In it the explanations that "
+        f"are still tied differ by {planned['separation']:.3g} sigma of the noise of a run."
+    )
+    return Drawing(
+        "next", "Next experiment", caption, f"Course of the input: {planned['description']}", 2.3,
+        lambda figure: _draw_proposal(figure, view),
+    )  # fmt: skip
+
+
+def _draw_proposal(figure: Figure, view: View) -> None:
+    planned = view.diagnosis.next_experiment or {}
+    inputs = planned["inputs"]
+    name = "stretch" if "stretch" in inputs else "pressure"
+    display = display_of("" if name == "stretch" else "Pa")
+    axes = figure.subplots()
+    light_grid(axes)
+    shown = [display.factor * value for value in inputs[name]]
+    axes.plot(inputs["time"], shown, color=COLOURS["after"], linewidth=1.6)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(f"{name} [{display.unit or '-'}]")

@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from model_lab.aliases import Array
-from model_lab.diagnosis.result import Estimate, estimate
+from model_lab.diagnosis.result import Estimate, correlation, estimate
 from model_lab.report.drawing import COLOURS, Drawing
 from model_lab.report.view import View
 
@@ -21,13 +20,6 @@ def parameter_estimates(view: View) -> dict[str, Estimate]:
     """Estimates of the calibration and of all effects of the best model, by name."""
     fitted = view.best.fit.likelihood.parameters
     return {entry.name: estimate(view.best, index) for index, entry in enumerate(fitted)}
-
-
-def correlation(view: View) -> Array:
-    """Correlation (k, k) of the parameters of the best model."""
-    covariance = view.best.fit.covariance
-    spread = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    return np.asarray(covariance / np.outer(spread, spread))
 
 
 def parameters(view: View) -> Drawing | None:
@@ -55,7 +47,7 @@ def parameters(view: View) -> Drawing | None:
 
 
 def _in_words(view: View, names: list[str]) -> str:
-    matrix = correlation(view)
+    matrix = correlation(view.best)
     strong = [
         f"{names[i]} and {names[j]} ({matrix[i, j]:.2f})"
         for i in range(len(names))
@@ -100,7 +92,7 @@ def _draw_interval(axes: Axes, view: View, index: int) -> None:
 
 
 def _draw_correlation(axes: Axes, view: View, shown: list[int]) -> None:
-    matrix = correlation(view)[np.ix_(shown, shown)]
+    matrix = correlation(view.best)[np.ix_(shown, shown)]
     names = [view.best.fit.likelihood.parameters[index].name for index in shown]
     short = [name.partition(".")[2] or name for name in names]
     axes.imshow(matrix, cmap="PuOr", vmin=-1.0, vmax=1.0)

@@ -92,3 +92,12 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     'a, b and c'
     """
     return f" {last} ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+
+
+def counted(number: int, noun: str) -> str:
+    """How many there are of something.
+
+    >>> counted(4698, "sample"), counted(1, "run")
+    ('4 698 samples', '1 run')
+    """
+    return f"{number:,} {noun}{'' if number == 1 else 's'}".replace(",", " ")

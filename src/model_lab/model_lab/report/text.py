@@ -122,7 +122,7 @@ def _next_experiment(diagnosis: Diagnosis) -> str:
 
 
 def addition_text(addition: Addition, path: Path) -> str:
-    """What is printed."""
+    """What `add` prints."""
     display = display_of(addition.problem.data.unit)
     before, after = addition.before.held_out.rmse, addition.after.held_out.rmse
     floor = display.shown(addition.problem.floor.total)
@@ -148,7 +148,7 @@ def _added(addition: Addition) -> str:
 
 
 def addition_json(addition: Addition, path: str) -> dict[str, Any]:
-    """What `--json` writes; all in SI units."""
+    """What `add --json` writes; all in SI units."""
     return {
         "format": ADDITION_FORMAT,
         "model": path,
@@ -163,7 +163,7 @@ def addition_json(addition: Addition, path: str) -> dict[str, Any]:
 
 
 def plan_text(diagnosis: Diagnosis) -> str:
-    """What is printed."""
+    """What `plan` prints."""
     said = [verdict_sentence(diagnosis), *tie_sentences(diagnosis)]
     if diagnosis.next_experiment is None:
         return "\n".join([*said, _nothing(diagnosis)]) + "\n"
@@ -177,7 +177,7 @@ def proposal_text(planned: Mapping[str, Any]) -> str:
 
 
 def plan_json(diagnosis: Diagnosis, files: list[Path]) -> dict[str, Any]:
-    """What `--json` writes; all in SI units."""
+    """What `plan --json` writes; all in SI units."""
     return {
         "format": PLAN_FORMAT,
         "experiment": diagnosis.experiment,
