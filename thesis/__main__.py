@@ -13,14 +13,19 @@ from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NoReturn
 
-from tqdm import tqdm
-
+from model_lab.cli.progress import Progress
 from thesis import frame
 
 OUT = Path("out/thesis")
-ON_A_TERMINAL, IN_A_LOG = 1.0, 15.0  # between two words on the progress [s]
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that reports a wrong argument in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}; {self.prog} --help tells more\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """The command line; `run NAME --help` tells the parameters of an experiment."""
-    found = argparse.ArgumentParser(
+    found = _Parser(
         prog="python -m thesis",
         description="Make experiments of the thesis again.",
         epilog="Exit status: 0 when every target is met, or there is none; 1 when one is missed or "
@@ -52,11 +57,12 @@ def parser() -> argparse.ArgumentParser:
     listing.set_defaults(act=_list)
     one = commands.add_parser("run", help="run an experiment, or draw an earlier run again")
     one.add_argument("name", help="of the experiment; `run NAME --help` tells its parameters")
-    one.add_argument("options", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    rest = one.add_argument("options", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    rest.required = False
     one.set_defaults(act=lambda options: _run(frame.experiment(options.name), options.options))
     every = commands.add_parser("all", help="run all experiments, or those of one chapter")
     every.add_argument("chapter", nargs="?", choices=frame.chapters(), help="its folder")
-    every.add_argument("--seed", help="of those that draw random numbers")
+    every.add_argument("--seed", type=int, metavar="N", help="of those that draw random numbers")
     every.add_argument("--out", type=Path, default=OUT, help=f"folder of all results ({OUT})")
     every.add_argument("--small", action="store_true", help="with parameters that take seconds")
     every.add_argument("--force", action="store_true", help="overwrite earlier runs")
@@ -67,7 +73,7 @@ def parser() -> argparse.ArgumentParser:
 def parser_of(module: ModuleType) -> argparse.ArgumentParser:
     """The options of one experiment, its parameters among them."""
     name = frame.name_of(module)
-    one = argparse.ArgumentParser(
+    one = _Parser(
         prog=f"python -m thesis run {name}",
         description=f"{module.__doc__}\n\nThe result ({frame.RESULT}, {frame.FIGURE}, arrays in "
         f"{frame.SERIES}) goes to a folder; table and verdict are printed.",
@@ -113,8 +119,8 @@ def _all(options: argparse.Namespace) -> int:
             continue
         words = ["--out", str(options.out / name)]
         words += [f"--{word}" for word in ("small", "force") if getattr(options, word)]
-        if options.seed and hasattr(frame.parameters_of(module), "seed"):
-            words += ["--seed", options.seed]
+        if options.seed is not None and hasattr(frame.parameters_of(module), "seed"):
+            words += ["--seed", str(options.seed)]
         print(f"## {name}\n")
         statuses.append(_run(module, words))
         print(flush=True)
@@ -152,22 +158,8 @@ def _given(module: ModuleType, options: argparse.Namespace) -> dict[str, Any]:
 @contextmanager
 def progress_line(name: str) -> Iterator[frame.Progress]:
     """What a run is at and how far, once a second on a terminal and rarely in a log."""
-    interval, end = (ON_A_TERMINAL, "") if sys.stderr.isatty() else (IN_A_LOG, "\n")
-    with tqdm(
-        total=100.0,
-        desc=name,
-        leave=False,
-        mininterval=interval,
-        delay=interval,
-        miniters=0,
-        bar_format="{desc}, {n:.0f} % [{elapsed}]" + end,
-    ) as bar:
-
-        def tell(what: str, share: float) -> None:
-            bar.set_description_str(f"{name}: {what}", refresh=False)
-            bar.update(100.0 * share - bar.n)
-
-        yield tell
+    with Progress(name) as line:
+        yield lambda what, share: line(f"{what}, {100.0 * share:.0f} %", 0, 0)
 
 
 if __name__ == "__main__":

@@ -201,6 +201,8 @@ def parameters_of(module: ModuleType, given: dict[str, Any] | None = None) -> An
     Raises:
         ValueError: one of them is unusable.
     """
+    if given and given.get("seed", 0) < 0:
+        raise ValueError(f"seed: expected a whole number from 0, got {given['seed']}")
     made = getattr(module, "Parameters", NoParameters)
     named = {name: tuple(v) if isinstance(v, list) else v for name, v in (given or {}).items()}
     return made(**named)

@@ -1,13 +1,16 @@
 """The command: lists, runs, refuses to overwrite, redraws; what plots and what speaks ROS apart."""
 
+import io
 import json
 import subprocess
 import sys
 from dataclasses import fields
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
 
+from model_lab.cli.progress import Progress
 from thesis import frame
 from thesis.__main__ import main, parser_of, progress_line
 
@@ -103,6 +106,7 @@ def test_a_target_that_is_missed_shows_in_verdict_and_exit_status(tmp_path, caps
         (["nonsense"], "expected one of approximation"),
         (["wall_strain", "--redraw"], "expected the result of an earlier run"),
         (["long_run", "--amplitude", "1.0"], "amplitude must be above 0 kg and below the mean"),
+        (["long_run", "--seed", "-1"], "seed: expected a whole number from 0, got -1"),
         (["equilibrium_point", "--small"], "has no small run"),
         (["payload", "--grasps", "by the teeth"], "grasps: expected of RBO Hand 2"),
         (["discretisation", "--segments", "3"], "segments must have 10 among them"),
@@ -113,6 +117,26 @@ def test_unusable_input_ends_in_one_line(arguments, words, tmp_path, capsys):
     assert run("run", *arguments, *(() if len(arguments) < 2 else ("--out", tmp_path / "x"))) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert words in line
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "required: COMMAND"),
+        (["nonsense"], "invalid choice: 'nonsense'"),
+        (["run"], "required: name"),
+        (["run", "flow_function", "--nonsense"], "unrecognized arguments: --nonsense"),
+        (["run", "flow_function", "--ratios", "many"], "invalid int value: 'many'"),
+        (["all", "chapter_9"], "invalid choice: 'chapter_9'"),
+        (["all", "--seed", "x"], "invalid int value: 'x'"),
+    ],
+)
+def test_a_wrong_call_ends_in_one_line(arguments, words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        run(*arguments)
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words in line and line.endswith("--help tells more")
 
 
 def test_a_result_of_another_experiment_is_not_redrawn(tmp_path, capsys):
@@ -155,11 +179,23 @@ def test_a_run_that_fails_ends_with_status_1_and_an_interrupted_one_with_130(
     assert "the finger does not come to rest" in capsys.readouterr().err
 
 
+def test_progress_in_a_log_is_whole_lines(monkeypatch):
+    log = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", log)
+    monkeypatch.setattr("model_lab.cli.progress.LINE_EVERY", 0.0)
+    monkeypatch.setattr("thesis.__main__.Progress", partial(Progress, patience=0.0))
+    with progress_line("long_run") as tell:
+        tell("calibration", 0.25)
+    assert "\r" not in log.getvalue()
+    assert log.getvalue().splitlines()[-1] == "long_run: calibration, 25 % (00:00)"
+
+
 def test_progress_says_what_it_is_at_and_how_far(monkeypatch):
     said = []
     stream = SimpleNamespace(write=said.append, flush=lambda: None, isatty=lambda: True)
     monkeypatch.setattr(sys, "stderr", stream)
-    monkeypatch.setattr("thesis.__main__.ON_A_TERMINAL", 0.0)
+    monkeypatch.setattr("model_lab.cli.progress.MOVE_EVERY", 0.0)
+    monkeypatch.setattr("thesis.__main__.Progress", partial(Progress, patience=0.0))
     with progress_line("long_run") as tell:
         tell("calibration", 0.25)
         tell("sine", 0.1)

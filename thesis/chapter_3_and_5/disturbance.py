@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from pneuflex_sim.simulation import Simulation
 from thesis.chapter_3_and_5.held_cylinder import STEP, Grasp, HeldCylinder
-from thesis.frame import Array, Figure, Finding, Job, Report, Results, option
+from thesis.chapter_3_and_5.slip import SlipMeter
+from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (9.0, 5.0)
 HAND, PLACE = "rbo_hand_2", (0.055, 0.0, 0.115)
@@ -27,92 +26,6 @@ FAR = 0.060  # [m] of its way where a push is ended: it has run away
 SAMPLED = 5  # steps from one look at the slip to the next
 JUDGED = 60e3  # [Pa], at which the hand carries its payload
 THESIS = (6.0, 8.0)  # [N]; the pressure is not given
-
-
-@dataclass(frozen=True)
-class Touching:
-    """Contact points of an object at one instant: place (k, 3) [m], normal (k, 3) [-], force (k,)
-    [N]; and the frames of the object and of the parts that touch it: place [m] and axes, (3,) and
-    (3, 3), (k, 3) and (k, 3, 3).
-    """
-
-    place: Array
-    normal: Array
-    force: Array
-    object_place: Array
-    object_axes: Array
-    part_place: Array
-    part_axes: Array
-
-
-def slid(
-    before: Touching, after_object: tuple[Array, Array], after_parts: tuple[Array, Array]
-) -> float:
-    """Mean way [m], weighed by the normal forces, by which the object has slid along the surfaces
-    that touched it, from one instant to the place and axes of a later one; 0 where nothing touched.
-    """
-    if not before.force.sum() > 0.0:
-        return 0.0
-    own = _carried(before.place, before.object_place, before.object_axes, *after_object)
-    theirs = _carried(before.place, before.part_place, before.part_axes, *after_parts)
-    way = own - theirs
-    way -= np.sum(way * before.normal, axis=1, keepdims=True) * before.normal
-    return float(before.force @ np.linalg.norm(way, axis=1) / before.force.sum())
-
-
-def _carried(point: Array, place: Array, axes: Array, new_place: Array, new_axes: Array) -> Array:
-    """Where points (k, 3) fixed to frames get to when these move."""
-    local = np.einsum("...ji,...j->...i", axes, point - place)
-    return new_place + np.einsum("...ij,...j->...i", new_axes, local)
-
-
-class SlipMeter:
-    """Sums up how far [m] the object of a simulation has slid in the hand, from `look` to `look`.
-
-    The wrist is taken to stand still, and the palm sheet with it.
-    """
-
-    def __init__(self, simulation: Simulation) -> None:
-        self._simulation = simulation
-        self._joint = {name: k for k, name in enumerate(simulation.bodies.layout.names)}
-        self.way = 0.0
-        self._touching, self._joints = self._now()
-
-    def look(self) -> float:
-        """Way [m] slid since the meter was made; call it every few milliseconds."""
-        before, joints = self._touching, self._joints
-        self._touching, self._joints = self._now()
-        self.way += slid(before, self._object(), self._frames(joints))
-        return self.way
-
-    def _object(self) -> tuple[Array, Array]:
-        place, quaternion = self._simulation.object_pose()
-        return place - self._origin(), Rotation.from_quat(quaternion).as_matrix()
-
-    def _origin(self) -> Array:
-        return np.array(self._simulation.scene.wrist_position)
-
-    def _frames(self, joints: list[int]) -> tuple[Array, Array]:
-        """Place (k, 3) [m] and axes (k, 3, 3) of links by their joints; -1 is the wrist."""
-        simulation = self._simulation
-        place, axes, _ = simulation.shape.frames(simulation.bodies.q)
-        place = np.vstack([place, np.zeros(3)])
-        axes = np.concatenate([axes, np.eye(3)[None]])
-        return place[joints], axes[joints]
-
-    def _now(self) -> tuple[Touching, list[int]]:
-        contacts = self._simulation.object_contacts()
-        joints = [self._joint.get(contact.segment, -1) for contact in contacts]
-        touching = Touching(
-            np.array([contact.position for contact in contacts]).reshape(-1, 3) - self._origin(),
-            np.array([contact.normal for contact in contacts]).reshape(-1, 3),
-            np.array([contact.force for contact in contacts]),
-            *self._object(),
-            *self._frames(joints),
-        )
-        return touching, joints
-
-
 SMALL = {"pressures": (JUDGED,), "rate": 16.0}
 
 
@@ -167,16 +80,16 @@ def run(given: Parameters, job: Job) -> Results:
     return {"grasps": grasps}
 
 
-def sliding_force(push: dict[str, Any], slid: float = SLID) -> float:
-    """Force [N] at which the cylinder has slid by `slid` [m]; infinite when it has not.
+def sliding_force(push: dict[str, Any], slip: float = SLID) -> float:
+    """Force [N] at which the cylinder has slid by `slip` [m]; infinite when it has not.
 
     >>> sliding_force({"force": [0.0, 4.0, 8.0], "slip": [0.0, 0.001, 0.005]})
     6.0
     """
     reached = np.array(push["slip"])
-    if reached[-1] < slid:
+    if reached[-1] < slip:
         return float("inf")
-    return float(np.interp(slid, reached, push["force"]))
+    return float(np.interp(slip, reached, push["force"]))
 
 
 def report(results: Results, given: Parameters) -> Report:

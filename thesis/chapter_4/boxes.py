@@ -91,9 +91,9 @@ def _recorded(
     valves = next(recording)
     while True:
         bench.command(valves)
-        pressures = bench.advance(PERIOD)
+        readings = bench.advance(PERIOD)
         try:
-            valves = recording.send(Sample(bench.time, pressures[:-1], float(pressures[-1])))
+            valves = recording.send(Sample.of(bench.time, readings))
         except StopIteration as end:
             return list(end.value)
 
@@ -105,7 +105,7 @@ def calibrated(
     seed: int,
     progress: Progress,
     supplies: Sequence[float] = SUPPLIES,
-    see_saw: PulseRanges | None = None,
+    pulses: PulseRanges | None = None,
 ) -> list[ChannelCalibration]:
     """Calibrate a box on bottles as a user does, who turns the supply when asked to.
 
@@ -118,12 +118,12 @@ def calibrated(
         seed: of the pulses and the noise.
         progress: is told.
         supplies: gauge supply pressures, one after the other [Pa].
-        see_saw: ranges of the pulses; None for the driver's.
+        pulses: ranges of their durations; None for the driver's.
 
     Raises:
         ValueError: too few points, or pulses that do not determine the coefficients.
     """
-    plan = CalibrationPlan(points, len(supplies), see_saw or PulseRanges(), leak_test=0.0)
+    plan = CalibrationPlan(points, len(supplies), pulses or PulseRanges(), leak_test=0.0)
     run = CalibrationRun(OUTLETS[:channels], np.full(channels, BOTTLE), plan, seed)
     bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
     for supply in supplies:
@@ -140,8 +140,8 @@ def calibrated(
 def _play(bench: EmbeddedBench, run: CalibrationRun, duration: float) -> None:
     """Answer the run's samples for a time [s]; a run that waits keeps the valves closed."""
     for _ in range(round(duration / PERIOD)):
-        pressures = bench.advance(PERIOD)
-        bench.command(run.on_sample(Sample(bench.time, pressures[:-1], float(pressures[-1]))))
+        readings = bench.advance(PERIOD)
+        bench.command(run.on_sample(Sample.of(bench.time, readings)))
 
 
 def smallest_steps(

@@ -30,6 +30,7 @@ SLIGHT = 10.0  # a deviation that shows in a picture [deg]
 HAND, CHAIN = "single_finger", "finger"
 SEGMENTS = 20  # of the drawn finger
 BEND = 1  # index of the bending axis (y)
+SMALL = {"duration": 2.0, "period": 2.0, "points": 24}
 
 
 class Fingers:
@@ -119,9 +120,6 @@ def on_fingers(
     box.zeroing.drift_correction = drift_correction
     bench = EmbeddedBench(OUTLETS[:n], _AtPressures(fingers), constants, seed)
     return BenchRun(box, bench, fingers.mass, sensor_offset)
-
-
-SMALL = {"duration": 2.0, "period": 2.0, "points": 24}
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from thesis.chapter_3_and_5.disturbance import SlipMeter, Touching, slid
 from thesis.chapter_3_and_5.held_cylinder import HeldCylinder
 from thesis.chapter_3_and_5.payload import GRASPS, JUDGED_HAND
+from thesis.chapter_3_and_5.slip import SlipMeter, Touching, slid
 
 RADIUS, TURN, WAY = 0.03, 1e-3, 2e-3  # [m, rad, m]
 
