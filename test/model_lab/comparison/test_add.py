@@ -1,17 +1,18 @@
-"""Adding the generic term where no effect of the catalogue explains the error."""
+"""Adding an effect: the generic term where no other explains the error, and the model file."""
 
 import numpy as np
 import pytest
 
 from bench.hidden import make_set
 from model_lab.cli.main import main
-from model_lab.comparison.add import add_effect
+from model_lab.comparison.add import add_effect, write_model
 from model_lab.experiments.forward import Forward
 from model_lab.measurements.load import load_measurements
 from softhand_model.chain.chain import discretise
-from softhand_model.effects import effect_classes
+from softhand_model.effects import effect_classes, effects_in_file
 from softhand_model.hand.hand import load_hand
-from softhand_model.model_file import load_model
+from softhand_model.hand.joint_stiffness import SpringModel
+from softhand_model.model_file import Model, load_model
 
 COMMAND = ["add", "discrepancy", "--model", "base", "--data"]
 
@@ -64,3 +65,90 @@ def test_valve_pulses_have_no_generic_term_and_say_so_in_one_line(tmp_path, caps
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "no rubber is strained" in said and "pulse_bias" in said
+
+
+# ---------------------------------------------------------------- the model file
+OWN = """
+from softhand_model.effects import LoadEffect, Parameter
+
+class Own(LoadEffect):
+    name = "own"
+    experiments = frozenset({"free_bending"})
+    parameters = (Parameter("size", "", 0.0, 2.0),)
+
+    def modulus_factor(self, temperature):
+        return 1.0 + self.values["size"]
+"""
+
+
+def _gravity(scale):
+    return effect_classes()["gravity"](mass_scale=scale)
+
+
+def _said(model):
+    effects = [(type(effect).__name__, dict(effect.values)) for effect in model.effects]
+    return model.base, model.calibration, effects, model.std, model.springs
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        Model(),
+        Model("linear", {"coefficient": {"s 1": 2.5e-5, "no": 1e-7}}),
+        Model("pneuflex", {"inflate": 1e-12 / 3.0, "deflate": 2e-9}),
+        Model(calibration={"modulus_scale": 1.03}, effects=(_gravity(1.0 / 3.0),)),
+        Model(
+            calibration={"modulus_scale": {"A": np.float64(1.03), "1": 0.97}},
+            effects=(_gravity(np.float64(0.9)),),
+            std={"gravity": {"mass_scale": 0.01}},
+        ),
+        Model(springs=SpringModel("curvature", "section", 0.5)),
+    ],
+    ids=["empty", "linear", "valve", "scalar", "batches", "springs"],
+)
+def test_a_model_comes_back_equal(tmp_path, model):
+    path = tmp_path / "models" / "m.yaml"
+    write_model(path, model, "made by a test\nsecond line")
+    assert _said(load_model(path)) == _said(model)
+
+
+def test_a_user_effect_is_found_beside_the_model_wherever_both_move(tmp_path):
+    (tmp_path / "a" / "effects").mkdir(parents=True)
+    file = tmp_path / "a" / "effects" / "own.py"
+    file.write_text(OWN)
+    own = effects_in_file(file)["own"](size=1.5)
+    write_model(tmp_path / "a" / "m.yaml", Model(effects=(own,), files={"own": file}))
+    assert "file: effects/own.py" in (tmp_path / "a" / "m.yaml").read_text()
+    (tmp_path / "a").rename(tmp_path / "b")
+    again = load_model(tmp_path / "b" / "m.yaml")
+    assert again.effects[0].values == {"size": 1.5}
+    write_model(tmp_path / "c" / "m.yaml", again)
+    assert load_model(tmp_path / "c" / "m.yaml").effects[0].values == {"size": 1.5}
+
+
+def test_a_file_is_overwritten_by_force_alone(tmp_path):
+    path = tmp_path / "m.yaml"
+    write_model(path, Model("linear"))
+    with pytest.raises(ValueError, match=r"m\.yaml: expected a new file.*--force"):
+        write_model(path, Model())
+    assert load_model(path).base == "linear"
+    write_model(path, Model(), force=True)
+    assert load_model(path).base == "pneuflex"
+
+
+def test_an_error_that_is_unknown_is_left_out(tmp_path):
+    std = {"gravity": {"mass_scale": float("inf")}}
+    write_model(tmp_path / "m.yaml", Model(effects=(_gravity(1.0),), std=std))
+    assert load_model(tmp_path / "m.yaml").std == {}
+
+
+@pytest.mark.parametrize("name", ["m.txt", "m", "m.json"])
+def test_a_name_that_would_not_load_is_refused(tmp_path, name):
+    with pytest.raises(ValueError, match="the name of a YAML file"):
+        write_model(tmp_path / name, Model())
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ValueError, match=r"m\.yaml: expected a place to write to"):
+        write_model(tmp_path / "file" / "m.yaml", Model())

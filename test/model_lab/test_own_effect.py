@@ -15,7 +15,7 @@ from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 
-OWN = Path(__file__).parents[3] / "examples" / "own_effect.py"
+OWN = Path(__file__).parents[2] / "examples" / "own_effect.py"
 HAND = load_hand("single_finger")
 
 
