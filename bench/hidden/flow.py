@@ -150,7 +150,7 @@ SUPPLIES = {  # protocol: gauge supply [Pa], shortest and longest pulse while in
 def planned(
     rng: np.random.Generator, names: list[str], pulses: int, valve: Valve
 ) -> dict[str, Commands]:
-    """Commands of each protocol, one row: a see-saw between two pressures (Algorithm 1)."""
+    """Commands of each protocol, one row: up and down between two pressures (Algorithm 1)."""
     return {name: _planned(rng, *SUPPLIES[name], pulses, valve) for name in names}
 
 

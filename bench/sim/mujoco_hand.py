@@ -29,7 +29,7 @@ from pneuflex_sim.simulation import Simulation, SimulationConfig
 STRATEGY = "surface_constrained"
 STEPS = (0.001, 0.002, 0.005, 0.010, 0.020, 0.050)
 COMPARED, TARGET = 0.001, 0.4  # step [s], and our factor over MuJoCo's [-]
-TURNS = 3
+ROUNDS = 3
 OURS = "ours"
 MUJOCO = {
     "MuJoCo, discrete, elliptic": Settings("discrete", "elliptic", 10.0),
@@ -94,7 +94,7 @@ def rows(small: bool) -> list[dict[str, Any]]:
     """Ratio of the real-time factors, what each engine does at each step, largest steps."""
     for engine in (OURS, *MUJOCO):
         grasp(engine, 0, 0.01)  # compile
-    runs = {step: _in_turn(step, 1 if small else TURNS) for step in STEPS}
+    runs = {step: _in_rounds(step, 1 if small else ROUNDS) for step in STEPS}
     print(outcomes(runs), flush=True)
     found = []
     for step, grasps in runs.items():
@@ -106,10 +106,10 @@ def rows(small: bool) -> list[dict[str, Any]]:
     return found
 
 
-def _in_turn(step: float, turns: int) -> dict[str, list[Grasp]]:
-    """Grasps of a step by engine, a seed a turn."""
+def _in_rounds(step: float, rounds: int) -> dict[str, list[Grasp]]:
+    """Grasps of a step by engine, a seed a round."""
     runs: dict[str, list[Grasp]] = {engine: [] for engine in (OURS, *MUJOCO)}
-    for seed in range(turns):
+    for seed in range(rounds):
         for engine, grasps in runs.items():
             grasps.append(grasp(engine, seed, step))
     return runs
@@ -117,7 +117,7 @@ def _in_turn(step: float, turns: int) -> dict[str, list[Grasp]]:
 
 def outcomes(runs: dict[float, dict[str, list[Grasp]]]) -> str:
     """Table in Markdown: median real-time factor and worst slip [mm] where an engine holds the
-    object in every turn, else in how many it does.
+    object in every round, else in how many it does.
     """
     head = "".join(f" {1e3 * step:g} ms |" for step in runs)
     lines = [f"| real-time factor (slip [mm]) |{head}", "|---" * (len(runs) + 1) + "|"]

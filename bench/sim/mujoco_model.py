@@ -1,12 +1,11 @@
 """A hand, its wrist, its object and its table as a MuJoCo model (MJCF), from the same layout as the
 bodies in PyBullet.
 
-Links, masses, springs, damping and collision pieces are those of `pneuflex_sim.hand.layout`; links
-have
-the rotary inertia of their boxes, without what PyBullet needs on top. A joint of equal stiffness
-about all axes is a ball joint, whose spring follows the pressure (`mujoco_simulation`); any other
-is three hinges. Pieces are eroded by MARGIN and inflated again by MuJoCo's margin. Groups that
-touch and frictions of pairs are as in PyBullet.
+Links, masses, springs, damping and collision hulls are those of `pneuflex_sim.hand.layout`; links
+have the rotary inertia of their boxes, without what PyBullet needs on top. A joint of equal
+stiffness about all axes is a ball joint, whose spring follows the pressure (`mujoco_simulation`);
+any other is three hinges. Hulls are eroded by MARGIN and inflated again by MuJoCo's margin. Groups
+that touch and frictions of pairs are as in PyBullet.
 """
 
 from __future__ import annotations
@@ -139,8 +138,8 @@ def _object(
         raise ValueError(f"object: expected a cylinder, got a {described.shape}")
     place = np.array([0.0, 0.0, described.rest_height])
     place[: len(config.object_offset)] += config.object_offset
-    turn = _wxyz(from_rpy(described.rpy))
-    body = _add(world, "body", name=OBJECT, pos=place, quat=turn)
+    orientation = _wxyz(from_rpy(described.rpy))
+    body = _add(world, "body", name=OBJECT, pos=place, quat=orientation)
     _add(body, "freejoint", name=OBJECT)
     half, mass = described.half_extents, described.mass * config.object_mass_scale
     size = (half[0], half[2])
@@ -154,13 +153,13 @@ def _wrist(
     """The wrist on three slides along the axes of the world and a ball joint, with servos as stiff,
     damped and strong as the simulator's arm (each axis by itself); without weight.
     """
-    turn = from_rpy(scene.wrist_rpy)
-    body = _add(world, "body", name=WRIST, pos=scene.wrist_position, quat=_wxyz(turn))
+    orientation = from_rpy(scene.wrist_rpy)
+    body = _add(world, "body", name=WRIST, pos=scene.wrist_position, quat=_wxyz(orientation))
     if scene.rigid_wrist:
         return body
     _set(body, gravcomp=1)
     actuator = _add(root, "actuator")
-    back = turn * [-1.0, -1.0, -1.0, 1.0]
+    back = orientation * [-1.0, -1.0, -1.0, 1.0]
     for name, axis in AXES.items():
         joint = f"{WRIST}_{name}"
         _add(body, "joint", name=joint, type="slide", axis=rotate(back, axis))
@@ -203,23 +202,23 @@ def _chain(
 ) -> None:
     """One serial body of the layout, link in link."""
     parent, groups = hand, collision_groups(layout, body)
-    pieces = [
-        piece
+    hulls = [
+        hull
         for name in body.chains
-        for piece in collision_hulls(layout.models[name].description, layout.segments)
+        for hull in collision_hulls(layout.models[name].description, layout.segments)
     ]
     for index, joint in enumerate(range(body.joints.start, body.joints.stop)):
-        place, turn = layout.offset[joint], layout.rest[joint]
+        place, orientation = layout.offset[joint], layout.rest[joint]
         if index == 0:
             place = body.position + rotate(body.orientation, place)
-            turn = compose(body.orientation, turn)
+            orientation = compose(body.orientation, orientation)
         name = layout.names[joint]
-        parent = _add(parent, "body", name=name, pos=place, quat=_wxyz(turn))
+        parent = _add(parent, "body", name=name, pos=place, quat=_wxyz(orientation))
         _spring(parent, name, layout.stiffness[joint])
         inertia = layout.inertia(0.0)[joint]
         inertial = _add(parent, "inertial", pos=layout.center[joint], diaginertia=inertia)
         _set(inertial, mass=layout.mass[joint])
-        geom = _hull(parent, assets, name, pieces[index])
+        geom = _hull(parent, assets, name, hulls[index])
         group = groups[index]
         _touch(geom, friction.pair(RUBBER, RUBBER), group, collides_with(group))
 
@@ -237,9 +236,9 @@ def _springs(stiffness: float) -> dict[str, float]:
     return {"stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
 
 
-def _hull(link: xml.Element, assets: xml.Element, name: str, piece: Array) -> xml.Element:
-    """Convex hull of a piece's corners (k, 3) [m], inflated by MARGIN."""
-    _add(assets, "mesh", name=name, vertex=piece, inertia="convex")
+def _hull(link: xml.Element, assets: xml.Element, name: str, corners: Array) -> xml.Element:
+    """Convex hull of corners (k, 3) [m], inflated by MARGIN."""
+    _add(assets, "mesh", name=name, vertex=corners, inertia="convex")
     return _add(link, "geom", name=name, type="mesh", mesh=name, margin=MARGIN)
 
 

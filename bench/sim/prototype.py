@@ -15,7 +15,7 @@ from bench.row import at_least, stated
 
 PROTOTYPE = Path(__file__).parents[3] / "shared" / "prototypes" / "implicit_chain.py"
 STEPS, SEGMENTS = (0.001, 0.005), (5, 15)
-TURNS = 3
+ROUNDS = 3
 TARGET = 1.2
 LIFTED = 0.12  # height of the object's centre [m]
 
@@ -73,14 +73,14 @@ def rows(small: bool) -> list[dict[str, Any]]:
             engine.grasp(5, 0.01)  # compile
         for segments in SEGMENTS:
             for step in STEPS:
-                found += _compare(ours, prototype, segments, step, 1 if small else TURNS)
+                found += _compare(ours, prototype, segments, step, 1 if small else ROUNDS)
     return found
 
 
 def _compare(
-    ours: Engine, prototype: Engine, segments: int, step: float, turns: int
+    ours: Engine, prototype: Engine, segments: int, step: float, rounds: int
 ) -> list[dict[str, Any]]:
-    pairs = [(ours.grasp(segments, step), prototype.grasp(segments, step)) for _ in range(turns)]
+    pairs = [(ours.grasp(segments, step), prototype.grasp(segments, step)) for _ in range(rounds)]
     ratio = statistics.median(a["factor"] / b["factor"] for a, b in pairs)
     name = f"six fingers, {6 * segments} segments, {1e3 * step:g} ms"
     lifted = min(a["height"] for a, _ in pairs)

@@ -37,7 +37,7 @@ PUSHES = {  # protocol: what is pushed (force x, y, z; moment x, y, z; in B/L**2
     ),
     "mixed": ([0.3, -0.3, 0.1, 0.2, 0.0, -0.3], [(0, 0), (6, 0.9), (14, 0.9), (20, 0.3)]),
 }
-TURNS = ([4.0, 5.0, 7.0, 8.0, 9.0, 11.0, 12.0, 13.0, 15.0, 16.0, 17.0, 19.0, 20.0],) + (
+PUSH_COURSE = ([4.0, 5.0, 7.0, 8.0, 9.0, 11.0, 12.0, 13.0, 15.0, 16.0, 17.0, 19.0, 20.0],) + (
     [0.0, 1.0, 1.0, 0.0, 0.8, 0.8, 0.0, -1.0, -1.0, 0.0, -0.8, -0.8, 0.0],
 )  # of a push: twice the one way, twice the other
 
@@ -85,7 +85,7 @@ class Rig:
         length = float(self.body.length[0, 0])
         bending = self._stiffness(1.0) * length / SEGMENTS
         size = np.repeat([bending / length**2, bending / length], 3)
-        course = np.interp(time.ravel(), *TURNS)[:, None]
+        course = np.interp(time.ravel(), *PUSH_COURSE)[:, None]
         strength = np.repeat(self.strength, time.shape[1], axis=0)
         wrench = course * strength * size
         free = np.zeros((len(rest), 3))
