@@ -87,5 +87,5 @@ live-figure: setup
 
 clean:
 	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
-	find src test examples bench -name __pycache__ -prune -exec rm -rf {} +
+	find src thesis test examples bench scripts -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf src/*/*.egg-info src/*/build
