@@ -29,6 +29,7 @@ OUTSIDE_TARGET = 5.0  # [us] a segment and step, that of the prototype
 DRIFT_TARGET = 1.0  # [mm] in the hold of 1.1 s
 ACTUATORS = 6
 FINGER_MASS = 1.0e-5  # about 20 kPa in a P10 finger [kg]
+RESPONSE = 3.0  # in which it comes to rest [s]
 
 
 @dataclass
@@ -82,7 +83,7 @@ def plant_step(channels: int, steps: int = 5000) -> float:
     return 1e6 * (time.perf_counter() - start) / steps
 
 
-def response_time(segments: int, step: float, duration: float = 3.0) -> float:
+def response_time(segments: int, step: float) -> float:
     """Time [ms] in which a weightless finger bends to 90 % after its air is let in at once."""
     model = resources.files("softhand_model").joinpath("data/models/base.yaml")
     finger = SimulationConfig(
@@ -90,7 +91,7 @@ def response_time(segments: int, step: float, duration: float = 3.0) -> float:
     )
     simulation, angles = Simulation(finger), []
     simulation.set_air_masses(np.array([FINGER_MASS]))
-    for _ in range(round(duration / step)):
+    for _ in range(round(RESPONSE / step)):
         simulation.step()
         angles.append(simulation.tip_angles()["finger"])
     simulation.close()

@@ -1,4 +1,4 @@
-"""What the benchmark uses of the lab."""
+"""Calls of the lab: a diagnosis and a comparison of a set on disk."""
 
 from __future__ import annotations
 

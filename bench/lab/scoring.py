@@ -1,4 +1,4 @@
-"""Whether a diagnosis is right, from what was hidden and what may be said."""
+"""Scores of diagnoses: whether each is right, from what was hidden and what may be said."""
 
 from __future__ import annotations
 

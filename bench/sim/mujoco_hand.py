@@ -47,9 +47,9 @@ class Grasp:
     result: GraspResult
 
 
-def grasp(engine: str, seed: int, step: float, segments: int = 5) -> Grasp:
+def grasp(engine: str, seed: int, step: float) -> Grasp:
     """The grasp of a seed by an engine: `ours` or one of `MUJOCO`."""
-    config = configuration(seed, step, segments)
+    config = configuration(seed, step)
     if engine == OURS:
         bullet = (pybullet, "stepSimulation")
         return _run(lambda: Simulation(config), Simulation, bullet, _bullet_points)
@@ -57,13 +57,12 @@ def grasp(engine: str, seed: int, step: float, segments: int = 5) -> Grasp:
     return _run(lambda: MujocoSimulation(config, settings), MujocoSimulation, stepped, _points)
 
 
-def configuration(seed: int, step: float, segments: int = 5) -> SimulationConfig:
+def configuration(seed: int, step: float) -> SimulationConfig:
     """The scene of a seed."""
     offset, scale = draw_placement(seed)
     return SimulationConfig(
         hand=load_strategy(STRATEGY).hand,
         step=step,
-        segments=segments,
         object_offset=offset,
         object_mass_scale=scale,
     )

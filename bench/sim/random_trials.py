@@ -57,13 +57,12 @@ class RandomCommands:
         self._simulation.set_air_masses(self._from + share * (self._to - self._from))
 
 
-def run_random(seed: int, step: float, segments: int = 5) -> str:
+def run_random(seed: int, step: float) -> str:
     """One trial; empty, or why it failed."""
     draw = np.random.default_rng(seed)
     config = SimulationConfig(
         object=str(draw.choice(OBJECTS)),
         step=step,
-        segments=segments,
         object_offset=tuple(draw.uniform(-0.04, 0.04, 2).tolist()),
         object_mass_scale=float(draw.uniform(0.5, 2.0)),
     )

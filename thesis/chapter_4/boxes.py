@@ -30,16 +30,12 @@ WORKING = 25e3  # gauge pressure in the channels, about a finger's [Pa]
 WAITING = 0.5  # after a pulse, so that its dead volume has emptied, and the regulator rests [s]
 OPEN = 0.5  # of the pulse that the flow is taken from [s]
 SETTLED = 0.1  # of it, before the flow is steady [s]
+AVERAGED = 5  # pulses of a direction
 
 
-def box_of(seed: int, constants: Pneumatics | None = None) -> Pneumatics:
-    """Constants of box number `seed`; 0 is the one that is shipped, others have other tolerances.
-
-    Args:
-        seed: number of the box.
-        constants: with which to start; None for those that are shipped.
-    """
-    constants = load_pneumatics() if constants is None else constants
+def box_of(seed: int) -> Pneumatics:
+    """Constants of a box by its number; 0 is the shipped one, others have other tolerances."""
+    constants = load_pneumatics()
     return replace(constants, box_seed=constants.box_seed + seed)
 
 
@@ -144,9 +140,7 @@ def _play(bench: EmbeddedBench, run: CalibrationRun, duration: float) -> None:
         bench.command(run.on_sample(Sample.of(bench.time, readings)))
 
 
-def smallest_steps(
-    constants: Pneumatics, channels: int, pulse: float, seed: int, repeats: int = 5
-) -> Array:
+def smallest_steps(constants: Pneumatics, channels: int, pulse: float, seed: int) -> Array:
     """Mass that pulses move on bottles at working pressure, by the plant's truth.
 
     Args:
@@ -154,20 +148,19 @@ def smallest_steps(
         channels: number of outlets.
         pulse: duration of the electrical command [s].
         seed: of the jitter.
-        repeats: pulses that are averaged.
 
     Returns:
         What an inflating pulse brings and what a deflating one takes (2, channels) [kg].
     """
     bench = _at_work(constants, channels, seed)
     moved = np.zeros((2, channels))
-    for _ in range(repeats):
+    for _ in range(AVERAGED):
         for row, direction in enumerate((1, -1)):
             before = bench.mass
             _hold(bench, direction, pulse)
             _hold(bench, 0, WAITING)
             moved[row] += direction * (bench.mass - before)
-    return moved / repeats
+    return moved / AVERAGED
 
 
 def inlet_flows(constants: Pneumatics, channels: int, seed: int) -> Array:

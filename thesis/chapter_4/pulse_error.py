@@ -21,6 +21,7 @@ from thesis.frame import Array, Axes, Figure, Job, Report, Results, number, opti
 DIRECTIONS = {"inflation": 1.0, "deflation": 0.0}
 SIZE = (8.5, 6.4)
 RATIO = 7.0  # of the thesis
+WINDOWS = 100  # of averaged readings, from which their noise is taken
 SMALL = {"points": 32, "tests": 16, "channels": 1}
 
 
@@ -86,7 +87,7 @@ def _naive_size(pulses: Sequence[Pulse]) -> Array:
     return np.array([pulse.pressure_in_abs * pulse.duration for pulse in pulses])
 
 
-def floor_of(box: Pneumatics, channels: int, seed: int, windows: int = 100) -> Array:
+def floor_of(box: Pneumatics, channels: int, seed: int) -> Array:
     """Noise that the sensors leave in the ground truth, one sigma per channel (channels,) [kg].
 
     It is what `dp V/(R T)` comes to over pulses that move nothing, each pressure averaged as for
@@ -95,7 +96,7 @@ def floor_of(box: Pneumatics, channels: int, seed: int, windows: int = 100) -> A
     bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
     count = round(AVERAGING / PERIOD)
     means = []
-    for _ in range(windows + 1):
+    for _ in range(WINDOWS + 1):
         bench.command(np.zeros(channels))
         means.append(np.mean([bench.advance(PERIOD)[:-1] for _ in range(count)], axis=0))
     return np.asarray(rms(air_mass(np.diff(means, axis=0), BOTTLE), axis=0))

@@ -1,4 +1,4 @@
-"""What the bag tells of a push: pressure, volume of the bent finger, air, force, valves."""
+"""A push as the bag has it: pressure, volume of the bent finger, air, force, valves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The demonstration's own ROS side: the height of the wrist, and the controller of the channel."""
+"""ROS side of the pushes: the height of the wrist, and the controller of the channel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocked tip: its force on a gauge under pressure (lab.md, section 5.2.3)."""
+"""Blocked tip: its force on a gauge under pressure (section 5.2.3)."""
 
 from __future__ import annotations
 

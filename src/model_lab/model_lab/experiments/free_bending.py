@@ -1,4 +1,4 @@
-"""Prediction of free bending: the tip angle under pressure (lab.md, eq. 3.12 and 3.30)."""
+"""Prediction of free bending: the tip angle under pressure (eq. 3.12 and 3.30)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The base `linear`: output = coefficient*input, for actuators whose inside is not known.
 
-Effects see u = y/y_ref in place of q and lambda - 1, with y_ref the largest base output of the set
-(lab.md).
+Effects see u = y/y_ref in place of q and lambda - 1, with y_ref the largest base output of the
+set.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Prediction of uniaxial tension: the nominal stress at a stretch (lab.md; eq. 3.18 for one axis).
+"""Prediction of uniaxial tension: the nominal stress at a stretch (eq. 3.18 for one axis).
 
 The stretch is imposed, so there is nothing to solve; the effects see the same elastic side.
 """
