@@ -75,6 +75,7 @@ DRIFT = 0.05  # of the pressures within a pulse, falling on the one side and ris
 POINTS = 9  # of the integrals over a pulse
 
 
+# ---------------------------------------------------------------------- driven by an input
 def driven_set(experiment: str) -> MeasurementSet:
     """Two actuators (of a strip one) under the first protocols, some warm, some hanging."""
     runs = []
@@ -107,6 +108,7 @@ def _specimen(experiment: str, order: int, mount: str) -> Specimen:
     return Specimen(name, {**SPECIMENS[kind], **SHARED}, mount, "A")
 
 
+# ---------------------------------------------------------------------- held tips
 def held_tip_set() -> MeasurementSet:
     """One actuator under six ways to push and turn its tip."""
     finger = Specimen("finger", {**SPECIMENS["thin"], **SHARED}, batch="A")
@@ -172,6 +174,7 @@ def _pose(
     return dict(zip(TIP_POSE, [*place.T, *rotation.as_quat().T], strict=True))
 
 
+# ---------------------------------------------------------------------- valve pulses
 def pulse_set(random: np.random.Generator) -> MeasurementSet:
     """Short and long pulses at three supply pressures, inflating and deflating."""
     columns = {

@@ -37,124 +37,6 @@ HEAVY = {"mass_scale": 1.0}  # of the base model, where there is gravity at all
 OUT_OF_REACH = 1.05  # lengths of the actuator between base and tip
 
 
-def lane_values(calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
-    """Values (lanes, k) of the calibration and of the effects' parameters."""
-    numbers = [*calibration.values(), *(v for effect in effects for v in effect.values.values())]
-    columns = [np.ravel(number) for number in numbers]
-    return np.stack(np.broadcast_arrays(*columns), axis=1)
-
-
-def neutral_lane(
-    values: Array,
-    calibration: Mapping[str, Array],
-    effects: Sequence[Effect],
-    given: Mapping[str, float],
-) -> Array:
-    """Values (1, k) given by name, or at which calibration and effects do nothing; those of the
-    first of the lanes (lanes, k) where there are none.
-    """
-    neutral = [
-        given.get(name, {one.name: one.neutral for one in effect.parameters}[name])
-        for effect in effects
-        for name in effect.values
-    ]
-    pairs = zip([*(1.0 for _ in calibration), *neutral], values[0].tolist(), strict=False)
-    return np.array([[first if one is None else one for one, first in pairs]]).reshape(1, -1)
-
-
-def waves(values: Array, solved: int) -> list[tuple[Indices, Indices]]:
-    """Lanes (n,) to be solved at the same time, wave after wave, with the lanes (n,) from which
-    they begin. The first lanes, so many, have been solved already.
-
-    Lanes follow each other so that every step is short: of those left, always the one that is
-    nearest to a lane before it, by values (lanes, k) in relation to the range of all.
-
-    >>> lanes = np.array([[0.0], [1.0], [1.1], [0.1]])
-    >>> [(wave.tolist(), starts.tolist()) for wave, starts in waves(lanes, 1)]
-    [([3], [0]), ([1], [3]), ([2], [1])]
-    """
-    spread = np.ptp(values, axis=0)
-    scaled = values / np.where(spread > 0.0, spread, 1.0)
-    starts, depth = np.zeros((2, len(values)), np.intp)
-    nearest = np.full(len(values), np.inf)
-    reached = np.arange(len(values)) < solved
-    for step in range(len(values)):
-        lane = step if step < solved else int(np.argmin(np.where(reached, np.inf, nearest)))
-        if not reached[lane]:
-            reached[lane], depth[lane] = True, depth[starts[lane]] + 1
-        distance = np.sum((scaled - scaled[lane]) ** 2, axis=1)
-        closer = ~reached & (distance <= nearest)  # the latest of those as near
-        nearest[closer], starts[closer] = distance[closer], lane
-    chosen = [np.flatnonzero(depth == level) for level in range(1, depth.max(initial=0) + 1)]
-    return [(lanes, starts[lanes]) for lanes in chosen]
-
-
-def chain_springs(
-    chain: SegmentChain, modulus: Array, rest: Array, effects: Sequence[StructureEffect]
-) -> JointSprings:
-    """Springs at the points lane*samples + sample: those of the chain, and what effects do.
-
-    modulus (lanes, samples): shear modulus over that of the chain; rest (lanes, samples, joints or
-    1) [rad]: free angles.
-    """
-    lanes, samples = modulus.shape
-    joints = len(chain.mass)
-    angles = np.broadcast_to(rest, (lanes, samples, joints)).reshape(lanes * samples, joints)
-    return replace(
-        springs_of(chain, np.ascontiguousarray(angles.T), modulus.reshape(-1)),
-        coupling=_coupling(effects, lanes, samples),
-        factor=_factor(effects, samples),
-    )
-
-
-def _coupling(effects: Sequence[StructureEffect], lanes: int, samples: int) -> Array | None:
-    """Coupling (points,) of lateral bending and twist over B [-]; none without such an effect."""
-    coupled = _that_have(effects, "bend_twist_coupling")
-    if not coupled:
-        return None
-    total = np.zeros(lanes)
-    for effect in coupled:
-        total = total + np.ravel(effect.bend_twist_coupling())
-    return np.repeat(total, samples)
-
-
-def _factor(effects: Sequence[StructureEffect], samples: int) -> Factor | None:
-    """Factor on the stiffness in bending, each point a lane of its own to the effects."""
-    scaling = _that_have(effects, "stiffness_factor")
-    if not scaling:
-        return None
-
-    at_points: tuple[Indices | None, list[StructureEffect]] = None, []
-
-    def factor(bend: Array, rest: Array, points: Indices) -> Array:
-        nonlocal at_points
-        if at_points[0] is not points:  # which stay for many calls
-            at_points = points, [_at_points(effect, points // samples) for effect in scaling]
-        shape = (len(points), 1, 1)
-        total = np.ones(shape)
-        for effect in at_points[1]:
-            total = total * effect.stiffness_factor(bend.reshape(shape), rest.reshape(shape))
-        return total[:, 0, 0]
-
-    return factor
-
-
-def _at_points(effect: StructureEffect, lanes: Indices) -> StructureEffect:
-    """The effect with the values of the lanes to which points belong, each a lane of its own."""
-    return type(effect).in_lanes({key: _of(value, lanes) for key, value in effect.values.items()})
-
-
-def _of(value: float | Array, lane: Indices) -> Array:
-    """Values of a parameter in the lanes of points."""
-    known = np.ravel(value)
-    return known[lane] if known.size > 1 else np.full(len(lane), known[0])
-
-
-def _that_have(effects: Sequence[StructureEffect], method: str) -> list[StructureEffect]:
-    base = getattr(StructureEffect, method)
-    return [effect for effect in effects if getattr(type(effect), method) is not base]
-
-
 class BaseTorque:
     """Torques (lanes, samples) [N m] of actuators on their bases, run after run, x, y and z within.
 
@@ -299,6 +181,126 @@ class BaseTorque:
                 f"run {self._data.runs[run].name}: {columns}: expected "
                 f"{expected.format(wanted[row])}, got {got[row]:.3g} in sample {sample}"
             )
+
+
+# ---------------------------------------------------------------------- springs of the chain
+def chain_springs(
+    chain: SegmentChain, modulus: Array, rest: Array, effects: Sequence[StructureEffect]
+) -> JointSprings:
+    """Springs at the points lane*samples + sample: those of the chain, and what effects do.
+
+    modulus (lanes, samples): shear modulus over that of the chain; rest (lanes, samples, joints or
+    1) [rad]: free angles.
+    """
+    lanes, samples = modulus.shape
+    joints = len(chain.mass)
+    angles = np.broadcast_to(rest, (lanes, samples, joints)).reshape(lanes * samples, joints)
+    return replace(
+        springs_of(chain, np.ascontiguousarray(angles.T), modulus.reshape(-1)),
+        coupling=_coupling(effects, lanes, samples),
+        factor=_factor(effects, samples),
+    )
+
+
+def _coupling(effects: Sequence[StructureEffect], lanes: int, samples: int) -> Array | None:
+    """Coupling (points,) of lateral bending and twist over B [-]; none without such an effect."""
+    coupled = _that_have(effects, "bend_twist_coupling")
+    if not coupled:
+        return None
+    total = np.zeros(lanes)
+    for effect in coupled:
+        total = total + np.ravel(effect.bend_twist_coupling())
+    return np.repeat(total, samples)
+
+
+def _factor(effects: Sequence[StructureEffect], samples: int) -> Factor | None:
+    """Factor on the stiffness in bending, each point a lane of its own to the effects."""
+    scaling = _that_have(effects, "stiffness_factor")
+    if not scaling:
+        return None
+
+    at_points: tuple[Indices | None, list[StructureEffect]] = None, []
+
+    def factor(bend: Array, rest: Array, points: Indices) -> Array:
+        nonlocal at_points
+        if at_points[0] is not points:  # which stay for many calls
+            at_points = points, [_at_points(effect, points // samples) for effect in scaling]
+        shape = (len(points), 1, 1)
+        total = np.ones(shape)
+        for effect in at_points[1]:
+            total = total * effect.stiffness_factor(bend.reshape(shape), rest.reshape(shape))
+        return total[:, 0, 0]
+
+    return factor
+
+
+def _at_points(effect: StructureEffect, lanes: Indices) -> StructureEffect:
+    """The effect with the values of the lanes to which points belong, each a lane of its own."""
+    return type(effect).in_lanes({key: _of(value, lanes) for key, value in effect.values.items()})
+
+
+def _of(value: float | Array, lane: Indices) -> Array:
+    """Values of a parameter in the lanes of points."""
+    known = np.ravel(value)
+    return known[lane] if known.size > 1 else np.full(len(lane), known[0])
+
+
+def _that_have(effects: Sequence[StructureEffect], method: str) -> list[StructureEffect]:
+    base = getattr(StructureEffect, method)
+    return [effect for effect in effects if getattr(type(effect), method) is not base]
+
+
+# ---------------------------------------------------------------------- order of the lanes
+def lane_values(calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
+    """Values (lanes, k) of the calibration and of the effects' parameters."""
+    numbers = [*calibration.values(), *(v for effect in effects for v in effect.values.values())]
+    columns = [np.ravel(number) for number in numbers]
+    return np.stack(np.broadcast_arrays(*columns), axis=1)
+
+
+def neutral_lane(
+    values: Array,
+    calibration: Mapping[str, Array],
+    effects: Sequence[Effect],
+    given: Mapping[str, float],
+) -> Array:
+    """Values (1, k) given by name, or at which calibration and effects do nothing; those of the
+    first of the lanes (lanes, k) where there are none.
+    """
+    neutral = [
+        given.get(name, {one.name: one.neutral for one in effect.parameters}[name])
+        for effect in effects
+        for name in effect.values
+    ]
+    pairs = zip([*(1.0 for _ in calibration), *neutral], values[0].tolist(), strict=False)
+    return np.array([[first if one is None else one for one, first in pairs]]).reshape(1, -1)
+
+
+def waves(values: Array, solved: int) -> list[tuple[Indices, Indices]]:
+    """Lanes (n,) to be solved at the same time, wave after wave, with the lanes (n,) from which
+    they begin. The first lanes, so many, have been solved already.
+
+    Lanes follow each other so that every step is short: of those left, always the one that is
+    nearest to a lane before it, by values (lanes, k) in relation to the range of all.
+
+    >>> lanes = np.array([[0.0], [1.0], [1.1], [0.1]])
+    >>> [(wave.tolist(), starts.tolist()) for wave, starts in waves(lanes, 1)]
+    [([3], [0]), ([1], [3]), ([2], [1])]
+    """
+    spread = np.ptp(values, axis=0)
+    scaled = values / np.where(spread > 0.0, spread, 1.0)
+    starts, depth = np.zeros((2, len(values)), np.intp)
+    nearest = np.full(len(values), np.inf)
+    reached = np.arange(len(values)) < solved
+    for step in range(len(values)):
+        lane = step if step < solved else int(np.argmin(np.where(reached, np.inf, nearest)))
+        if not reached[lane]:
+            reached[lane], depth[lane] = True, depth[starts[lane]] + 1
+        distance = np.sum((scaled - scaled[lane]) ** 2, axis=1)
+        closer = ~reached & (distance <= nearest)  # the latest of those as near
+        nearest[closer], starts[closer] = distance[closer], lane
+    chosen = [np.flatnonzero(depth == level) for level in range(1, depth.max(initial=0) + 1)]
+    return [(lanes, starts[lanes]) for lanes in chosen]
 
 
 @dataclass(frozen=True)

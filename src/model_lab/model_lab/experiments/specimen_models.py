@@ -33,6 +33,7 @@ KEYS = ("length", "height", "width", "wall", "side_wall", "shear_modulus")
 SEGMENT_POINTS = 4  # Gauss points on each segment of an actuator whose section varies
 
 
+# ---------------------------------------------------------------------- what they remember
 class SpecimenMemory:
     """Steps through the runs of a set, whose specimens carry over their largest values in order.
 
@@ -90,6 +91,7 @@ def _largest(staged: StagedEffects, kept: Iterable[Entry]) -> Largest:
     return {(name, key): np.asarray(staged.memory[name][key]) for name, key in kept}
 
 
+# ---------------------------------------------------------------------- sections
 class SpecimenSections:
     """Sections along the specimen of each run; arrays are (1, runs, sections).
 
@@ -183,6 +185,7 @@ def _rule(specimen: Specimen, uniform: bool) -> _Rule:
     return _Rule(x.ravel(), (half * weights).ravel(), running_integral(edges, count))
 
 
+# ---------------------------------------------------------------------- segments
 class SpecimenSegments:
     """Straight actuators cut into equal segments, and the sections at which these are evaluated.
 
