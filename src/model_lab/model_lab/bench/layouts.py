@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from model_lab.aliases import Array, Mask
 from model_lab.bench.protocols import PROTOCOLS
+from model_lab.experiments.base_torque import SEGMENTS
 from model_lab.experiments.specimen_models import SpecimenSegments
 from model_lab.measurements.measurement_set import (
     DEFLATE,
@@ -41,7 +42,6 @@ SETTINGS = (  # temperature [K] and mount of each protocol in turn
     (313.15, "bending_plane_level"),
 )
 HELD_SAMPLES, HELD_DURATION = 200, 20.0  # of a run [s]
-SEGMENTS = 10
 PEAK = 40e3  # [Pa]
 # protocol: the tip is turned by so much about x, y and z [rad] at the most (lateral bending,
 # bending, twist), and the share of it that a force does instead of a moment, nearer the base

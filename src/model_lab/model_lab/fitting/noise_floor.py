@@ -20,13 +20,13 @@ from scipy.stats import chi2
 
 from model_lab.aliases import Array, IntArray, Mask
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.preprocess import NORMAL_MEDIAN
 from model_lab.measurements.sample_table import SampleTable, Series
 
 BAND_WIDTH = 3  # each band reaches to this many times the frequency of the one before
 REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
 UPPER_LEVEL = 0.95
 SMALLEST_SPLINE = 20  # samples of a piece that tell noise from course
-NORMAL_MEDIAN = 1.4826  # standard deviation of normal values over their median size
 WHITE_BEND = 6.0  # variance of second differences of white noise of variance 1
 SPLINE_PIECE = 250  # samples of one, as its cross-validation takes a millisecond for each
 SPLINE_PIECES = 12  # of each output

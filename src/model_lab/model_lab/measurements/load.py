@@ -13,6 +13,7 @@ from model_lab.measurements.bag import MessageField, Source, read_bag_columns
 from model_lab.measurements.csv_file import read_columns
 from model_lab.measurements.measurement_set import (
     DEFLATE,
+    FORMAT,
     INFLATE,
     INPUTS,
     OUTPUTS,
@@ -34,7 +35,6 @@ from softhand_model.yaml_document import (
 Units = dict[str, Unit]
 Told = Callable[[float], None]  # with the part of a bag that has been read
 
-FORMAT = "softhand-measurement/1"
 TOP_KEYS = ("format", "experiment", "specimens", "runs")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed

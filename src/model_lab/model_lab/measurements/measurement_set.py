@@ -12,6 +12,7 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.measurements.sample_table import SampleTable, make_table
 
+FORMAT = "softhand-measurement/1"  # of its document on disk
 TIP_POSE = tuple(f"tip_{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 OUTPUTS = {
     "free_bending": ("tip_angle",),

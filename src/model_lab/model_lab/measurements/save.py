@@ -8,10 +8,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from model_lab.measurements.measurement_set import DEFLATE, MeasurementSet, Run, Specimen
+from model_lab.measurements.measurement_set import DEFLATE, FORMAT, MeasurementSet, Run, Specimen
 from model_lab.measurements.units import COLUMN_UNITS, Display, display_of
-
-FORMAT = "softhand-measurement/1"
 
 
 def check_folder(folder: Path, force: bool = False) -> None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model_lab.fitting.noise_floor import REPEATS
+from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.units import display_of
 from model_lab.report.parameters import parameter_estimates
@@ -15,9 +15,9 @@ from model_lab.report.residuals import axis_title
 from model_lab.report.view import View
 
 SOURCES = {
-    "repeats": "from the scatter of repeats",
-    "stated": "as stated in experiment.yaml",
-    "spline": "from what a smoothing spline leaves (there are no repeats)",
+    REPEATS: "from the scatter of repeats",
+    STATED: "as stated in experiment.yaml",
+    SPLINE: "from what a smoothing spline leaves (there are no repeats)",
 }
 
 
@@ -54,7 +54,7 @@ def floor_note(view: View) -> str:
     floor, shown = view.outcome.problem.floor, view.display.shown
     return (
         f"Noise floor {shown(floor.total)} (95 % bound {shown(floor.upper)}), "
-        f"{SOURCES.get(floor.source, floor.source)}{_floor_parts(view)}."
+        f"{SOURCES[floor.source]}{_floor_parts(view)}."
     )
 
 
