@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
-from model_lab.cli.progress import Progress
+from softhand_model.progress import Progress
 from thesis import frame
 
 OUT = Path("out/thesis")

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from model_lab.cli.progress import Progress
+from softhand_model.progress import Progress
 from thesis import frame
 from thesis.__main__ import main, parser_of, progress_line
 
@@ -182,7 +182,7 @@ def test_a_run_that_fails_ends_with_status_1_and_an_interrupted_one_with_130(
 def test_progress_in_a_log_is_whole_lines(monkeypatch):
     log = io.StringIO()
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.setattr("model_lab.cli.progress.LINE_EVERY", 0.0)
+    monkeypatch.setattr("softhand_model.progress.LINE_EVERY", 0.0)
     monkeypatch.setattr("thesis.__main__.Progress", partial(Progress, patience=0.0))
     with progress_line("long_run") as tell:
         tell("calibration", 0.25)
@@ -194,7 +194,7 @@ def test_progress_says_what_it_is_at_and_how_far(monkeypatch):
     said = []
     stream = SimpleNamespace(write=said.append, flush=lambda: None, isatty=lambda: True)
     monkeypatch.setattr(sys, "stderr", stream)
-    monkeypatch.setattr("model_lab.cli.progress.MOVE_EVERY", 0.0)
+    monkeypatch.setattr("softhand_model.progress.MOVE_EVERY", 0.0)
     monkeypatch.setattr("thesis.__main__.Progress", partial(Progress, patience=0.0))
     with progress_line("long_run") as tell:
         tell("calibration", 0.25)
