@@ -101,7 +101,10 @@ def test_every_topic_of_the_suite_is_in_the_bag(bag):
 
 def test_the_driver_answered_every_sample_with_its_stamp(bag):
     sensors, valves = bag.joints("/pneumaticbox/sensors"), bag.joints("/pneumaticbox/valves")
-    assert np.diff(sensors.time) == pytest.approx(PERIOD, abs=1e-6)
+    steps = np.diff(sensors.time) / PERIOD
+    assert steps == pytest.approx(np.round(steps), abs=1e-3)
+    # publishers keep ten messages: a recorder that a busy machine holds up may miss some
+    assert (steps < 1.5).mean() > 0.99
     begun = sensors.time[sensors.time >= valves.time[0] - 1e-9]
     answered = np.isin(np.round(begun / PERIOD), np.round(valves.time / PERIOD))
     # the last samples may come when the driver is being stopped
