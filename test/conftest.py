@@ -9,6 +9,7 @@ import pytest
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
+
 def share(path):
     """Name of the tests that share a process with those of a file: its own, as their fixtures are
     costly; and all tests that start nodes, as each of these loads the machine by itself.
