@@ -120,7 +120,7 @@ def test_every_angle_of_a_run_is_compared_with_the_model_at_the_pressure_of_its_
         inside = [time for time in measured.time if run["start"] <= time <= run["end"]]
         assert len(inside) > 200
         # the last may be on its way when it ends; a busy machine may cost the recorder some
-        assert np.isin(inside[:-1], times).mean() > 0.99
+        assert np.isin(inside[:-1], times).mean() > 0.95
 
 
 def test_the_story_names_its_commands_and_opens_the_seal_at_its_end(story):

@@ -22,7 +22,7 @@ from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics
 from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import Parameter, declare, usage
 from softhand_ros.run_node import run_node
-from softhand_ros.topics import RELIABLE, nanoseconds, stamp_of, subscribe_by_hand, take
+from softhand_ros.topics import nanoseconds, stamp_of, subscribe_by_hand, take
 
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
@@ -71,8 +71,9 @@ class Monitor(Node):
         self._latest: Time | None = None
         self._pressures = subscribe_by_hand(self, JointState, PRESSURE, QUEUED)
         self._angles = subscribe_by_hand(self, JointState, ANGLE, QUEUED)
-        self._predicted = self.create_publisher(JointState, "model/prediction", RELIABLE)
-        self._residual = self.create_publisher(JointState, "model/residual", RELIABLE)
+        # what was queued between two looks comes out in one go
+        self._predicted = self.create_publisher(JointState, "model/prediction", QUEUED)
+        self._residual = self.create_publisher(JointState, "model/residual", QUEUED)
         self._diagnostics = Diagnostics(self, "monitor", "model_lab")
         self._executor = RoundRobin(self)
 
