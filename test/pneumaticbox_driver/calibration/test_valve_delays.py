@@ -24,7 +24,9 @@ def trace(opening, closing, length=0.1, step=500.0, direction=-1, noise=0.0, see
     return PulseTrace(times, pressures, length, 120e3, after, direction)
 
 
-@pytest.mark.parametrize(("opening", "closing"), [(0.021, 0.039), (0.037, 0.023), (0.03, 0.03)])
+@pytest.mark.parametrize(
+    ("opening", "closing"), [(0.021, 0.039), (0.037, 0.023), (0.03, 0.03), (0.003, 0.002)]
+)
 def test_the_delays_are_where_the_step_begins_and_ends(opening, closing):
     traces = [trace(opening, closing, length, noise=60.0, seed=k) for k, length in LENGTHS]
     found = valve_delays(traces, 60.0)

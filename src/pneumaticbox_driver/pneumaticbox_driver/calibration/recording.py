@@ -14,7 +14,7 @@ from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, Leak
 from pneumaticbox_driver.observer.pulses import PulseIntegrals
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE, air_mass
 
-SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
+SETTLING = 0.75  # after a pulse, for valve, dead volume and heat: 1.1 to 1.5 s a point (4.4.2) [s]
 AVERAGING = 0.2  # of the pressures between two pulses [s]
 CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
 CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]

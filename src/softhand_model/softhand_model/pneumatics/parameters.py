@@ -1,7 +1,7 @@
 """Constants of the pretended Pneumaticbox, read from one YAML file and checked."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -76,9 +76,26 @@ class Leak:
 
 @dataclass(frozen=True)
 class Gas:
-    """Air in the actuators: time in which it takes on the walls' temperature [s], 0 at once."""
+    """Air in the channels: time in which it takes on the walls' temperature [s], 0 at once.
+
+    The time is that of a channel of `thermal_volume` [m3]. In smaller ones of the same shape the
+    way to the walls is shorter: by conduction the time goes with the square of their size. With a
+    `thermal_volume` of 0 it is the same in all.
+    """
 
     thermal_time_constant: float
+    thermal_volume: float = 0.0
+
+    def time_constants(self, volumes: Array) -> Array:
+        """Times of channels of these `volumes` (n,) [m3], (n,) [s].
+
+        >>> Gas(0.6, 5e-4).time_constants(np.array([5e-4, 4e-6])).round(3).tolist()
+        [0.6, 0.024]
+        """
+        if not self.thermal_volume:
+            return np.full(len(volumes), self.thermal_time_constant)
+        size = (volumes / self.thermal_volume) ** (1 / 3)
+        return np.asarray(self.thermal_time_constant * size**2)
 
 
 @dataclass(frozen=True)
@@ -151,23 +168,31 @@ SECTIONS: dict[str, type] = {
     "supply_sensor": Sensor,
 }
 MAY_BE_ZERO = ("delay_jitter", "noise", "accuracy", "droop", "conductance", "thermal_time_constant")
+MAY_BE_ZERO += ("thermal_volume",)
 BOUNDS = {"bits": (1.0, 24.0), "passed": (0.0, 1.0), "margin": (1.0, math.inf)}
+
+
+PRESETS = {"pneumaticbox": "pneumatics.yaml", "ideal": "pneumatics_ideal.yaml"}
+DEFAULT = "pneumaticbox"
 
 
 def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
     """Read the constants of a pneumatic box.
 
     Args:
-        path: YAML file of format `softhand-pneumatics/1`; None for the one that is shipped.
+        path: YAML file of format `softhand-pneumatics/1`, or the name of one that is shipped:
+            `pneumaticbox` by the thesis's figures and the data sheets, which None stands for, and
+            `ideal`, whose air is isothermal.
 
     Raises:
         ValueError: a key is missing, unknown or of the wrong kind; the message names file, key,
             what was expected and what was found.
 
-    >>> load_pneumatics().choke.inlet_diameter
-    0.0002
+    >>> load_pneumatics().choke.inlet_diameter, load_pneumatics("ideal").gas.thermal_time_constant
+    (0.0002, 0.0)
     """
-    source = data_file("pneumatics.yaml") if path is None else Path(path)
+    given = DEFAULT if path is None else str(path)
+    source = data_file(PRESETS[given]) if given in PRESETS else Path(given)
     scalars = ("box_seed", "ambient_pressure", "temperature")
     content = read_document(source, FORMAT).fields(["format", *scalars, *SECTIONS])
     seed = content["box_seed"]
@@ -185,13 +210,12 @@ def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
 
 def _section(node: Node, kind: type) -> Any:
     types = {field.name: field.type for field in fields(kind)}
-    values = node.fields(types)
+    optional = [field.name for field in fields(kind) if field.default is not MISSING]
+    given = node.fields([name for name in types if name not in optional], optional)
     return kind(
         **{
-            name: _range(name, values[name])
-            if types[name] == Range
-            else _scalar(name, values[name])
-            for name in types
+            name: _range(name, value) if types[name] == Range else _scalar(name, value)
+            for name, value in given.items()
         }
     )
 
