@@ -34,7 +34,7 @@ class Parameters(SineOnBottles):
 
 def boxes(seed: int) -> dict[str, Pneumatics]:
     """The ideal box with one source each: as in the default box, or as large as it says."""
-    ideal, real = load_pneumatics("ideal"), load_pneumatics()
+    ideal, real = load_pneumatics("ideal"), load_pneumatics("pneumaticbox")
     valve, alone = ideal.valve, "alone"
     delays = {"opening_delay": real.valve.opening_delay, "closing_delay": real.valve.closing_delay}
     sections: dict[str, dict[str, Any]] = {

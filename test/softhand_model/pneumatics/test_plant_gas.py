@@ -139,9 +139,9 @@ def test_a_small_channel_takes_on_the_walls_temperature_sooner_by_the_square_of_
     np.testing.assert_allclose(Gas(0.6).time_constants(np.array([BOTTLE, FINGER])), [0.6, 0.6])
 
 
-def test_heat_of_the_default_box_shows_in_a_bottle_and_hardly_in_a_finger():
+def test_heat_of_the_pneumaticbox_shows_in_a_bottle_and_hardly_in_a_finger():
     def share_left(volume):
-        plant = PneumaticPlant(["a"], [volume])
+        plant = PneumaticPlant(["a"], [volume], load_pneumatics("pneumaticbox"))
         plant.fill(2 * plant.rest_mass([volume]))
         run(plant, 0.2, -1, volume)
         run(plant, 0.1, 0, volume)  # the valve has closed

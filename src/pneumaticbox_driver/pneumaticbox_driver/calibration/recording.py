@@ -14,7 +14,7 @@ from pneumaticbox_driver.observer.coefficients import VALVE_DELAY, Leak
 from pneumaticbox_driver.observer.pulses import PulseIntegrals
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE, air_mass
 
-SETTLING = 0.75  # after a pulse, for valve, dead volume and heat: 1.1 to 1.5 s a point (4.4.2) [s]
+SETTLING = 0.2  # after a pulse, for the valve and its dead volume [s]
 AVERAGING = 0.2  # of the pressures between two pulses [s]
 CLOSING = 0.085  # after the last switch-off, until its valve must have closed [s]
 CEILING = 200e3  # gauge: within the sensors' range, pulses end there [Pa]
@@ -107,7 +107,11 @@ class Rest:
 
 
 def record_pulses(
-    durations: PulseDurations, channels: int, cycles: int, volume: float
+    durations: PulseDurations,
+    channels: int,
+    cycles: int,
+    volume: float,
+    settling: float = SETTLING,
 ) -> Recording:
     """Inflate and deflate all channels `cycles` times, as a coroutine of samples.
 
@@ -119,8 +123,9 @@ def record_pulses(
         channels: number of channels.
         cycles: pulses per direction.
         volume: of the fixed volume on each channel [m3].
+        settling: between the end of the pulses and the average [s].
     """
-    recorder = PulseRecorder(channels, volume)
+    recorder = PulseRecorder(channels, volume, settling)
     yield from recorder.zero()
     for _ in range(cycles):
         yield from recorder.cycle(durations)

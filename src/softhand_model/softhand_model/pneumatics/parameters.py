@@ -173,7 +173,7 @@ BOUNDS = {"bits": (1.0, 24.0), "passed": (0.0, 1.0), "margin": (1.0, math.inf)}
 
 
 PRESETS = {"pneumaticbox": "pneumatics.yaml", "ideal": "pneumatics_ideal.yaml"}
-DEFAULT = "pneumaticbox"
+DEFAULT = "ideal"
 
 
 def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
@@ -181,15 +181,17 @@ def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
 
     Args:
         path: YAML file of format `softhand-pneumatics/1`, or the name of one that is shipped:
-            `pneumaticbox` by the thesis's figures and the data sheets, which None stands for, and
-            `ideal`, whose air is isothermal.
+            `pneumaticbox` by the thesis's figures and the data sheets, and `ideal`, whose air is
+            isothermal, as the thesis takes that of a hand to be (section 4.2); None is `ideal`.
 
     Raises:
         ValueError: a key is missing, unknown or of the wrong kind; the message names file, key,
             what was expected and what was found.
 
-    >>> load_pneumatics().choke.inlet_diameter, load_pneumatics("ideal").gas.thermal_time_constant
-    (0.0002, 0.0)
+    >>> load_pneumatics().gas.thermal_time_constant
+    0.0
+    >>> load_pneumatics("pneumaticbox").gas.thermal_time_constant
+    0.5
     """
     given = DEFAULT if path is None else str(path)
     source = data_file(PRESETS[given]) if given in PRESETS else Path(given)
