@@ -28,24 +28,25 @@ SMALL = SMALL_SINE | {"channels": 1, "tests": 8}
 class Parameters(SineOnBottles):
     """Options of the experiment."""
 
-    channels: int = option(3, "outlets of the box [-]")
-    tests: int = option(100, "pulses per channel that no calibration has seen [-]")
+    channels: int = option(2, "outlets of the box [-]")
+    duration: float = option(30.0, "time of the sine [s]")
+    tests: int = option(50, "pulses per channel that no calibration has seen [-]")
 
 
 def boxes(seed: int) -> dict[str, Pneumatics]:
-    """The ideal box with one source each: as in the default box, or as large as it says."""
+    """The ideal box with one source each, as in the Pneumaticbox or as large as its name says."""
     ideal, real = load_pneumatics("ideal"), load_pneumatics("pneumaticbox")
     valve, alone = ideal.valve, "alone"
     delays = {"opening_delay": real.valve.opening_delay, "closing_delay": real.valve.closing_delay}
     sections: dict[str, dict[str, Any]] = {
         "ideal box": {},
-        f"valves as alike as the default's, {alone}": {"valve": replace(valve, **delays)},
-        f"chokes as alike as the default's, {alone}": {"choke": real.choke},
-        f"sensors of the default, {alone}": {
+        f"valves as alike as the Pneumaticbox's, {alone}": {"valve": replace(valve, **delays)},
+        f"chokes as alike as the Pneumaticbox's, {alone}": {"choke": real.choke},
+        f"sensors of the Pneumaticbox, {alone}": {
             "channel_sensor": real.channel_sensor,
             "supply_sensor": real.supply_sensor,
         },
-        f"heat of the default, {alone}": {"gas": real.gas},
+        f"heat of the Pneumaticbox, {alone}": {"gas": real.gas},
         f"valve jitter of 2 ms, {alone}": {"valve": replace(valve, delay_jitter=2e-3)},
         f"sensor noise of 200 Pa, {alone}": {
             "channel_sensor": replace(ideal.channel_sensor, noise=200.0)
@@ -58,7 +59,7 @@ def boxes(seed: int) -> dict[str, Pneumatics]:
         },
     }
     made = {name: replace(ideal, **changed) for name, changed in sections.items()}
-    made["default box"] = real
+    made["Pneumaticbox"] = real
     return {n: replace(box, box_seed=box.box_seed + seed) for n, box in made.items()}
 
 
@@ -93,7 +94,7 @@ def report(results: Results, given: Parameters) -> Report:
     ]
     first, last = results["figures"][0], results["figures"][-1]
     conclusion = (
-        f"From the ideal to the default box, deflation falls from {first[0]:.1f} to {last[0]:.1f} "
+        f"From the ideal box to the Pneumaticbox, deflation falls from {first[0]:.1f} to {last[0]:.1f} "
         f"times the baseline's (thesis: about 7), inflation from {first[1]:.1f} to {last[1]:.1f}, "
         f"shared over own calibration from {first[2]:.1f} to {last[2]:.1f} (thesis: about 4)."
     )
