@@ -36,6 +36,13 @@ def test_the_delays_are_where_the_step_begins_and_ends(opening, closing):
 LENGTHS = list(enumerate(np.linspace(0.046, 0.5, 20).round(3)))
 
 
+def test_pulses_too_short_to_tell_the_opening_tell_no_closing_before_it_either():
+    opening, closing = valve_delays(
+        [trace(0.003, 0.002, length) for length in (0.008, 0.012)], 60.0
+    )
+    assert closing >= opening
+
+
 def test_without_a_clear_step_the_delays_are_the_nominal_ones():
     flat = [
         PulseTrace(t.times, np.full_like(t.times, 120e3), t.length, 120e3, 120e3, -1)

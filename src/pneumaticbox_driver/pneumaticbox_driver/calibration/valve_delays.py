@@ -62,7 +62,7 @@ def valve_delays(traces: Sequence[PulseTrace], noise: float) -> Delays:
     )
     error = noise / np.sqrt(len(lasting))
     closed = _crossing(closing, STILL_SWITCHED_ON, error, rising=False)
-    if closed >= NOT_YET_CLOSED[1]:
+    if max(opened, closed) >= NOT_YET_CLOSED[1]:
         closed = _crossing(closing, NOT_YET_CLOSED, error, rising=False)
     return opened, closed
 
