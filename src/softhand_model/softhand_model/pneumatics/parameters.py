@@ -167,8 +167,8 @@ SECTIONS: dict[str, type] = {
     "channel_sensor": Sensor,
     "supply_sensor": Sensor,
 }
-MAY_BE_ZERO = ("delay_jitter", "noise", "accuracy", "droop", "conductance", "thermal_time_constant")
-MAY_BE_ZERO += ("thermal_volume",)
+MAY_BE_ZERO = {"delay_jitter", "noise", "accuracy", "droop", "conductance"}
+MAY_BE_ZERO |= {"thermal_time_constant", "thermal_volume"}
 BOUNDS = {"bits": (1.0, 24.0), "passed": (0.0, 1.0), "margin": (1.0, math.inf)}
 
 
