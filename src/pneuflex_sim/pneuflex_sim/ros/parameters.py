@@ -42,6 +42,13 @@ PARAMETERS = (
     Parameter("marker_rate", 10.0, "rate of hand/markers in simulated time", "Hz", (0.1, 100.0)),
     Parameter("wrist_stiffness", 1000.0, "stiffness of the compliant wrist", "N/m", (1.0, 1e6)),
     Parameter("wrist_force_limit", 20.0, "largest force of the wrist's spring", "N", (0.1, 1e4)),
+    Parameter(
+        "workspace",
+        2.0,
+        "how far targets of the wrist may lie from the world's origin along each axis",
+        "m",
+        (0.1, 100.0),
+    ),
 )
 
 
@@ -62,7 +69,9 @@ def configuration(value: Mapping[str, Any]) -> SimulationConfig:
         object_offset=tuple(value["object_offset"]),
         object_mass_scale=value["object_mass_scale"],
         wrist=WristParameters(
-            stiffness=value["wrist_stiffness"], force_limit=value["wrist_force_limit"]
+            stiffness=value["wrist_stiffness"],
+            force_limit=value["wrist_force_limit"],
+            workspace=value["workspace"],
         ),
         solver=solver_settings(value["solver"]),
         wall_inclination=value["wall_inclination"] or None,
