@@ -239,7 +239,7 @@ class HandBodies:
         self.read()
 
     def read(self) -> None:
-        """Take joint orientations and velocities from PyBullet; raises Diverged when the run has."""
+        """Take joint orientations and velocities from PyBullet; raises Diverged when it has."""
         self._states.read()
         if not self.rigid:
             self.bases.read()

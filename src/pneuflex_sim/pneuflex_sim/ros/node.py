@@ -17,6 +17,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.markers import SeenScene
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
 from pneuflex_sim.simulation import Simulation
@@ -25,12 +26,11 @@ from pneuflex_sim.world import Diverged
 from softhand_model.pneumatics.valves import CommandWatch
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report, cut
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import declare, usage
+from softhand_ros.parameters import declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.topics import RELIABLE, Inbox, latched, nanoseconds, stamp_of_seconds
 
-PURPOSE = "Simulates a soft hand, its valves and an object, and publishes what is sensed."
 LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
 SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
@@ -370,7 +370,7 @@ def main(args: list[str] | None = None) -> int:
         "hand_sim",
         HandSim,
         run,
-        usage=usage("hand_sim", PURPOSE, PARAMETERS),
+        usage=HELP,
         args=args,
         failures=(RuntimeError, pybullet.error),  # no display, or the window was closed
     )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pneuflex_sim.hand.wrist import WristParameters
-from pneuflex_sim.simulation import SimulationConfig
-from pneuflex_sim.world import SETTINGS, solver_settings
 from softhand_ros.parameters import Parameter
 
+if TYPE_CHECKING:
+    from pneuflex_sim.simulation import SimulationConfig
+
+SOLVERS = ("fast", "default", "stable")  # pneuflex_sim.world.SETTINGS
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
     Parameter("scene", "table", "scene by name or path of its YAML"),
@@ -26,7 +27,7 @@ PARAMETERS = (
     Parameter("object_mass_scale", 1.0, "factor on the object's mass", "-", (0.01, 100.0)),
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
     Parameter("step", 0.002, "physics step", "s", (0.0001, 0.01)),
-    Parameter("solver", "default", "settings of the contact solver", choices=tuple(SETTINGS)),
+    Parameter("solver", "default", "settings of the contact solver", choices=SOLVERS),
     Parameter("finger_contact", False, "neighbouring fingers touch each other"),
     Parameter("segments", 5, "segments an actuator", bounds=(1, 15)),
     Parameter("seed", 0, "seed of sensors and valves", bounds=(0, 2**31 - 1)),
@@ -57,6 +58,11 @@ def configuration(value: Mapping[str, Any]) -> SimulationConfig:
 
     Raises ValueError for values that cannot be used.
     """
+    # loaded here: the help prints the parameters, and need not wait for the physics
+    from pneuflex_sim.hand.wrist import WristParameters
+    from pneuflex_sim.simulation import SimulationConfig
+    from pneuflex_sim.world import solver_settings
+
     return SimulationConfig(
         hand=value["hand"],
         object=value["object"],
