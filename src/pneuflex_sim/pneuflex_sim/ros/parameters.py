@@ -33,6 +33,7 @@ PARAMETERS = (
     Parameter("seed", 0, "seed of sensors and valves", bounds=(0, 2**31 - 1)),
     Parameter("gui", False, "open PyBullet's window"),
     Parameter("lockstep", True, "wait for the driver's answer to each sensor sample"),
+    Parameter("publish_clock", True, "publish /clock; false: follow another simulator's"),
     Parameter(
         "real_time_factor",
         1.0,
