@@ -1,4 +1,4 @@
-"""One clock for all simulators: one of them publishes /clock, the others follow it.
+"""Pace and clock of the simulators: one of them publishes /clock, the others follow it.
 
 Who follows never goes beyond the newest tick and tells on /clock_followers how far it has come. Who
 leads waits for the slowest of them: the sequencers command both hands by the one clock, so a hand
@@ -31,6 +31,34 @@ PATIENCE = 0.5  # wall time for which one tick waits for the followers [s]
 MEMORY = 1.0  # wall time after which a follower that is silent is forgotten [s]
 LARGEST_LAG = 1.0  # behind which a follower does not catch up, but jumps to the newest tick [s]
 ALONE = "publish_clock is false, and no /clock has come: another simulator must publish it"
+
+
+class Pace:
+    """Sleeps so that simulated over wall time stays at `limit` or below; 0 never sleeps."""
+
+    def __init__(self, limit: float) -> None:
+        self.limit = limit
+        self.restart(0.0)
+
+    def restart(self, simulated: float) -> None:
+        """Begin to count at this simulated time [s]."""
+        self._wall, self._simulated, self._now = time.monotonic(), simulated, simulated
+
+    def wait(self, simulated: float) -> None:
+        """Sleep until the wall clock has caught up; time that was lost is not made up for."""
+        self._now = simulated
+        if not self.limit:
+            return
+        ahead = (simulated - self._simulated) / self.limit - (time.monotonic() - self._wall)
+        if ahead > 0:
+            time.sleep(ahead)
+        elif ahead < -0.1:
+            self.restart(simulated)
+
+    def factor(self) -> float:
+        """Simulated over wall time since the last restart."""
+        wall = time.monotonic() - self._wall
+        return (self._now - self._simulated) / wall if wall > 0 else 0.0
 
 
 class SharedClock(Protocol):

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from pneuflex_sim.ros.clock import shared_clock
+from pneuflex_sim.ros.clock import Pace, shared_clock
 from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.markers import SeenScene
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
@@ -47,34 +47,6 @@ STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
-
-
-class Pace:
-    """Sleeps so that simulated over wall time stays at `limit` or below; 0 never sleeps."""
-
-    def __init__(self, limit: float) -> None:
-        self.limit = limit
-        self.restart(0.0)
-
-    def restart(self, simulated: float) -> None:
-        """Begin to count at this simulated time [s]."""
-        self._wall, self._simulated, self._now = time.monotonic(), simulated, simulated
-
-    def wait(self, simulated: float) -> None:
-        """Sleep until the wall clock has caught up; time that was lost is not made up for."""
-        self._now = simulated
-        if not self.limit:
-            return
-        ahead = (simulated - self._simulated) / self.limit - (time.monotonic() - self._wall)
-        if ahead > 0:
-            time.sleep(ahead)
-        elif ahead < -0.1:
-            self.restart(simulated)
-
-    def factor(self) -> float:
-        """Simulated over wall time since the last restart."""
-        wall = time.monotonic() - self._wall
-        return (self._now - self._simulated) / wall if wall > 0 else 0.0
 
 
 def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:
