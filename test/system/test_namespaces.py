@@ -25,7 +25,12 @@ OFFERS = {
     "grasp_sequencer": OF_THE_SEQUENCER,
     "monitor": OF_THE_MONITOR,
 }
-OF_EVERY_NODE = ("/rosout", "/parameter_events")
+OF_EVERY_NODE = (
+    "/rosout",
+    "/parameter_events",
+    *(f"_{way}" for way in ("parameters", "parameters_atomically", "parameter_types")),
+    "_type_description",
+)
 NOT_HERE = {"pub /tf"}  # its messages are not on PyPI
 FOLLOWING = {"sub /clock", "pub /clock_followers"}  # what a simulator does with another's clock
 
@@ -119,12 +124,11 @@ def offered(peer, name, namespace):
         "sub": node.get_subscriber_names_and_types_by_node,
         "srv": node.get_service_names_and_types_by_node,
     }
-    own = f"{namespace}/{name}/"  # services of parameters
     return {
         f"{way} {topic.removeprefix(f'{namespace}/')}"
         for way, look in found.items()
         for topic, _ in look(name, namespace)
-        if topic not in OF_EVERY_NODE and not topic.startswith(own)
+        if not topic.endswith(OF_EVERY_NODE)
     }
 
 
