@@ -6,7 +6,7 @@ import pytest
 from grasp_strategies.ros.messages import (
     Feed,
     read_air_state,
-    read_driver_fault,
+    read_fault,
     read_force,
     read_pose,
     read_touching,
@@ -103,12 +103,20 @@ def test_a_fault_of_the_driver_is_its_errors_only():
             status("hand_sim: simulation", 2, "diverged"),
         ]
     )
-    assert read_driver_fault(message) == "vented until reset"
+    assert read_fault(message, "pneumaticbox") == "vented until reset"
 
 
 def test_a_driver_without_errors_takes_its_fault_back_and_others_say_nothing_of_it():
-    assert read_driver_fault(Fields(status=[status("pneumaticbox: safety", 0, "fine")])) == ""
-    assert read_driver_fault(Fields(status=[status("hand_sim: simulation", 2, "x")])) is None
+    assert read_fault(Fields(status=[status("pneumaticbox: safety", 0, "")]), "pneumaticbox") == ""
+    simulator = Fields(status=[status("hand_sim: simulation", 2, "x")])
+    assert read_fault(simulator, "pneumaticbox") is None
+
+
+def test_a_fault_of_another_hand_is_none_of_this_one():
+    message = Fields(status=[status("left/pneumaticbox: safety", 2, "vented until reset")])
+    assert read_fault(message, "left/pneumaticbox") == "vented until reset"
+    assert read_fault(message, "right/pneumaticbox") is None
+    assert read_fault(message, "pneumaticbox") is None
 
 
 def test_a_feed_keeps_the_last_good_contents_and_why_a_message_was_refused():

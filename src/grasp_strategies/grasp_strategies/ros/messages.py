@@ -17,7 +17,6 @@ from grasp_strategies.scene import Array
 
 WORLD = "world"
 OBJECT = "object"
-DRIVER_STATUS = "pneumaticbox:"  # how the names of the driver's diagnostics begin
 ERROR = b"\x02"  # diagnostic_msgs/DiagnosticStatus.ERROR
 ADD = 0  # visualization_msgs/Marker.ADD; others delete
 
@@ -83,12 +82,12 @@ def read_touching(message: Any) -> frozenset[str]:
     return frozenset(body for pair in pairs if OBJECT in pair for body in pair if body != OBJECT)
 
 
-def read_driver_fault(message: Any) -> str | None:
-    """What the driver's part of a DiagnosticArray says is in error; empty when nothing is.
+def read_fault(message: Any, node: str) -> str | None:
+    """What a node's part of a DiagnosticArray says is in error; empty when nothing is.
 
-    None when the message is not the driver's.
+    None when the message is not that node's; its name has its namespace, as in `left/hand_sim`.
     """
-    own = [status for status in message.status if status.name.startswith(DRIVER_STATUS)]
+    own = [status for status in message.status if status.name.startswith(f"{node}:")]
     faults = [status.message for status in own if status.level >= ERROR]
     return "; ".join(faults) if own else None
 

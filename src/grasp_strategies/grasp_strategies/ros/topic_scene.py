@@ -31,7 +31,7 @@ from grasp_strategies.ros.messages import (
     WORLD,
     Feed,
     read_air_state,
-    read_driver_fault,
+    read_fault,
     read_force,
     read_pose,
     read_touching,
@@ -40,6 +40,8 @@ from grasp_strategies.scene import Array, Observation, SceneError
 from softhand_ros.topics import (
     NEWEST,
     TakenByHand,
+    clock_conflict,
+    full_name,
     seconds,
     stamp_of_seconds,
     subscribe_by_hand,
@@ -47,6 +49,7 @@ from softhand_ros.topics import (
 )
 
 SIMULATOR, DRIVER = "hand_sim", "driver"
+REPORTERS = {"pneumaticbox": "the driver", "hand_sim": "the simulator"}  # by the node's name
 SILENCE = 0.5  # [s] of scene time without a message of a topic ...
 SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
 FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken back stands
@@ -80,8 +83,8 @@ class TopicScene:
         self.feeds = (self._wrist, self._object, self._force, self._contacts, self._air)
         self._wrist_target = node.create_publisher(PoseStamped, "wrist/target_pose", 10)
         self._air_command = node.create_publisher(JointTrajectory, "pneumaticbox/command", 10)
-        self._driver_fault = ""
-        node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_driver, 10)
+        self._faults: dict[str, str] = {}
+        node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_faults, 10)
         self._vent: Client = node.create_client(Trigger, "pneumaticbox/vent")
 
     def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
@@ -101,8 +104,8 @@ class TopicScene:
         self._take_clock()
         self._simulated_time = None
         self._await_end_of(self._missing, time_out)
-        # the driver tells once a second that a fault is over
-        self._await_end_of(lambda: self._driver_fault, FAULT_MEMORY)
+        # both tell once a second that a fault is over
+        self._await_end_of(lambda: self._fault, FAULT_MEMORY)
         self.channels = self._air.value.channels
 
     def _await_end_of(self, obstacle: Callable[[], str], time_out: float) -> None:
@@ -113,10 +116,16 @@ class TopicScene:
             if time.monotonic() > end:
                 raise SceneError(f"after {time_out:g} s of waiting: {what}")
 
-    def _hear_driver(self, message: DiagnosticArray) -> None:
-        fault = read_driver_fault(message)
-        if fault is not None:
-            self._driver_fault = fault and f"the driver reports: {fault}"
+    def _hear_faults(self, message: DiagnosticArray) -> None:
+        for node, who in REPORTERS.items():
+            fault = read_fault(message, full_name(self._node, node))
+            if fault is not None:
+                self._faults[node] = fault and f"{who} reports: {fault}"
+
+    @property
+    def _fault(self) -> str:
+        """What driver and simulator report; empty when all is well."""
+        return "; ".join(filter(None, self._faults.values()))
 
     def _missing(self) -> str:
         """What is not there yet, by who should provide it; empty when all is there."""
@@ -155,8 +164,8 @@ class TopicScene:
         """Sleep until the scene's time has gone on by `duration` [s] or `interrupt` was called.
 
         Simulated time may stand still as long as somebody publishes `/clock` (a paused simulation).
-        Raises SceneError when nobody does any more, and when time jumps back because the simulator
-        was reset.
+        Raises SceneError when nobody does any more, when it stands and driver or simulator report a
+        fault, and when time jumps back because the simulator was reset.
         """
         start = self.time
         while (left := start + duration - self.time) > 1e-9 and not self._interrupted.is_set():
@@ -166,17 +175,17 @@ class TopicScene:
                 self._wait(left, clock=False)
             if self.time < start - 1e-9:
                 raise SceneError(
-                    f"time jumped back from {start:.3f} s to {self.time:.3f} s: simulator reset"
+                    f"time jumped back from {start:.3f} s to {self.time:.3f} s: "
+                    f"{clock_conflict(self._node) or 'simulator reset'}"
                 )
 
     def _await_clock(self) -> None:
         ticked = self._wait(STILL_PERIOD, clock=True)
-        if (
-            not ticked
-            and not self._interrupted.is_set()
-            and not self._node.count_publishers("/clock")
-        ):
-            raise SceneError("/clock has no publisher any more (has hand_sim ended?)")
+        if not ticked and not self._interrupted.is_set():
+            if self._fault:
+                raise SceneError(self._fault)
+            if not self._node.count_publishers("/clock"):
+                raise SceneError("/clock has no publisher any more (has hand_sim ended?)")
         self._take_clock()
 
     def _wait(self, time_out: float, *, clock: bool) -> bool:
@@ -239,8 +248,8 @@ class TopicScene:
     # ---------------------------------------------------------------- observation
     def observe(self) -> Observation:
         """Return the newest of every topic; raises SceneError that names one that fell silent."""
-        if self._driver_fault:
-            raise SceneError(self._driver_fault)
+        if self._fault:
+            raise SceneError(self._fault)
         now, wall = self.time, time.monotonic()
         for feed in self.feeds:
             self._take(feed)

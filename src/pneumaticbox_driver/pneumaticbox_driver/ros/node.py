@@ -25,6 +25,7 @@ from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.diagnostics import LinkState, NoteThrottle, ValveActivity, box_reports
 from pneumaticbox_driver.ros.box_topics import COMMAND, SCHEDULE, Commands, StateTopics
 from pneumaticbox_driver.ros.calibration_service import Calibrating, calibrations_of
+from pneumaticbox_driver.ros.interface import HELP
 from pneumaticbox_driver.ros.parameters import (
     PARAMETERS,
     box_settings,
@@ -36,10 +37,10 @@ from pneumaticbox_driver.safety import SampleWatch
 from pneumaticbox_driver.settings import per_channel
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import SIM_TIME, declare, usage
+from softhand_ros.parameters import SIM_TIME, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
-from softhand_ros.topics import RELIABLE, Inbox, seconds
+from softhand_ros.topics import RELIABLE, Inbox, clock_conflict, seconds
 
 # after which a calibration's fit, in a thread, lets the control step run [s]
 SWITCH_INTERVAL = 0.001
@@ -49,7 +50,6 @@ WAIT = 0.01  # for a sample, before others are served [s]
 # part of the box that a parameter of the name of its attribute switches
 SWITCHES = {"drift_correction": "zeroing", "leak_model": "observer"}
 VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
-PURPOSE = "Controls the air of a soft hand's channels over ROS 2."
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
 
 
@@ -296,6 +296,8 @@ class PneumaticBoxNode(Node):
         self.link.forget_refused(now)
         if self._sensors is not None:
             self.link.simulators = self._sensors.publishers()
+        if self._clock_pulse is not None:
+            self.link.clock_warning = clock_conflict(self)
         self._commands.count_commanders()
         self.link.storm = self._commands.traffic.storm(now)
         reports = box_reports(self.box, self.link, self._activity)
@@ -338,8 +340,7 @@ def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; `run_node` tells the exit status."""
-    help_text = usage("driver", PURPOSE, PARAMETERS)
-    return run_node("pneumaticbox", PneumaticBoxNode, run, usage=help_text, args=args)
+    return run_node("pneumaticbox", PneumaticBoxNode, run, usage=HELP, args=args)
 
 
 if __name__ == "__main__":
