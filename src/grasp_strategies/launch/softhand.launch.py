@@ -20,6 +20,10 @@ ARGUMENTS = {
     "gui": ("false", "open PyBullet's window"),
     "use_sim_time": ("true", "driver and sequencer follow /clock"),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),
+    "command_timeout": (
+        "5.0",
+        "silence of commands after which the driver lets go [s]; 0: never, to command by hand",
+    ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
 
@@ -27,6 +31,11 @@ ARGUMENTS = {
 def text(name):
     """Value of an argument as a string, also when it looks like a number."""
     return ParameterValue(LaunchConfiguration(name), value_type=str)
+
+
+def number(name):
+    """Value of an argument as a number with a point."""
+    return ParameterValue(LaunchConfiguration(name), value_type=float)
 
 
 def switch(name):
@@ -66,6 +75,7 @@ def driver():
                 "hand": text("hand"),
                 "backend": text("backend"),
                 "hardware_file": text("hardware_file"),
+                "command_timeout": number("command_timeout"),
                 "use_sim_time": switch("use_sim_time"),
             }
         ],

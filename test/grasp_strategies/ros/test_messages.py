@@ -10,6 +10,8 @@ from grasp_strategies.ros.messages import (
     read_force,
     read_pose,
     read_touching,
+    read_worst,
+    statuses_of,
 )
 
 
@@ -95,20 +97,22 @@ def status(name, level, message):
     return Fields(name=name, level=bytes([level]), message=message)
 
 
-def test_a_fault_of_the_driver_is_its_errors_only():
-    message = Fields(
-        status=[
-            status("pneumaticbox: sensors", 1, "no sample"),
-            status("pneumaticbox: safety", 2, "vented until reset"),
-            status("hand_sim: simulation", 2, "diverged"),
-        ]
-    )
-    assert read_driver_fault(message) == "vented until reset"
+def test_what_a_node_says_is_told_from_what_others_say():
+    own = [status("pneumaticbox: sensors", 1, "no sample"), status("pneumaticbox", 0, "well")]
+    others = [status("hand_sim: simulation", 2, "diverged"), status("pneumaticbox2: a", 2, "x")]
+    message = Fields(status=[*others, *own])
+    assert statuses_of(message, "pneumaticbox") == own
+    assert read_worst(own) == "no sample"
 
 
-def test_a_driver_without_errors_takes_its_fault_back_and_others_say_nothing_of_it():
-    assert read_driver_fault(Fields(status=[status("pneumaticbox: safety", 0, "fine")])) == ""
-    assert read_driver_fault(Fields(status=[status("hand_sim: simulation", 2, "x")])) is None
+def test_a_fault_of_the_driver_is_its_errors_or_that_it_is_disabled():
+    well = status("pneumaticbox: safety", 0, "in operation")
+    warned = status("pneumaticbox: sensors", 1, "no sample")
+    vented = status("pneumaticbox: safety", 2, "vented until reset")
+    disabled = status("pneumaticbox: safety", 1, "disabled: valves are closed")
+    assert read_driver_fault([warned, vented]) == "vented until reset"
+    assert read_driver_fault([warned, disabled]) == "disabled: valves are closed"
+    assert read_driver_fault([warned, well]) == ""
 
 
 def test_a_feed_keeps_the_last_good_contents_and_why_a_message_was_refused():

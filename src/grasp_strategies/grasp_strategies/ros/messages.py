@@ -17,8 +17,8 @@ from grasp_strategies.scene import Array
 
 WORLD = "world"
 OBJECT = "object"
-DRIVER_STATUS = "pneumaticbox:"  # how the names of the driver's diagnostics begin
-ERROR = b"\x02"  # diagnostic_msgs/DiagnosticStatus.ERROR
+SAFETY = ": safety"  # how the name of the driver's report ends that tells whether it works
+OK, ERROR = b"\x00", b"\x02"  # levels of diagnostic_msgs/DiagnosticStatus
 ADD = 0  # visualization_msgs/Marker.ADD; others delete
 
 
@@ -83,14 +83,32 @@ def read_touching(message: Any) -> frozenset[str]:
     return frozenset(body for pair in pairs if OBJECT in pair for body in pair if body != OBJECT)
 
 
-def read_driver_fault(message: Any) -> str | None:
-    """What the driver's part of a DiagnosticArray says is in error; empty when nothing is.
+def statuses_of(message: Any, node: str) -> list[Any]:
+    """The statuses of a node in a DiagnosticArray."""
+    return [s for s in message.status if s.name == node or s.name.startswith(f"{node}:")]
 
-    None when the message is not the driver's.
+
+def read_driver_fault(statuses: Sequence[Any]) -> str:
+    """Why the driver commands no air, by its diagnostics; empty when it does.
+
+    That is what they tell as an error, or that it is disabled.
     """
-    own = [status for status in message.status if status.name.startswith(DRIVER_STATUS)]
-    faults = [status.message for status in own if status.level >= ERROR]
-    return "; ".join(faults) if own else None
+    faults = [s for s in statuses if s.level >= ERROR or (s.name.endswith(SAFETY) and s.level > OK)]
+    return "; ".join(status.message for status in faults)
+
+
+def read_worst(statuses: Sequence[Any]) -> str:
+    """The worst that a node says of itself."""
+    return str(max(statuses, key=lambda status: status.level).message)
+
+
+@dataclass(frozen=True)
+class LastReport:
+    """What a node said of itself last, and at which wall time [s]; `preparing`: not at work yet."""
+
+    sentence: str
+    preparing: bool
+    heard: float
 
 
 @dataclass

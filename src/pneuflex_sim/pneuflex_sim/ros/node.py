@@ -21,8 +21,9 @@ from pneuflex_sim.ros.markers import SeenScene
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
+from softhand_model.numerics.compiled import compilation_told
 from softhand_model.pneumatics.valves import CommandWatch
-from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation, Report
 from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import declare, usage
 from softhand_ros.run_node import run_node
@@ -81,8 +82,10 @@ class HandSim(Node):
     def __init__(self) -> None:
         super().__init__("hand_sim")
         value = declare(self, PARAMETERS)
-        self.simulation = Simulation(configuration(value))
-        self._compile()
+        self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
+        with Preparation(self, self.diagnostics, "simulation") as tell, compilation_told(tell):
+            self.simulation = Simulation(configuration(value))
+            self._compile()
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.driver_seen = False
@@ -124,7 +127,6 @@ class HandSim(Node):
         self.wrench = make(WrenchStamped, "wrist/wrench", RELIABLE)
         self.wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
         self.object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
-        self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
         self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
         self.create_subscription(PoseStamped, "wrist/target_pose", self._on_target, RELIABLE)
 
