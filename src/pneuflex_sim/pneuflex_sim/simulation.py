@@ -277,7 +277,7 @@ class Simulation:
 
     def object_pose(self) -> tuple[Array, Array]:
         """Position [m] and quaternion of the object; raises ValueError in a scene without
-        one, RuntimeError when it has diverged.
+        one, Diverged when it has.
         """
         return self._object().pose()
 

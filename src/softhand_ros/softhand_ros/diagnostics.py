@@ -12,11 +12,21 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from softhand_ros.topics import RELIABLE
+from softhand_ros.topics import RELIABLE, full_name
 
 REPORT_PERIOD = 1.0  # wall time between reports (REP-107) [s]
-OK, WARN = 0, 1
+OK, WARN, ERROR = 0, 1, 2
 PREPARING = "preparing"  # key of a report whose node does not serve yet
+QUOTED = 200  # characters of what is quoted from outside
+
+
+def cut(text: str) -> str:
+    """What is quoted from outside, short enough for the log and for /diagnostics.
+
+    >>> len(cut("x" * 10_000_000))
+    200
+    """
+    return text if len(text) <= QUOTED else f"{text[: QUOTED - 3]}..."
 
 
 class Status(Protocol):
@@ -41,22 +51,23 @@ class Status(Protocol):
 
 @dataclass(frozen=True)
 class Report:
-    """A status with warnings, which are its sentence; without any it is `well`."""
+    """A status with errors and warnings, which are its sentence; without any it is `well`."""
 
     name: str
     well: str
     warnings: Sequence[str] = ()
     values: Mapping[str, str] = field(default_factory=dict)
+    errors: Sequence[str] = ()
 
     @property
     def level(self) -> int:
-        """WARN when there is a warning."""
-        return WARN if any(self.warnings) else OK
+        """ERROR when there is an error, WARN when there is a warning."""
+        return ERROR if any(self.errors) else WARN if any(self.warnings) else OK
 
     @property
     def message(self) -> str:
-        """The warnings, else that all is well."""
-        return "; ".join(filter(None, self.warnings)) or self.well
+        """The errors and the warnings, else that all is well."""
+        return "; ".join(filter(None, (*self.errors, *self.warnings))) or self.well
 
 
 class Diagnostics:
@@ -65,7 +76,7 @@ class Diagnostics:
     Args:
         node: whose it is.
         name: of the node, before the names of its parts.
-        hardware: what the reports are about.
+        hardware: what the reports are about. Both get the node's namespace in front.
         topic, qos: where they are published.
     """
 
@@ -77,7 +88,8 @@ class Diagnostics:
         topic: str = "/diagnostics",
         qos: QoSProfile = RELIABLE,
     ) -> None:
-        self._node, self._name, self._hardware = node, name, hardware
+        self._node = node
+        self._name, self._hardware = full_name(node, name), full_name(node, hardware)
         self._publisher = node.create_publisher(DiagnosticArray, topic, qos)
 
     def publish(self, reports: Iterable[Status], stamp: Time | None = None) -> None:

@@ -25,6 +25,11 @@ def latched(depth: int) -> QoSProfile:
     )
 
 
+def full_name(node: Node, name: str) -> str:
+    """A name of a frame, a part or another node in the namespace of `node`, as in `left/wrist`."""
+    return f"{node.get_namespace()}/{name}".strip("/")
+
+
 def stamp_of(nanoseconds: int) -> Time:
     """Stamp of a time [ns]."""
     sec, nanosec = divmod(nanoseconds, SECOND)

@@ -14,6 +14,7 @@ import numpy as np
 
 from grasp_strategies.pose import Pose
 from grasp_strategies.scene import Array
+from softhand_ros.diagnostics import PREPARING
 
 WORLD = "world"
 OBJECT = "object"
@@ -83,32 +84,36 @@ def read_touching(message: Any) -> frozenset[str]:
     return frozenset(body for pair in pairs if OBJECT in pair for body in pair if body != OBJECT)
 
 
-def statuses_of(message: Any, node: str) -> list[Any]:
-    """The statuses of a node in a DiagnosticArray."""
-    return [s for s in message.status if s.name == node or s.name.startswith(f"{node}:")]
-
-
-def read_driver_fault(statuses: Sequence[Any]) -> str:
-    """Why the driver commands no air, by its diagnostics; empty when it does.
-
-    That is what they tell as an error, or that it is disabled.
-    """
-    faults = [s for s in statuses if s.level >= ERROR or (s.name.endswith(SAFETY) and s.level > OK)]
-    return "; ".join(status.message for status in faults)
-
-
-def read_worst(statuses: Sequence[Any]) -> str:
-    """The worst that a node says of itself."""
-    return str(max(statuses, key=lambda status: status.level).message)
-
-
 @dataclass(frozen=True)
-class LastReport:
-    """What a node said of itself last, and at which wall time [s]; `preparing`: not at work yet."""
+class NodeReport:
+    """What a node said of itself last.
 
-    sentence: str
+    `worst`: its worst sentence; `fault`: why it does not do its work, empty when it does;
+    `preparing`: not at work yet; `heard`: at which wall time [s].
+    """
+
+    worst: str
+    fault: str
     preparing: bool
     heard: float
+
+
+def read_report(message: Any, node: str, heard: float) -> NodeReport | None:
+    """A node's part of a DiagnosticArray; None when the message is not that node's.
+
+    Its name has its namespace, as in `left/hand_sim`. A fault is what it calls an error, or that
+    its safety is not in operation: a driver that is disabled.
+    """
+    own = [s for s in message.status if s.name == node or s.name.startswith(f"{node}:")]
+    if not own:
+        return None
+    faults = [s for s in own if s.level >= ERROR or (s.name.endswith(SAFETY) and s.level > OK)]
+    return NodeReport(
+        worst=str(max(own, key=lambda status: status.level).message),
+        fault="; ".join(status.message for status in faults),
+        preparing=any(pair.key == PREPARING for status in own for pair in status.values),
+        heard=heard,
+    )
 
 
 @dataclass

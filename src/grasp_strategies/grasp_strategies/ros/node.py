@@ -19,6 +19,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from grasp_strategies.judge import GraspResult
+from grasp_strategies.ros.interface import HELP
 from grasp_strategies.ros.parameters import (
     GRASP_SERVICES,
     LOWER_AND_RELEASE,
@@ -31,12 +32,11 @@ from grasp_strategies.sequencer import FAILED, VENT, Sequencer, abort_scene
 from grasp_strategies.strategy import Strategy, load_strategy
 from softhand_model.hand.hand import load_hand
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
-from softhand_ros.parameters import declare, follow_simulated_time, usage
+from softhand_ros.parameters import declare, follow_simulated_time
 from softhand_ros.run_node import run_node
 from softhand_ros.single import ALLOW_SECOND, Single
 from softhand_ros.topics import latched
 
-PURPOSE = "Offers grasp services, each of which runs a strategy."
 IDLE, HOLDING = "idle", "holding what was grasped"
 PHASE = "grasp/phase"
 UNEXPECTED = "ended by an error; see the log"
@@ -347,8 +347,7 @@ def run(node: SequencerNode, stop: threading.Event) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; `run_node` tells the exit status."""
-    help_text = usage("sequencer", PURPOSE, PARAMETERS)
-    return run_node("sequencer", SequencerNode, run, usage=help_text, args=args)
+    return run_node("sequencer", SequencerNode, run, usage=HELP, args=args)
 
 
 if __name__ == "__main__":

@@ -30,20 +30,18 @@ from grasp_strategies.ros.air_command import AirCommand
 from grasp_strategies.ros.messages import (
     WORLD,
     Feed,
-    LastReport,
+    NodeReport,
     read_air_state,
-    read_driver_fault,
     read_force,
     read_pose,
+    read_report,
     read_touching,
-    read_worst,
-    statuses_of,
 )
 from grasp_strategies.scene import Array, Observation, SceneError
-from softhand_ros.diagnostics import PREPARING
 from softhand_ros.topics import (
     NEWEST,
     TakenByHand,
+    full_name,
     seconds,
     stamp_of_seconds,
     subscribe_by_hand,
@@ -51,7 +49,8 @@ from softhand_ros.topics import (
 )
 
 SIMULATOR, DRIVER = "hand_sim", "driver"
-REPORTERS = {SIMULATOR: "hand_sim", DRIVER: "pneumaticbox"}  # their names in /diagnostics
+# by who publishes what is missing: name in /diagnostics, and in a sentence
+REPORTERS = {SIMULATOR: ("hand_sim", "the simulator"), DRIVER: ("pneumaticbox", "the driver")}
 SILENCE = 0.5  # [s] of scene time without a message of a topic ...
 SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
 FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken back stands
@@ -85,8 +84,7 @@ class TopicScene:
         self.feeds = (self._wrist, self._object, self._force, self._contacts, self._air)
         self._wrist_target = node.create_publisher(PoseStamped, "wrist/target_pose", 10)
         self._air_command = AirCommand(node)
-        self._driver_fault = ""
-        self._reports: dict[str, LastReport] = {}
+        self._reports: dict[str, NodeReport] = {}
         node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_others, 10)
         self._vent: Client = node.create_client(Trigger, "pneumaticbox/vent")
 
@@ -108,8 +106,8 @@ class TopicScene:
         self._take_clock()
         self._simulated_time = None
         self._await_end_of(self._missing, time_out, on_wait)
-        # the driver tells once a second that a fault is over
-        self._await_end_of(lambda: self._driver_fault, FAULT_MEMORY, on_wait)
+        # both tell once a second that a fault is over
+        self._await_end_of(lambda: self._fault, FAULT_MEMORY, on_wait)
         self.channels = self._air.value.channels
 
     def _await_end_of(
@@ -129,23 +127,25 @@ class TopicScene:
         reports = filter(None, map(self._last_report, REPORTERS))
         return any(report.preparing for report in reports)
 
-    def _last_report(self, source: str) -> LastReport | None:
+    def _last_report(self, source: str) -> NodeReport | None:
         """What a node has said of itself last, if it was of late."""
         report = self._reports.get(source)
         recent = report is not None and time.monotonic() - report.heard < FAULT_MEMORY
         return report if recent else None
 
     def _hear_others(self, message: DiagnosticArray) -> None:
-        for source, name in REPORTERS.items():
-            if not (own := statuses_of(message, name)):
-                continue
-            preparing = any(pair.key == PREPARING for status in own for pair in status.values)
-            self._reports[source] = LastReport(read_worst(own), preparing, time.monotonic())
-            if source == DRIVER:
-                fault = read_driver_fault(own)
-                self._driver_fault = fault and f"the driver reports: {fault}"
-        if self._driver_fault:
+        for source, (name, _) in REPORTERS.items():
+            report = read_report(message, full_name(self._node, name), time.monotonic())
+            if report is not None:
+                self._reports[source] = report
+        if self._fault:
             self._guard.trigger()  # a strategy that sleeps ends at once
+
+    @property
+    def _fault(self) -> str:
+        """What driver and simulator report; empty when all is well."""
+        faults = {s: report.fault for s, report in self._reports.items() if report.fault}
+        return "; ".join(f"{REPORTERS[s][1]} reports: {fault}" for s, fault in faults.items())
 
     def _missing(self) -> str:
         """What is not there yet, by who should provide it; empty when all is there."""
@@ -193,7 +193,7 @@ class TopicScene:
 
         Simulated time may stand still as long as somebody publishes `/clock` (a paused simulation).
         Raises SceneError when nobody does any more, when time jumps back because the simulator was
-        reset, and at once when the driver tells of a fault.
+        reset, and at once when driver or simulator report a fault.
         """
         start = self.time
         self._air_command.repeat(start)
@@ -210,12 +210,10 @@ class TopicScene:
 
     def _await_clock(self) -> None:
         ticked = self._wait(STILL_PERIOD, clock=True)
-        if (
-            not ticked
-            and not self._interrupted.is_set()
-            and not self._node.count_publishers("/clock")
-        ):
-            raise SceneError("/clock has no publisher any more (has hand_sim ended?)")
+        if not ticked and not self._interrupted.is_set():
+            self._refuse_fault()
+            if not self._node.count_publishers("/clock"):
+                raise SceneError("/clock has no publisher any more (has hand_sim ended?)")
         self._take_clock()
 
     def _wait(self, time_out: float, *, clock: bool) -> bool:
@@ -257,7 +255,7 @@ class TopicScene:
 
     def go_on_holding(self) -> bool:
         """After a strategy: keep the air in the hand, if there is any; whether there is."""
-        return self._air_command.hold(obeyed=not self._driver_fault)
+        return self._air_command.hold(obeyed=not self._fault)
 
     def vent(self) -> None:
         """Call the driver's vent.
@@ -314,8 +312,8 @@ class TopicScene:
         )
 
     def _refuse_fault(self) -> None:
-        if self._driver_fault:
-            raise SceneError(self._driver_fault)
+        if fault := self._fault:
+            raise SceneError(fault)
 
     def _take(self, feed: Feed) -> None:
         message = take(self._subscriptions[feed.topic])

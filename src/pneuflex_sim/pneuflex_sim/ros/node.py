@@ -17,20 +17,21 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.markers import SeenScene
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
+from pneuflex_sim.world import Diverged
 from softhand_model.numerics.compiled import compilation_told
 from softhand_model.pneumatics.valves import CommandWatch
-from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation, Report
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation, Report, cut
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import declare, usage
+from softhand_ros.parameters import declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.topics import RELIABLE, Inbox, latched, nanoseconds, stamp_of_seconds
 
-PURPOSE = "Simulates a soft hand, its valves and an object, and publishes what is sensed."
 LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
 SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
@@ -91,6 +92,7 @@ class HandSim(Node):
         self.driver_seen = False
         self.answered_stamp, self.missed_answers = -1, 0
         self.refused: list[str] = []
+        self.refusals, self.diverged = 0, ""
         self.pace = Pace(value["real_time_factor"])
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self._create_topics()
@@ -148,8 +150,9 @@ class HandSim(Node):
     # ---------------------------------------------------------------- what comes in
     def _refuse(self, reason: str) -> None:
         """A message that cannot be used is refused whole, named in the log and in /diagnostics."""
-        self.refused = [reason]
-        self.get_logger().warning(reason, throttle_duration_sec=1.0)
+        self.refused = [cut(reason)]
+        self.refusals += 1
+        self.get_logger().warning(f"refused {self.refused[0]}", throttle_duration_sec=1.0)
 
     def _take_valves(self, timeout: float = 0.0) -> None:
         """Obey the valves that have come; wait up to `timeout` [s] for the first."""
@@ -186,11 +189,13 @@ class HandSim(Node):
     def _reset(self) -> str:
         self.simulation.reset()
         self.watch.reset(0.0)
-        self.answered_stamp = -1
+        self.answered_stamp, self.diverged = -1, ""
         self.pace.restart(self.simulation.time)
         return "the simulation is back at its start, time 0"
 
     def _step(self) -> str:
+        if self.diverged:
+            raise ValueError(f"{self.diverged}: call sim/reset first")
         if not self.paused:
             raise ValueError("pause the simulation first (sim/pause)")
         self.single_steps += 1
@@ -266,11 +271,13 @@ class HandSim(Node):
             "simulated time [s]": f"{self.simulation.time:.3f}",
             "real-time factor": f"{self.pace.factor():.3f}",
             "answers missed in lockstep": str(self.missed_answers),
+            "refused messages": str(self.refusals),
             "hand": self.simulation.hand.name,
         }
         state = "paused" if self.paused else "running"
+        errors = [f"{self.diverged}: it stands until sim/reset"] if self.diverged else []
         self._executor.serve_rest()
-        report = Report("simulation", state, self._warnings(), values)
+        report = Report("simulation", state, self._warnings(), values, errors)
         self.diagnostics.publish([report], stamp_of_seconds(self.simulation.time))
 
     def close(self) -> None:
@@ -313,9 +320,18 @@ class HandSim(Node):
                 return
             self._take_valves(left)
 
+    def halt(self, reason: str) -> None:
+        """Stand still with a simulation that has diverged; without clock and samples its driver
+        vents.
+        """
+        self.diverged = reason
+        self.get_logger().error(f"{reason}: it stands until sim/reset")
+        self.publish_diagnostics()
+
     def stand(self) -> None:
-        """Serve what comes while the simulation is paused, and go on telling its time."""
-        self.publish_clock()
+        """Serve what comes while the simulation stands; paused, it goes on telling its time."""
+        if not self.diverged:
+            self.publish_clock()
         end = time.monotonic() + STANDING_PERIOD
         while self.stands and time.monotonic() < end:
             self._take_valves(SERVE_PERIOD)
@@ -323,8 +339,8 @@ class HandSim(Node):
 
     @property
     def stands(self) -> bool:
-        """Whether the simulation is paused, and no single step is wanted."""
-        return self.paused and not self.single_steps
+        """Whether the simulation has diverged, or is paused and no single step is wanted."""
+        return bool(self.diverged) or (self.paused and not self.single_steps)
 
 
 def _crossed(before: float, after: float, period: float) -> bool:
@@ -333,14 +349,17 @@ def _crossed(before: float, after: float, period: float) -> bool:
 
 
 def run(node: HandSim, stop: threading.Event) -> None:
-    """Step and serve until `stop`; raises RuntimeError when the simulation diverges."""
+    """Step and serve until `stop`."""
     told = 0.0
     while not stop.is_set():
         if node.stands:
             node.stand()
         else:
             node.single_steps = max(0, node.single_steps - 1)
-            node.advance()
+            try:
+                node.advance()
+            except Diverged as reason:
+                node.halt(str(reason))
             node.pace.wait(node.simulation.time)
         if time.monotonic() - told >= REPORT_PERIOD:
             node.publish_diagnostics()
@@ -353,9 +372,9 @@ def main(args: list[str] | None = None) -> int:
         "hand_sim",
         HandSim,
         run,
-        usage=usage("hand_sim", PURPOSE, PARAMETERS),
+        usage=HELP,
         args=args,
-        failures=(RuntimeError, pybullet.error),  # diverged, or the window was closed
+        failures=(RuntimeError, pybullet.error),  # no display, or the window was closed
     )
 
 

@@ -25,6 +25,7 @@ from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.diagnostics import LinkState, NoteThrottle, ValveActivity, box_reports
 from pneumaticbox_driver.ros.box_topics import COMMAND, SCHEDULE, Commands, StateTopics
 from pneumaticbox_driver.ros.calibration_service import Calibrating, calibrations_of
+from pneumaticbox_driver.ros.interface import HELP
 from pneumaticbox_driver.ros.parameters import (
     PARAMETERS,
     box_settings,
@@ -37,7 +38,7 @@ from pneumaticbox_driver.settings import per_channel
 from softhand_model.numerics.compiled import compilation_told
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import SIM_TIME, declare, usage
+from softhand_ros.parameters import SIM_TIME, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
 from softhand_ros.topics import RELIABLE, Inbox, seconds
@@ -50,7 +51,6 @@ WAIT = 0.01  # for a sample, before others are served [s]
 # part of the box that a parameter of the name of its attribute switches
 SWITCHES = {"drift_correction": "zeroing", "leak_model": "observer"}
 VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
-PURPOSE = "Controls the air of a soft hand's channels over ROS 2."
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
 
 
@@ -343,8 +343,7 @@ def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; `run_node` tells the exit status."""
-    help_text = usage("driver", PURPOSE, PARAMETERS)
-    return run_node("pneumaticbox", PneumaticBoxNode, run, usage=help_text, args=args)
+    return run_node("pneumaticbox", PneumaticBoxNode, run, usage=HELP, args=args)
 
 
 if __name__ == "__main__":
