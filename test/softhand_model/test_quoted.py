@@ -17,7 +17,14 @@ def nested(depth):
 
 @pytest.mark.parametrize(
     "value",
-    ["x" * 10_000_000, ["x" * 1_000_000] * 10, nested(9), np.zeros(10**6), {"k" * 10**6: 1}, b"\0" * 10**7],
+    [
+        "x" * 10_000_000,
+        ["x" * 1_000_000] * 10,
+        nested(9),
+        np.zeros(10**6),
+        {"k" * 10**6: 1},
+        b"\0" * 10**7,
+    ],
     ids=["text", "texts", "nested", "array", "mapping", "bytes"],
 )
 def test_everything_long_is_cut_at_once(value):

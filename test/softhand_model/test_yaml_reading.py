@@ -69,9 +69,7 @@ def test_many_keys_are_read_in_a_second(tmp_path):
 
 def test_anchors_and_dates_are_read(tmp_path):
     path = tmp_path / "x.yaml"
-    path.write_text(
-        "a: &a {x: 1, y: 1e-6}\nb: *a\nday: 2024-13-45\n", encoding="utf-8"
-    )
+    path.write_text("a: &a {x: 1, y: 1e-6}\nb: *a\nday: 2024-13-45\n", encoding="utf-8")
     assert read_document(path).value == {
         "a": {"x": 1, "y": 1e-6},
         "b": {"x": 1, "y": 1e-6},

@@ -39,7 +39,5 @@ def shortened(text: str) -> str:
     >>> shortened("two\nlines")
     'two\\nlines'
     """
-    line = "".join(
-        sign if sign.isprintable() else repr(sign)[1:-1] for sign in text[: LONGEST + 1]
-    )
+    line = "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text[: LONGEST + 1])
     return line if len(line) <= LONGEST else line[: LONGEST - len(_CUT)] + _CUT

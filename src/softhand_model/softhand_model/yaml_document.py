@@ -115,11 +115,11 @@ class Node:
             raise self.error(f"a number of at least {LEAST:g}")
         return float(self.value)
 
-    def whole(self, low: int, high: int) -> int:
-        """A whole number with low <= number <= high."""
+    def whole(self, low: int, high: int, other: str = "") -> int:
+        """A whole number with low <= number <= high; `other` tells what else there may be."""
         value = self.value
         if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
-            raise self.error(f"a whole number from {low} to {high}")
+            raise self.error(f"a whole number from {low} to {high}{other}")
         return value
 
     def within(self, bounds: Bounds) -> float:
@@ -133,7 +133,7 @@ class Node:
             return self.number(bounds.low, bounds.high)
         except DocumentError:
             raise self.error(
-                f"a number from {bounds.low:.4g} to {bounds.high:.4g} {bounds.unit}"
+                f"a number from {bounds.low:.4g} to {bounds.high:.4g} {bounds.unit}".rstrip()
             ) from None
 
     def name(self) -> str:
@@ -246,7 +246,7 @@ def find_document(name: str | Path, folder: str, kind: str) -> Path:
 
 def is_document(name: str | Path) -> bool:
     """Whether there is a YAML file at a path."""
-    return Path(name).suffix in (".yaml", ".yml") and os.path.isfile(name)  # noqa: PTH113 (a name that no file can have is no error to it)
+    return Path(name).suffix in (".yaml", ".yml") and os.path.isfile(name)
 
 
 def is_name(value: Any) -> bool:
