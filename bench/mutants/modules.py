@@ -41,7 +41,7 @@ MODULES = (
     Row("softhand_model.hand.section", ("test/softhand_model/hand/test_section.py",)),
     Row(
         "softhand_model.equilibrium.joint_springs",
-        ("test/softhand_model/equilibrium/test_spatial.py",),
+        ("test/softhand_model/equilibrium/test_joint_springs.py",),
     ),
     Row(
         "pneuflex_sim.dynamics.joint_springs",
