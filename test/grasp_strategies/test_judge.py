@@ -12,7 +12,7 @@ from grasp_strategies.strategy import Success
 HAND = frozenset({"thumb", "index"})
 REST = 2**-5  # height of the object at the start [m], without rounding
 UP = REST + 0.12
-HELD, FALLEN, CAUGHT = HAND, frozenset({"table"}), frozenset({"thumb", "wall"})
+HELD, FALLEN, CAUGHT = frozenset({"thumb"}), frozenset({"table"}), HAND | {"wall"}
 
 
 def seen(time, height=UP, touching=HELD, drift=0.0):
