@@ -47,6 +47,18 @@ def test_torque_of_a_spring_is_minus_the_gradient_of_its_energy(size, stretching
     np.testing.assert_allclose(torque, -np.array(slope) / (2 * small), rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.parametrize("size", [0.0099, 0.0101])
+def test_series_of_small_angles_and_closed_form_meet(size):
+    stiffness, error = np.array([0.7, 2.0, 0.3]), size * np.array([0.6, 0.0, 0.8])
+    along = stiffness * error
+    share = (1 - 0.5 * size / np.tan(0.5 * size)) / size**2
+    again = np.cross(error, np.cross(error, along))
+    expected = -along + 0.5 * np.cross(error, along) - share * again
+    found, *factors = elastic_torque(error, 0.5, stiffness, 0.0)
+    assert found == pytest.approx(expected, rel=1e-11)
+    assert factors == [1.0, 1.0]
+
+
 def test_rubber_is_twice_as_stiff_as_the_rule_when_straight_and_half_as_stiff_far_bent():
     """The factor (1 + 3*(1 + h*kappa)**-4)/2 of eq. 3.24, by differences of the torque."""
     stiffness, stretching = np.array([1.0, 3.0, 1.0]), 0.8
@@ -126,7 +138,7 @@ class Step:
         return self.before.torque
 
     def errors(self):
-        """Rotation vectors of the joints from their rest, and what `elastic_torque` says of them."""
+        """Rotation vectors of the joints from rest, and what `elastic_torque` says of them."""
         rest = Rotation.from_quat(self.rest) * Rotation.from_rotvec(self.bend)
         errors = (rest.inv() * Rotation.from_quat(self.chain.q)).as_rotvec()
         said = [

@@ -90,6 +90,15 @@ def test_the_compliance_is_the_derivative_of_the_rotation_by_the_moment(kind, jo
         assert compliance[:, k] == pytest.approx((more - less) / (2 * step), rel=1e-3, abs=1e-4)
 
 
+@pytest.mark.parametrize("kind", ["factor", "rubber", "sideways"])
+def test_in_the_bending_plane_the_compliance_is_exact_however_far_it_bends(kind):
+    given, moment, step = springs(kind), np.array([[0.0] * 3, [0.9, -0.4, 1.3], [0.0] * 3]), 1e-5
+    found = given.compliance(0, given.rotation(0, moment), moment)
+    push = step * np.array([[0.0], [1.0], [0.0]])
+    more, less = (given.rotation(0, moment + sign * push) for sign in (1, -1))
+    assert found[1, 1] == pytest.approx(((more - less) / (2 * step))[1], rel=1e-5)
+
+
 @pytest.mark.parametrize("kind", ["sideways", "all"])
 def test_few_evaluations_lead_to_the_last_digit(kind, monkeypatch):
     calls = []

@@ -133,6 +133,10 @@ def test_side_wall_ratio_of_a_square(wall, ratio):
 def test_side_wall_ratio_is_two_without_side_walls():
     assert section.side_wall_ratio(1.0, 1.0, 0.1, 0.0) == 2.0
     assert section.side_wall_ratio(0.004, 0.02, 0.005, 0.005) == 2.0
+    assert section.side_wall_share(0.004, 0.02, 0.005, 0.005) == 0.0
+    assert section.printed_side_wall_share(0.004, 0.005, 0.005) == 0.0
+    assert section.side_wall_term(9.0, 0.004, 0.02, 0.005, 0.005) == 0.0
+    assert section.chamber_area(0.0, 0.004, 0.02, 0.005, 0.005) == pytest.approx(-0.001 * 0.02)
 
 
 @pytest.mark.parametrize(("wall", "printed", "proper"), [(0.1, 0.328, 0.486), (0.3, 0.120, 0.229)])
