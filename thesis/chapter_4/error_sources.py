@@ -11,16 +11,16 @@ import numpy as np
 from softhand_model.pneumatics import Pneumatics, load_pneumatics
 from thesis.chapter_4 import FULL, STEP, THESIS_LINE, pulse_error, six_channels
 from thesis.chapter_4.bench_run import SMALL_SINE, SineOnBottles
-from thesis.frame import Figure, Finding, Job, Report, Results, option
+from thesis.frame import Figure, Job, Report, Results, number, option
 
 SIZE = (9.0, 4.2)
 FIGURES = {
-    "deflation, baseline / full model": 7.0,
-    "inflation, baseline / full model": 1.0,
-    "mean tracking error, shared / own": 4.0,
-    "final drift, worst channel [mg]": STEP,
+    "deflation, baseline / full model": ("", "about 7", 7.0),
+    "inflation, baseline / full model": ("", "almost as good", 1.0),
+    "mean tracking error, shared / own": ("", "about 4", 4.0),
+    "final drift, worst channel": ("mg", "< 2.5, but one", STEP),
 }
-"""The thesis's; "almost as good" is taken for 1."""
+"""Unit and the thesis's result of each figure, and where the picture has it."""
 SMALL = SMALL_SINE | {"channels": 1, "tests": 8, "boxes": 2}
 
 
@@ -71,8 +71,8 @@ def run(given: Parameters, job: Job) -> Results:
     sine = six_channels.Parameters(**common)
     pulses = pulse_error.Parameters(given.seed, 2 * given.points, given.tests, given.channels)
     rows, made = [], dict(list(boxes(given.seed).items())[: given.boxes])
-    for number, box in enumerate(made.values()):
-        job.progress("boxes", number / len(made))
+    for done, box in enumerate(made.values()):
+        job.progress("boxes", done / len(made))
         silent = replace(job, progress=lambda what, share: None)
         errors = pulse_error.report(pulse_error.on_box(box, pulses, silent), pulses)
         tracked = six_channels.report(six_channels.on_box(box, sine, silent), sine)
@@ -89,10 +89,10 @@ def run(given: Parameters, job: Job) -> Results:
 
 def report(results: Results, given: Parameters) -> Report:
     """A row a box: deflation, inflation, shared calibration, drift."""
-    thesis = "about 7; almost as good; about 4; < 2.5 mg but one"
     findings = [
-        Finding(name, thesis, "; ".join(f"{value:.3g}" for value in row) + " mg")
+        number(f"{name}: {figure}", float(value), unit, thesis)
         for name, row in zip(results["boxes"], results["figures"], strict=True)
+        for (figure, (unit, thesis, _)), value in zip(FIGURES.items(), row, strict=True)
     ]
     first, last = results["figures"][:2]
     conclusion = (
@@ -108,7 +108,7 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
     """A panel a figure, a bar a box, the thesis's figure as a line."""
     axes = figure.subplots(1, len(FIGURES), sharey=True)
     names = [name.replace(", alone", "") for name in results["boxes"]][::-1]
-    for panel, (title, thesis), values in zip(
+    for panel, (title, (_, _, thesis)), values in zip(
         axes, FIGURES.items(), results["figures"].T, strict=True
     ):
         panel.barh(names, values[::-1], color=FULL, height=0.6)
