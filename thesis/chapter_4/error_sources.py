@@ -1,4 +1,4 @@
-"""What makes the errors of chapter 4: sources one at a time on the ideal box, and all together.
+"""What makes the errors of chapter 4: sources one at a time, and all together (section 4.4.3).
 
 The thesis: baseline 7 times worse in deflation, shared calibration 4 times worse.
 """
