@@ -24,7 +24,8 @@ TABLES = {
 SOURCES = Path(__file__).parents[2] / "src"
 ARGUMENTS = {
     "namespace", "params_file", "record", "hand", "scene", "object", "strategy", "model", "step",
-    "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend", "hardware_file",
+    "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend",
+    "command_timeout", "hardware_file",
 }  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",
@@ -131,8 +132,8 @@ def test_with_a_stand_in_for_launch_the_simulator_starts_only_with_the_topic_bac
 
 def test_with_a_stand_in_for_launch_what_is_not_given_is_left_to_the_nodes(entities):
     given = {name: node.parameters for name, node in nodes(entities).items()}
-    (of_the_driver,) = given.pop("driver")
-    assert set(of_the_driver) == {"backend"}
+    shipped, of_the_driver = given.pop("driver")
+    assert (shipped, set(of_the_driver)) == ({"command_timeout": 5.0}, {"backend"})
     assert given == {"hand_sim": [], "sequencer": []}
 
 
@@ -141,7 +142,7 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
     taken = {}
     for name in ("hand_sim", "driver", "sequencer"):
         node = found[name]
-        file, values = node.parameters  # the later wins
+        *_, file, values = node.parameters  # the later wins
         assert (file, node.namespace) == ("given", "given")
         for parameter, value in values.items():
             declared = {row.name: row.default for row in TABLES[name]}
@@ -149,7 +150,7 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
             taken[value.name] = value.type
     rest = {"namespace", "params_file", "record"}
     typed = {"gui": bool, "use_sim_time": bool, "publish_clock": bool}
-    typed |= {"step": float, "real_time_factor": float}
+    typed |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)
     assert taken == dict.fromkeys(ARGUMENTS - rest, str) | typed
 
 

@@ -28,10 +28,16 @@ ARGUMENTS = {
     "gui": ("", "open PyBullet's window; empty: false"),
     "use_sim_time": ("", "driver and sequencer follow /clock; empty: true"),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),
+    "command_timeout": (
+        "",
+        "silence of commands after which the driver lets go [s], 0: never, to command by hand; "
+        "empty: 5",
+    ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
 TYPES = dict.fromkeys(("publish_clock", "gui", "use_sim_time"), bool)
-TYPES |= dict.fromkeys(("step", "real_time_factor"), float)  # others are text
+TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
+LETS_GO = {"command_timeout": 5.0}  # a sequencer that was killed leaves no hand filled
 # arguments that a node takes, by the name of its parameter
 SIMULATOR = {
     "hand": "hand",
@@ -47,6 +53,7 @@ DRIVER = {
     "hand": "hand",
     "backend": "backend",
     "hardware_file": "hardware_file",
+    "command_timeout": "command_timeout",
     "use_sim_time": "use_sim_time",
 }
 SEQUENCER = {
@@ -57,7 +64,7 @@ SEQUENCER = {
 
 
 def parameters(given, taken):
-    """Parameter file and arguments that are given, of those that a node takes."""
+    """Parameter file and arguments that are given, of those that a node takes; the later wins."""
     values = {
         parameter: ParameterValue(
             LaunchConfiguration(argument), value_type=TYPES.get(argument, str)
@@ -74,17 +81,17 @@ def nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     common = {"namespace": given["namespace"], "output": "screen"}
 
-    def node(package, executable, name, taken):
+    def node(package, executable, name, taken, *first):
         return Node(
             package=package,
             executable=executable,
             name=name,
-            parameters=parameters(given, taken),
+            parameters=[*first, *parameters(given, taken)],
             **common,
         )
 
     started = [
-        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER),
+        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER, LETS_GO),
         node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER),
     ]
     if given["backend"] == "topic":

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from threading import Event, Thread
+from typing import Protocol, Self
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -15,6 +16,7 @@ from softhand_ros.topics import RELIABLE, full_name
 
 REPORT_PERIOD = 1.0  # wall time between reports (REP-107) [s]
 OK, WARN, ERROR = 0, 1, 2
+PREPARING = "preparing"  # key of a report whose node does not serve yet
 QUOTED = 200  # characters of what is quoted from outside
 
 
@@ -104,3 +106,42 @@ class Diagnostics:
             hardware_id=self._hardware,
             values=[KeyValue(key=key, value=value) for key, value in report.values.items()],
         )
+
+
+class Preparation:
+    """Tells in the log and in /diagnostics what keeps a node from its work; a context.
+
+    Call it with a sentence: until the context ends a thread reports it once a second, as the
+    node's own is busy.
+
+    Args:
+        node: whose log it is.
+        diagnostics: of the node.
+        part: of the node that is prepared.
+    """
+
+    def __init__(self, node: Node, diagnostics: Diagnostics, part: str) -> None:
+        self._node, self._diagnostics, self._part = node, diagnostics, part
+        self._ready = Event()
+        self._thread: Thread | None = None
+
+    def __call__(self, sentence: str) -> None:
+        """Begin to tell it."""
+        self._node.get_logger().info(sentence)
+        report = Report(self._part, "", [sentence], {PREPARING: "yes"})
+
+        def tell() -> None:
+            self._diagnostics.publish([report])
+            while not self._ready.wait(REPORT_PERIOD):
+                self._diagnostics.publish([report])
+
+        self._thread = Thread(target=tell, name="preparation")
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ready.set()
+        if self._thread is not None:
+            self._thread.join()

@@ -24,8 +24,9 @@ from pneuflex_sim.ros.transforms import Transforms
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
 from pneuflex_sim.world import Diverged
+from softhand_model.numerics.compiled import compilation_told
 from softhand_model.pneumatics.valves import CommandWatch
-from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report, cut
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation, Report, cut
 from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import declare
 from softhand_ros.run_node import run_node
@@ -63,8 +64,10 @@ class HandSim(Node):
     def __init__(self) -> None:
         super().__init__("hand_sim")
         value = declare(self, PARAMETERS)
-        self.simulation = Simulation(configuration(value))
-        self._compile()
+        self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
+        with Preparation(self, self.diagnostics, "simulation") as tell, compilation_told(tell):
+            self.simulation = Simulation(configuration(value))
+            self._compile()
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.driver_seen = False
@@ -108,7 +111,6 @@ class HandSim(Node):
         self.wrench = make(WrenchStamped, "wrist/wrench", RELIABLE)
         self.wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
         self.object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
-        self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
         self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
         self.create_subscription(PoseStamped, "wrist/target_pose", self._on_target, RELIABLE)
 

@@ -316,10 +316,20 @@ class CommandIntake:
         self.rules = replace(self.rules, modes=tuple(modes))
         return changed
 
-    def take(self, trajectory: Trajectory, now: float) -> None:
-        """Follow a checked command from its start, or from `now` [s]."""
+    def take(self, trajectory: Trajectory, now: float) -> tuple[int, ...]:
+        """Follow a checked command from its start, or from `now` [s].
+
+        Returns:
+            Indices of its channels, but for those that it tells to go on holding what they hold.
+        """
+        changed = trajectory.channels
+        if len(trajectory.times) == 1:
+            held = self.setpoints.at(now)
+            pairs = zip(trajectory.channels, trajectory.values[0], strict=True)
+            changed = tuple(channel for channel, value in pairs if held[channel] != value)
         self.setpoints.take(trajectory, now)
         self._last = now
+        return changed
 
     def drop(self) -> None:
         """Drop all plans and setpoints; the silence of commands begins with the next one."""

@@ -35,7 +35,8 @@ from pneumaticbox_driver.ros.parameters import (
 from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
 from pneumaticbox_driver.safety import SampleWatch
 from pneumaticbox_driver.settings import per_channel
-from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics
+from softhand_model.numerics.compiled import compilation_told
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation
 from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import SIM_TIME, declare
 from softhand_ros.run_node import run_node
@@ -63,7 +64,10 @@ class PneumaticBoxNode(Node):
         settings = box_settings(self._value)
         channels = settings.channels
         calibrations = calibrations_of(self._value, len(channels))
-        self.box = PneumaticBox(settings, calibrations)
+        hardware = f"pneumaticbox/{self.backend}"
+        self._diagnostics = Diagnostics(self, "pneumaticbox", hardware)
+        with Preparation(self, self._diagnostics, "control") as tell, compilation_told(tell):
+            self.box = PneumaticBox(settings, calibrations)
         self._calibrating = Calibrating(self.box, calibrations, self._value)
         for name, part in SWITCHES.items():
             setattr(getattr(self.box, part), name, self._value(name))
@@ -78,6 +82,7 @@ class PneumaticBoxNode(Node):
         self._told_at = -math.inf
         self._board_begin = math.nan  # of the board's clock, on the steady one [s]
         self._next_look = self._reported = 0.0
+        self._told_safety: tuple[bool, int] = (True, 0)  # enabled, and reasons of the vent
         self._create_topics(channels)
         self._create_services()
         self._take_priority()
@@ -100,7 +105,6 @@ class PneumaticBoxNode(Node):
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
         deviations = self._value("channel_deviation"), self._value("supply_deviation")
         self._state = StateTopics(self, self.box, *deviations)
-        self._diagnostics = Diagnostics(self, "pneumaticbox", f"pneumaticbox/{self.backend}")
         obey = {COMMAND: self.box.command, SCHEDULE: self.box.schedule_valves}
         self._commands = Commands(
             self, obey, self._box_time, self._of_stamp, self._refuse, self.link.accept
@@ -245,8 +249,9 @@ class PneumaticBoxNode(Node):
         self._watch_sensors(now)
         self._calibrating.look()
         self._activity.note(self.box.time, self.box.openings)
-        if now - self._reported >= REPORT_PERIOD:
-            self._reported = now
+        safety = self.box.enabled, len(self.box.latch.reasons)
+        if now - self._reported >= REPORT_PERIOD or safety != self._told_safety:
+            self._reported, self._told_safety = now, safety
             self._executor.serve_rest()
             self._report(now)
             gc.collect(1)

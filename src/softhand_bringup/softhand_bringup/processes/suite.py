@@ -11,6 +11,7 @@ from pathlib import Path
 from softhand_bringup.processes.launcher import NodeCommand, ParameterValue
 
 RECORDER = "recorder"  # the node's name, too
+COMMAND_TIMEOUT = 5.0  # [s] after which the driver lets go what the sequencer commands no more
 
 
 def discovery_profile() -> Path:
@@ -104,9 +105,11 @@ def simulator(options: SuiteOptions) -> NodeCommand:
     return NodeCommand("hand_sim", "pneuflex_sim.ros.node", parameters)
 
 
-def driver(options: SuiteOptions) -> NodeCommand:
-    """The node `pneumaticbox`, on the simulator's plant."""
+def driver(options: SuiteOptions, command_timeout: float = 0.0) -> NodeCommand:
+    """The node `pneumaticbox`, on the simulator's plant; `command_timeout` [s], 0 for none."""
     parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    if command_timeout:
+        parameters["command_timeout"] = command_timeout
     return NodeCommand("driver", "pneumaticbox_driver.ros.node", parameters)
 
 
@@ -154,7 +157,7 @@ def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
     """Simulator, driver and sequencer, in the order in which they are started; in a namespace, the
     names of their processes begin with it.
     """
-    commands = [simulator(options), driver(options), sequencer(options)]
+    commands = [simulator(options), driver(options, COMMAND_TIMEOUT), sequencer(options)]
     space = options.namespace.strip("/")
     if not space:
         return commands

@@ -111,9 +111,19 @@ class Recorder(Node):
                 continue
             if not is_recorded(topic, self._chosen, self.get_namespace()):
                 continue
-            publishers = self.get_publishers_info_by_topic(topic)
-            if publishers:
-                self._subscribe(topic, types[0], [info.qos_profile for info in publishers])
+            profiles = self._profiles(topic)
+            if profiles:
+                self._subscribe(topic, types[0], profiles)
+
+    def _profiles(self, topic: str) -> list[QoSProfile]:
+        """What is offered on a topic. While nobody publishes it, what others ask for there, so that
+        commands are recorded from the first one on; but not when they ask for what was before.
+        """
+        if publishers := self.get_publishers_info_by_topic(topic):
+            return [info.qos_profile for info in publishers]
+        asked = [info.qos_profile for info in self.get_subscriptions_info_by_topic(topic)]
+        latched = any(p.durability is DurabilityPolicy.TRANSIENT_LOCAL for p in asked)
+        return [] if latched else asked
 
     def _subscribe(self, topic: str, type_name: str, profiles: list[QoSProfile]) -> None:
         try:
