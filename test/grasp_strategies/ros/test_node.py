@@ -546,6 +546,6 @@ def test_the_shipped_configuration_is_accepted_and_names_every_parameter(launche
     arguments = ("--ros-args", "--params-file", str(config))
     launcher.start(NodeCommand("sequencer", "grasp_strategies.ros.node", arguments=arguments))
     assert peer.diagnosis("idle").hardware_id == "rbo_hand_2"
-    shipped = yaml.safe_load(config.read_text())["/**/grasp_sequencer"]["ros__parameters"]
+    shipped = yaml.safe_load(config.read_text())["/**"]["ros__parameters"]
     names = {f"strategy.{name}" for name in shipped.pop("strategy")} | set(shipped)
     assert names == {parameter.name for parameter in PARAMETERS} | {"use_sim_time"}

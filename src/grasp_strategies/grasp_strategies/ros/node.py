@@ -35,7 +35,7 @@ from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
 from softhand_ros.parameters import declare, follow_simulated_time
 from softhand_ros.run_node import run_node
 from softhand_ros.single import ALLOW_SECOND, Single
-from softhand_ros.topics import latched
+from softhand_ros.topics import clock_conflict, latched
 
 IDLE, HOLDING = "idle", "holding what was grasped"
 PHASE = "grasp/phase"
@@ -305,6 +305,8 @@ class SequencerNode(Node):
         self._diagnostics.publish([Report("sequencer", phase, warnings, values)])
 
     def _clock_warning(self) -> str:
+        if conflict := clock_conflict(self):
+            return conflict
         if self.get_clock().ros_time_is_active:
             return self._clock_watch.warning(self.get_clock().now().nanoseconds, time.monotonic())
         if self.count_publishers("/clock"):

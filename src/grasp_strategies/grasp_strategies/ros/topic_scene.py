@@ -41,6 +41,7 @@ from grasp_strategies.scene import Array, Observation, SceneError
 from softhand_ros.topics import (
     NEWEST,
     TakenByHand,
+    clock_conflict,
     full_name,
     seconds,
     stamp_of_seconds,
@@ -205,7 +206,8 @@ class TopicScene:
                 self._wait(left, clock=False)
             if self.time < start - 1e-9:
                 raise SceneError(
-                    f"time jumped back from {start:.3f} s to {self.time:.3f} s: simulator reset"
+                    f"time jumped back from {start:.3f} s to {self.time:.3f} s: "
+                    f"{clock_conflict(self._node) or 'simulator reset'}"
                 )
 
     def _await_clock(self) -> None:

@@ -9,6 +9,7 @@ PURPOSE = "Compares the tip angles of a hand with those that a model predicts, l
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
+    Parameter("allow_effect_files", False, "run the Python files that the model file names"),
     Parameter("temperature", 293.15, "of the rubber", "K", (200.0, 500.0)),
     Parameter(
         "window", 5.0, "measured time over which the residual is averaged", "s", (0.1, 600.0)

@@ -17,6 +17,7 @@ from sensor_msgs.msg import JointState
 from model_lab.live.prediction import Comparison, LivePrediction, Settling, angles_of, pressures_of
 from model_lab.live.watch import ANGLE, PRESSURE, Limits, Watch
 from model_lab.ros.interface import HELP, PARAMETERS
+from softhand_model.effects.guard import EffectError
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, cut
@@ -38,7 +39,7 @@ class Monitor(Node):
         hand, model_file = load_hand(value["hand"]), value["model_file"]
         self.prediction = LivePrediction(
             hand,
-            load_model(model_file or None),
+            load_model(model_file or None, allow_effect_files=value["allow_effect_files"]),
             Settling(value["settle_time"], value["settle_band"]),
             value["temperature"],
         )
@@ -68,6 +69,8 @@ class Monitor(Node):
             now = time.monotonic()
             try:
                 compared = compare(message)
+            except EffectError:
+                raise  # the model's, not the message's
             except ValueError as reason:
                 refused = cut(f"{topic}: {reason}")
                 self.watch.refuse(refused, now)

@@ -26,6 +26,7 @@ PARAMETERS = (
     Parameter("object_offset", [0.0, 0.0], "shift of the object in the world, x and y", "m"),
     Parameter("object_mass_scale", 1.0, "factor on the object's mass", "-", (0.01, 100.0)),
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
+    Parameter("allow_effect_files", False, "run the Python files that the model file names"),
     Parameter("step", 0.002, "physics step", "s", (0.0001, 0.01)),
     Parameter("solver", "default", "settings of the contact solver", choices=SOLVERS),
     Parameter("finger_contact", False, "neighbouring fingers touch each other"),
@@ -33,6 +34,7 @@ PARAMETERS = (
     Parameter("seed", 0, "seed of sensors and valves", bounds=(0, 2**31 - 1)),
     Parameter("gui", False, "open PyBullet's window"),
     Parameter("lockstep", True, "wait for the driver's answer to each sensor sample"),
+    Parameter("publish_clock", True, "publish /clock; false: follow another simulator's"),
     Parameter(
         "real_time_factor",
         1.0,
@@ -68,6 +70,7 @@ def configuration(value: Mapping[str, Any]) -> SimulationConfig:
         object=value["object"],
         scene=value["scene"],
         model=value["model_file"] or None,
+        allow_effect_files=value["allow_effect_files"],
         step=value["step"],
         segments=value["segments"],
         seed=value["seed"],

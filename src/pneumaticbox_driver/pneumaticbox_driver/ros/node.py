@@ -41,7 +41,7 @@ from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import SIM_TIME, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
-from softhand_ros.topics import RELIABLE, Inbox, seconds
+from softhand_ros.topics import RELIABLE, Inbox, clock_conflict, seconds
 
 # after which a calibration's fit, in a thread, lets the control step run [s]
 SWITCH_INTERVAL = 0.001
@@ -301,6 +301,8 @@ class PneumaticBoxNode(Node):
         self.link.forget_refused(now)
         if self._sensors is not None:
             self.link.simulators = self._sensors.publishers()
+        if self._clock_pulse is not None:
+            self.link.clock_warning = clock_conflict(self)
         self._commands.count_commanders()
         self.link.storm = self._commands.traffic.storm(now)
         reports = box_reports(self.box, self.link, self._activity)
