@@ -44,6 +44,7 @@ def run(seed: int = 0, count: int = COUNT) -> list[dict[str, Any]]:
             at_most("longest line in a log", rig.longest_line(), "characters", 500),
         ]
         if ended:
+            rig.tell_ended()
             return rows
         rig.begin_anew()
         answer = rig.grasp()

@@ -174,6 +174,13 @@ class Rig(ClientLink):
         """What every process holds."""
         return {name: usage_of(process.pid) for name, process in self.nodes.items()}
 
+    def tell_ended(self) -> None:
+        """Print how the nodes ended that do not run any more."""
+        for name, process in self.nodes.items():
+            if process.exit_code is not None:
+                last = "\n    ".join(process.output().splitlines()[-12:])
+                print(f"  {name} ended with {process.exit_code}:\n    {last}", flush=True)
+
     def longest_line(self) -> int:
         """Length of the longest line that a node has printed [characters]."""
         lines = (line for process in self.nodes.values() for line in process.output().splitlines())
