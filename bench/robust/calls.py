@@ -51,7 +51,6 @@ class Call:
 def run(seed: int = 0, count: int = COUNT) -> list[dict[str, Any]]:
     """Rows on the answers, on the state afterwards, and on calls in the midst of a grasp."""
     with started() as rig:
-        rig.await_suite()
         rows = in_mid_grasp(rig)
         latest, unanswered = call_all(rig, random.Random(seed), count)
         rig.begin_anew()

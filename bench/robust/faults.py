@@ -129,7 +129,6 @@ def examine(case: Case) -> Finding:
     finding = Finding(case.fault, wanted=case.wanted)
     try:
         with _bench_of(case) as (rig, relay):
-            rig.await_suite()
             if case.recorded:
                 rig.need(lambda: (rig.folder / "bag").exists(), 20.0, "a bag")
             grasp = rig.begin_grasp()

@@ -19,7 +19,6 @@ def run(minutes: float = 5.0) -> list[dict[str, Any]]:
     """Rows on the grasps of so many minutes and on what the processes held before and after."""
     options = SuiteOptions()
     with started(options, [suite.monitor(options)]) as rig:
-        rig.await_suite()
         for _ in range(WARM):
             rig.grasp()
             rig.begin_anew()

@@ -30,7 +30,6 @@ def run(seed: int = 0, count: int = COUNT) -> list[dict[str, Any]]:
     """Rows on the nodes that ended, the longest line, memory and the grasp afterwards."""
     options = SuiteOptions()
     with started(options, [suite.monitor(options)]) as rig:
-        rig.await_suite()
         rig.grasp()  # what is loaded late is there then
         rig.begin_anew()
         before = rig.usage()
