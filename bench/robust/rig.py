@@ -143,6 +143,8 @@ class Rig(ClientLink):
         self.call("sim/pause", False)
         self.call("grasp/abort", limit=30.0)
         self.call("sim/reset")
+        self.drain()
+        self.simulated_time = 0.0  # whatever was heard last
         self.pass_time(SETTLE)
         self.call("pneumaticbox/reset")
         self.call("pneumaticbox/enable", True)
