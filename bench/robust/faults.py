@@ -111,7 +111,8 @@ def cases() -> list[Case]:
             wanted = GONE if node == "hand_sim" else VENTED
             found.append(Case(f"{node}: {number.name}", _sender(node, number), wanted, node))
         found.append(Case(f"{node}: SIGSTOP for 1 s", _stopper(node), GOES_ON, node))
-    found += [Case(f"second {name}", _twin(name), GOES_ON, f"second_{name}") for name in NODES]
+    found += [Case(f"second {name}", _twin(name), GOES_ON, f"second_{name}") for name in NODES[1:]]
+    found.append(Case("second hand_sim", _twin("hand_sim")))
     found += [
         Case("clock set ahead by 5 s", _jumper(JUMP)),
         Case("clock set back by 5 s", _jumper(-JUMP)),
@@ -173,8 +174,8 @@ def _watch(case: Case, finding: Finding, rig: Rig, grasp: Future, begin: float) 
 def _word(case: Case, rig: Rig, grasp: Future) -> str:
     """What anybody says of a fault: the driver, the grasp, another node, a node that ends."""
     process = rig.nodes.get(case.node)
-    if case.fault.startswith(("second", "disk")):
-        return process.last_words() if process and process.exit_code is not None else ""
+    if process and case.wanted == GOES_ON and "SIG" not in case.fault:
+        return process.last_words() if process.exit_code is not None else ""
     if rig.told.get("pneumaticbox: safety", (0, ""))[0] > 0:
         return f"driver: {rig.told['pneumaticbox: safety'][1]}"
     if grasp.done() and not grasp.result().success:

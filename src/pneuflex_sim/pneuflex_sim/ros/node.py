@@ -42,6 +42,7 @@ from softhand_ros.topics import (
 )
 
 LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
+MUCH_WAITING = 0.5  # wall time between two reports that was waited in vain [s]
 SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
 STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
@@ -71,7 +72,7 @@ class HandSim(Node):
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.driver_seen = False
-        self.answered_stamp, self.missed_answers = -1, 0
+        self.answered_stamp, self.missed_answers, self.told_missed = -1, 0, 0
         self.refused: list[str] = []
         self.refusals, self.diverged = 0, ""
         self.pace = Pace(value["real_time_factor"])
@@ -249,6 +250,9 @@ class HandSim(Node):
         warnings, self.refused = [*self.refused, self.clock.warning(), clock_conflict(self)], []
         if self.watch.silent(self.simulation.time):
             warnings.append("no pneumaticbox/valves: outlets are open")
+        missed, self.told_missed = self.missed_answers - self.told_missed, self.missed_answers
+        if missed * LOCKSTEP_WAIT > MUCH_WAITING:
+            warnings.append(f"the driver answers late: {missed} samples waited for it in vain")
         if self.count_publishers("pneumaticbox/sensors") > 1:
             text = "a second simulator publishes pneumaticbox/sensors on this domain"
             self.get_logger().warning(text + ": stop one, or give each its ROS_DOMAIN_ID")
