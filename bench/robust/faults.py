@@ -29,6 +29,7 @@ WORD_LIMIT = 15.0  # of wall time for a word about it [s]
 WELL_PERIOD = 3.0  # for which a fault that disturbs nobody is watched [s]
 STOPPED = 1.0  # [s]
 JUMP = 5.0  # of the clock [s]
+JUMP_LASTS = 1.0  # [s]
 NODES = ("hand_sim", "driver", "sequencer")
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 VENTED, GOES_ON, REFUSED, GONE = "open", "as commanded", "as commanded; it ends", "gone with it"
@@ -211,9 +212,11 @@ def _twin(node: str) -> Callable[[Rig, Relay | None], None]:
 def _jumper(jump: float) -> Callable[[Rig, Relay | None], None]:
     def publish(rig: Rig, relay: Relay | None) -> None:
         clock = rig.node.create_publisher(Clock, "/clock", 10)
-        for _ in range(50):
-            clock.publish(Clock(clock=stamp_of_seconds(max(0.0, rig.simulated_time + jump))))
+        start, begin = rig.simulated_time + jump, time.monotonic()
+        while (passed := time.monotonic() - begin) < JUMP_LASTS:
+            clock.publish(Clock(clock=stamp_of_seconds(max(0.0, start + passed))))
             rig.spin(0.02)
+        rig.node.destroy_publisher(clock)
 
     return publish
 

@@ -28,6 +28,15 @@ def test_when_the_driver_is_killed_with_valves_open_the_plant_vents(nodes, peer)
     peer.diagnosis("hand_sim", "outlets are open")
 
 
+def test_a_driver_that_is_held_up_is_told_by_the_simulator(nodes, peer):
+    peer.wait_for_driver()
+    nodes["driver"].send(signal.SIGSTOP)
+    peer.spin(1.0)
+    nodes["driver"].send(signal.SIGCONT)
+    assert "samples waited for it in vain" in peer.diagnosis("the driver answers late")
+    assert peer.diagnosis("pneumaticbox: safety", "in operation")
+
+
 def test_a_simulator_that_is_started_last_is_found_by_all(launcher, peer, options):
     launcher.start(suite.sequencer(options))
     launcher.start(suite.driver(options))
