@@ -62,6 +62,7 @@ def test_a_first_start_compiles_before_the_first_sample(domain, tmp_path):
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=100
     )
     assert list((tmp_path / "empty").rglob("*.nbi")), "nothing had to be compiled"
+    assert "compiling the numerical kernels" in output.stderr
     assert float(output.stdout.split("first step:")[1].split()[0]) < 0.2
 
 
