@@ -187,8 +187,7 @@ class PneumaticBox:
     def _take(self, trajectory: Trajectory, now: float) -> None:
         self._refuse_unless_active("no command is taken")
         self.calibration.refuse_under_way()
-        self.commands.take(trajectory, now)
-        self.guard.unblock(trajectory.channels)
+        self.guard.unblock(self.commands.take(trajectory, now))
 
     def _refuse_unless_active(self, what: str) -> None:
         """Raise ValueError, saying `what` is not done, while vented or disabled."""
@@ -258,7 +257,7 @@ class PneumaticBox:
 
     def _answer(self, dt: float, readings: Floats) -> Valves:
         setpoints = self.commands.setpoints.at(self.time, dt)
-        if self.commands.silent(self.time):
+        if self.commands.silent(self.time) and self._holds_air(setpoints):
             self.latch.set(f"no command for {self.settings.command_timeout} s")
         pressures = self.pressures
         burst = self.guard.burst(pressures)
@@ -276,6 +275,11 @@ class PneumaticBox:
             wanted = self._timing.follow(self.time, self.valves, wanted)
         # the limits come last: they do not wait for a pulse to end
         return self.guard.apply(pressures, setpoints, wanted)
+
+    def _holds_air(self, setpoints: Floats) -> bool:
+        """Whether a channel has air, and no target (n,) that lets it out."""
+        let_out = np.array([MODES[mode].absolute for mode in self.control.modes]) & (setpoints <= 0)
+        return not (self.zeroing.empty | let_out).all()
 
     def _calibrated(self, readings: Floats) -> Valves:
         wanted = self.calibration.answer(self.time, readings, self.guard)

@@ -331,26 +331,38 @@ class CommandIntake:
         self.rules = replace(self.rules, modes=tuple(modes))
         return changed
 
-    def take(self, trajectory: Trajectory, now: float) -> None:
+    def take(self, trajectory: Trajectory, now: float) -> tuple[int, ...]:
         """Follow a checked command from its start, or from `now` [s].
+
+        Returns:
+            Indices of its channels, but for those that it tells to go on holding what they hold.
 
         Raises:
             ValueError: it begins too far ahead, or ends too long after that.
         """
+        self._check_time(trajectory, now)
+        changed = trajectory.channels
+        if len(trajectory.times) == 1:
+            held = self.setpoints.at(now)
+            pairs = zip(trajectory.channels, trajectory.values[0], strict=True)
+            changed = tuple(channel for channel, value in pairs if held[channel] != value)
+        self.setpoints.take(trajectory, now)
+        self._last = now
+        return changed
+
+    def _check_time(self, trajectory: Trajectory, now: float) -> None:
         lead = 0.0 if trajectory.start is None else trajectory.start - now
         if lead > self._lead:
             raise ValueError(
                 f"header.stamp: expected at most {self._lead:g} s ahead (command_lead), "
                 f"got {lead:.6g} s"
             )
-        span = float(trajectory.times[-1])
+        span, last = float(trajectory.times[-1]), len(trajectory.times) - 1
         if span > self._span:
             raise ValueError(
-                f"points[{len(trajectory.times) - 1}].time_from_start: expected at most "
-                f"{self._span:g} s (command_span), got {span:.6g} s"
+                f"points[{last}].time_from_start: expected at most {self._span:g} s "
+                f"(command_span), got {span:.6g} s"
             )
-        self.setpoints.take(trajectory, now)
-        self._last = now
 
     def drop(self) -> None:
         """Drop all plans and setpoints; the silence of commands begins with the next one."""
