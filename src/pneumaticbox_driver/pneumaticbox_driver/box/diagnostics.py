@@ -266,7 +266,7 @@ def _channel(box: PneumaticBox, activity: ValveActivity, index: int, name: str) 
     report = Report(f"channel {name}")
     if box.guard.relieving[index]:
         report.raise_to(Level.WARN, "above its pressure limit: relieving")
-    elif box.guard.blocked[index]:
+    elif box.guard.blocked[index] or box.control.saturated[index]:
         report.raise_to(Level.WARN, "target is beyond the pressure limit: held below it")
     recent = int(activity.recent[index])
     if activity.chatters[index]:
