@@ -10,7 +10,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import psutil
@@ -86,7 +86,6 @@ class Case:
     node: str = ""  # whose exit status is of interest
     relayed: bool = False  # whether the driver's sensors come by way of the bench
     recorded: bool = False
-    words: tuple[str, ...] = field(default=())  # in a node's log, where no topic tells it
 
 
 def run() -> list[dict[str, Any]]:
