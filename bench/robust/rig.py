@@ -159,7 +159,7 @@ class Rig(ClientLink):
         """Answer of a whole grasp; RigError when there is none."""
         return self.call(GRASP, limit=GRASP_LIMIT)
 
-    def begin_grasp(self, pressure: float = 10e3) -> Future:
+    def begin_grasp(self, pressure: float = 15e3) -> Future:
         """Begin a grasp and return its future in the midst of it: at a gauge pressure [Pa]."""
         future = self.request(GRASP)
         self.need(
