@@ -22,6 +22,7 @@ ARGUMENTS = {
     "object": ("", "object, by name or path; empty: cylinder"),
     "strategy": ("", "what grasp/surface_constrained runs; empty: the strategy of that name"),
     "model": ("", "model file, format softhand-model/1; empty: actuators with their weight"),
+    "allow_effect_files": ("", "run the Python files that the model names; empty: false"),
     "step": ("", "physics step [s]; empty: 0.002"),
     "real_time_factor": ("", "upper bound of simulated over wall time, 0: none; empty: 1"),
     "publish_clock": ("", "the simulator publishes /clock, or follows another's; empty: true"),
@@ -29,21 +30,21 @@ ARGUMENTS = {
     "use_sim_time": ("", "driver and sequencer follow /clock; empty: true"),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),
     "command_timeout": (
-        "",
-        "silence of commands after which the driver lets go [s], 0: never, to command by hand; "
-        "empty: 5",
+        "5.0",
+        "silence of commands after which the driver lets go [s]; 0: never, to command by hand",
     ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
-TYPES = dict.fromkeys(("publish_clock", "gui", "use_sim_time"), bool)
+SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files")
+TYPES = dict.fromkeys(SWITCHES, bool)
 TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
-LETS_GO = {"command_timeout": 5.0}  # a sequencer that was killed leaves no hand filled
 # arguments that a node takes, by the name of its parameter
 SIMULATOR = {
     "hand": "hand",
     "scene": "scene",
     "object": "object",
     "model_file": "model",
+    "allow_effect_files": "allow_effect_files",
     "step": "step",
     "real_time_factor": "real_time_factor",
     "publish_clock": "publish_clock",
@@ -64,7 +65,7 @@ SEQUENCER = {
 
 
 def parameters(given, taken):
-    """Parameter file and arguments that are given, of those that a node takes; the later wins."""
+    """Parameter file and arguments that are given, of those that a node takes."""
     values = {
         parameter: ParameterValue(
             LaunchConfiguration(argument), value_type=TYPES.get(argument, str)
@@ -81,17 +82,17 @@ def nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     common = {"namespace": given["namespace"], "output": "screen"}
 
-    def node(package, executable, name, taken, *first):
+    def node(package, executable, name, taken):
         return Node(
             package=package,
             executable=executable,
             name=name,
-            parameters=[*first, *parameters(given, taken)],
+            parameters=parameters(given, taken),
             **common,
         )
 
     started = [
-        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER, LETS_GO),
+        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER),
         node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER),
     ]
     if given["backend"] == "topic":

@@ -340,7 +340,7 @@ class CommandIntake:
         Raises:
             ValueError: it begins too far ahead, or ends too long after that.
         """
-        self._check_time(trajectory, now)
+        self._refuse_far_ahead(trajectory, now)
         changed = trajectory.channels
         if len(trajectory.times) == 1:
             held = self.setpoints.at(now)
@@ -350,18 +350,18 @@ class CommandIntake:
         self._last = now
         return changed
 
-    def _check_time(self, trajectory: Trajectory, now: float) -> None:
+    def _refuse_far_ahead(self, trajectory: Trajectory, now: float) -> None:
         lead = 0.0 if trajectory.start is None else trajectory.start - now
         if lead > self._lead:
             raise ValueError(
                 f"header.stamp: expected at most {self._lead:g} s ahead (command_lead), "
                 f"got {lead:.6g} s"
             )
-        span, last = float(trajectory.times[-1]), len(trajectory.times) - 1
+        span = float(trajectory.times[-1])
         if span > self._span:
             raise ValueError(
-                f"points[{last}].time_from_start: expected at most {self._span:g} s "
-                f"(command_span), got {span:.6g} s"
+                f"points[{len(trajectory.times) - 1}].time_from_start: expected at most "
+                f"{self._span:g} s (command_span), got {span:.6g} s"
             )
 
     def drop(self) -> None:
