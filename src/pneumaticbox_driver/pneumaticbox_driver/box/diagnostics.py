@@ -166,8 +166,8 @@ class LinkState:
     `refused` is the last message that could not be used, "" when that is over: a good one has come
     since, or enable or reset, or it was long ago; `refusals` counts them. `simulators` publish
     sensor samples. `clock_stands` [s] is for how long the node's time has stood still,
-    `clock_warning` what else is to be said of the clock, `second` of another driver. `storm` [1/s] is the rate of commands when
-    they have come too fast of late, `traffic` counts them.
+    `clock_warning` what else is to be said of the clock, `second` of another driver. `storm` [1/s]
+    is the rate of commands when they have come too fast of late, `traffic` counts them.
     """
 
     refused: str = ""
@@ -251,7 +251,7 @@ def _commands(box: PneumaticBox, link: LinkState) -> Report:
         "control modes": ", ".join(box.control.modes),
     }
     if link.second:
-        report.raise_to(Level.ERROR, link.second)
+        report.raise_to(Level.WARN, link.second)
     if link.refused:
         report.raise_to(Level.WARN, f"refused {link.refused}")
     if traffic.commanders > 1:
