@@ -24,8 +24,8 @@ TABLES = {
 SOURCES = Path(__file__).parents[2] / "src"
 ARGUMENTS = {
     "namespace", "params_file", "record", "hand", "scene", "object", "strategy", "model", "step",
-    "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend",
-    "command_timeout", "hardware_file",
+    "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend", "hardware_file",
+    "allow_effect_files", "command_timeout",
 }  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",
@@ -132,8 +132,8 @@ def test_with_a_stand_in_for_launch_the_simulator_starts_only_with_the_topic_bac
 
 def test_with_a_stand_in_for_launch_what_is_not_given_is_left_to_the_nodes(entities):
     given = {name: node.parameters for name, node in nodes(entities).items()}
-    shipped, of_the_driver = given.pop("driver")
-    assert (shipped, set(of_the_driver)) == ({"command_timeout": 5.0}, {"backend"})
+    (of_the_driver,) = given.pop("driver")
+    assert set(of_the_driver) == {"backend", "command_timeout"}
     assert given == {"hand_sim": [], "sequencer": []}
 
 
@@ -142,15 +142,15 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
     taken = {}
     for name in ("hand_sim", "driver", "sequencer"):
         node = found[name]
-        *_, file, values = node.parameters  # the later wins
+        file, values = node.parameters  # the later wins
         assert (file, node.namespace) == ("given", "given")
         for parameter, value in values.items():
             declared = {row.name: row.default for row in TABLES[name]}
             assert parameter == "use_sim_time" or type(declared[parameter]) is value.type
             taken[value.name] = value.type
     rest = {"namespace", "params_file", "record"}
-    typed = {"gui": bool, "use_sim_time": bool, "publish_clock": bool}
-    typed |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)
+    typed = {"allow_effect_files": bool, "gui": bool, "use_sim_time": bool, "publish_clock": bool}
+    typed |= {"step": float, "real_time_factor": float, "command_timeout": float}
     assert taken == dict.fromkeys(ARGUMENTS - rest, str) | typed
 
 
