@@ -30,21 +30,14 @@ ARGUMENTS = {
     "use_sim_time": ("", "driver and sequencer follow /clock; empty: true"),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),
     "command_timeout": (
-        "",
-        "silence of commands after which the driver lets go [s], 0: never, to command by hand; "
-        "empty: 5",
+        "5.0",
+        "silence of commands after which the driver lets go [s]; 0: never, to command by hand",
     ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
-<<<<<<< HEAD
-TYPES = dict.fromkeys(("publish_clock", "gui", "use_sim_time"), bool)
-TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
-LETS_GO = {"command_timeout": 5.0}  # a sequencer that was killed leaves no hand filled
-=======
 SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files")
 TYPES = dict.fromkeys(SWITCHES, bool)
 TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
->>>>>>> main
 # arguments that a node takes, by the name of its parameter
 SIMULATOR = {
     "hand": "hand",
@@ -72,7 +65,7 @@ SEQUENCER = {
 
 
 def parameters(given, taken):
-    """Parameter file and arguments that are given, of those that a node takes; the later wins."""
+    """Parameter file and arguments that are given, of those that a node takes."""
     values = {
         parameter: ParameterValue(
             LaunchConfiguration(argument), value_type=TYPES.get(argument, str)
@@ -89,17 +82,17 @@ def nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     common = {"namespace": given["namespace"], "output": "screen"}
 
-    def node(package, executable, name, taken, *first):
+    def node(package, executable, name, taken):
         return Node(
             package=package,
             executable=executable,
             name=name,
-            parameters=[*first, *parameters(given, taken)],
+            parameters=parameters(given, taken),
             **common,
         )
 
     started = [
-        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER, LETS_GO),
+        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER),
         node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER),
     ]
     if given["backend"] == "topic":

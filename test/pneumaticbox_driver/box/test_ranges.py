@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-"""What a channel cannot contain, or lies too far ahead, is refused by channel, value and limit."""
-=======
 """What a channel cannot contain, and what lies too far ahead, is refused and named."""
->>>>>>> main
 
 import numpy as np
 import pytest

@@ -340,11 +340,7 @@ class CommandIntake:
         Raises:
             ValueError: it begins too far ahead, or ends too long after that.
         """
-<<<<<<< HEAD
-        self._check_time(trajectory, now)
-=======
         self._refuse_far_ahead(trajectory, now)
->>>>>>> main
         changed = trajectory.channels
         if len(trajectory.times) == 1:
             held = self.setpoints.at(now)
@@ -354,11 +350,7 @@ class CommandIntake:
         self._last = now
         return changed
 
-<<<<<<< HEAD
-    def _check_time(self, trajectory: Trajectory, now: float) -> None:
-=======
     def _refuse_far_ahead(self, trajectory: Trajectory, now: float) -> None:
->>>>>>> main
         lead = 0.0 if trajectory.start is None else trajectory.start - now
         if lead > self._lead:
             raise ValueError(
