@@ -24,8 +24,8 @@ TABLES = {
 SOURCES = Path(__file__).parents[2] / "src"
 ARGUMENTS = {
     "namespace", "params_file", "record", "hand", "scene", "object", "strategy", "model", "step",
-    "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend",
-    "command_timeout", "hardware_file",
+    "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend", "hardware_file",
+    "allow_effect_files", "command_timeout",
 }  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",
@@ -149,8 +149,8 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
             assert parameter == "use_sim_time" or type(declared[parameter]) is value.type
             taken[value.name] = value.type
     rest = {"namespace", "params_file", "record"}
-    typed = {"gui": bool, "use_sim_time": bool, "publish_clock": bool}
-    typed |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)
+    typed = {"allow_effect_files": bool, "gui": bool, "use_sim_time": bool, "publish_clock": bool}
+    typed |= {"step": float, "real_time_factor": float, "command_timeout": float}
     assert taken == dict.fromkeys(ARGUMENTS - rest, str) | typed
 
 

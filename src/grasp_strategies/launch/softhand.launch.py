@@ -22,6 +22,7 @@ ARGUMENTS = {
     "object": ("", "object, by name or path; empty: cylinder"),
     "strategy": ("", "what grasp/surface_constrained runs; empty: the strategy of that name"),
     "model": ("", "model file, format softhand-model/1; empty: actuators with their weight"),
+    "allow_effect_files": ("", "run the Python files that the model names; empty: false"),
     "step": ("", "physics step [s]; empty: 0.002"),
     "real_time_factor": ("", "upper bound of simulated over wall time, 0: none; empty: 1"),
     "publish_clock": ("", "the simulator publishes /clock, or follows another's; empty: true"),
@@ -35,7 +36,8 @@ ARGUMENTS = {
     ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
-TYPES = dict.fromkeys(("publish_clock", "gui", "use_sim_time"), bool)
+SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files")
+TYPES = dict.fromkeys(SWITCHES, bool)
 TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
 LETS_GO = {"command_timeout": 5.0}  # a sequencer that was killed leaves no hand filled
 # arguments that a node takes, by the name of its parameter
@@ -44,6 +46,7 @@ SIMULATOR = {
     "scene": "scene",
     "object": "object",
     "model_file": "model",
+    "allow_effect_files": "allow_effect_files",
     "step": "step",
     "real_time_factor": "real_time_factor",
     "publish_clock": "publish_clock",

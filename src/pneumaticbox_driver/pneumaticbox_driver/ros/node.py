@@ -8,6 +8,7 @@ import math
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -33,7 +34,7 @@ from pneumaticbox_driver.ros.parameters import (
     sim_time_ignored,
 )
 from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
-from pneumaticbox_driver.safety import SampleWatch
+from pneumaticbox_driver.safety import SampleWatch, cut, one_line
 from pneumaticbox_driver.settings import per_channel
 from softhand_model.numerics.compiled import compilation_told
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation
@@ -207,7 +208,9 @@ class PneumaticBoxNode(Node):
             stamp = self.get_clock().now().to_msg()
             board.command(self.on_sample(self._board_begin + board.time, stamp, pressures))
         except (ValueError, OSError) as error:
-            self._fault(f"backend {self.backend}: {error}")
+            self._fault(f"backend {self.backend}: {cut(error)}")
+        except Exception as error:  # noqa: BLE001 boards are not ours
+            self._break_down(f"backend {self.backend}", error)
 
     def on_sample(
         self, now: float, stamp: Time, pressures_abs: NDArray[np.float64]
@@ -235,7 +238,7 @@ class PneumaticBoxNode(Node):
 
     # everything else
 
-    def serve_others(self, slack: float = SERVE_SLICE) -> None:
+    def serve_others(self, slack: float) -> None:
         """Serve commands, services and parameters, watch the sensors, report: when it is time.
 
         Args:
@@ -275,20 +278,35 @@ class PneumaticBoxNode(Node):
             self.get_logger().error(text, throttle_duration_sec=1.0)
             self.command_vent()
 
+    def keep_serving(self, what: str, step: Callable[[float], None], time_left: float) -> None:
+        """Do a `step` of the loop in the `time_left` [s]; whatever goes wrong in it vents."""
+        try:
+            step(time_left)
+        except Exception as error:  # noqa: BLE001 no valve stays as it stands, and services go on
+            self._break_down(what, error)
+
+    def _break_down(self, what: str, error: Exception) -> None:
+        """Vent for an error that should not be; the first time with its traceback in the log."""
+        reason = f"{what}: {one_line(error)}"
+        if reason not in self.box.latch.reasons:
+            lines = "".join(traceback.format_tb(error.__traceback__))
+            self.get_logger().error(f"{reason}\n{lines}", throttle_duration_sec=5.0)
+        self._fault(reason)
+
     def command_vent(self) -> None:
         """Command open outlets at once, without a sample to answer."""
         valves = np.full(len(self.box.settings.channels), -1, dtype=np.int8)
         self._valves.answer(self._stamp, valves)
         if self.board is not None:
             # a board that cannot be commanded has said so already
-            with contextlib.suppress(ValueError, OSError):
+            with contextlib.suppress(Exception):
                 self.board.command(valves)
 
     def close(self) -> None:
         """Leave the outlets open and go."""
         self.command_vent()
         if self.board is not None:
-            with contextlib.suppress(ValueError, OSError):
+            with contextlib.suppress(Exception):
                 self.board.close()
         self._valves.flush(FAREWELL)
         self._executor.close()
@@ -312,8 +330,8 @@ class PneumaticBoxNode(Node):
 def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
     """Answer the samples of the topic backend until `stop` is set."""
     while not stop.is_set():
-        node.serve_samples(WAIT)
-        node.serve_others()
+        node.keep_serving("sample", node.serve_samples, WAIT)
+        node.keep_serving("service", node.serve_others, SERVE_SLICE)
 
 
 def run_board(
@@ -327,7 +345,7 @@ def run_board(
 
     def step() -> None:
         node.serve_board(board)
-        node.serve_others(loop.slack)
+        node.keep_serving("service", node.serve_others, loop.slack)
 
     loop.run(step, stop)
 
