@@ -33,12 +33,13 @@ from softhand_model.hand.hand import load_hand
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
 from softhand_ros.parameters import declare, follow_simulated_time, usage
 from softhand_ros.run_node import run_node
-from softhand_ros.topics import latched
+from softhand_ros.topics import latched, slow_clock
 
 PURPOSE = "Offers grasp services, each of which runs a strategy."
 IDLE = "idle"
 UNEXPECTED = "ended by an error; see the log"
 LATCHED = latched(10)  # ten deep, so that phases that follow each other quickly all arrive
+CLOCK_PERIOD = 0.1  # [s] of wall time between two looks at /clock for stamps and watches
 STILL = 5.0  # [s] of wall time without a tick that is worth a warning
 Result = TypeVar("Result")
 
@@ -119,6 +120,7 @@ class SequencerNode(Node):
         super().__init__("grasp_sequencer", **options)
         declare(self, PARAMETERS)
         follow_simulated_time(self)
+        slow_clock(self, CLOCK_PERIOD)
         self._hand = load_hand(self.get_parameter("hand").value)
         hand_bodies = hand_body_names(chain.name for chain in self._hand.chains)
         self._scene = TopicScene(self, hand_bodies)
