@@ -92,7 +92,8 @@ def slow_clock(node: Node, period: float) -> None:
         for subscription in node.subscriptions:
             if subscription.topic_name == "/clock" and subscription.callback is not unused:
                 # with its events: beside them a wait set wakes for data that nobody takes
-                for entity in (subscription, *subscription.event_handlers):
+                events: Any = subscription.event_handlers
+                for entity in [subscription, *events]:
                     entity.callback_group = by_hand
                 tick = take(subscription)
                 if tick is not None:
