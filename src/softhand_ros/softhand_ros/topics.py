@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
-from rosgraph_msgs.msg import Clock
+from rosgraph_msgs.msg import Clock as Tick
 
 SECOND = 10**9  # [ns]
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
@@ -50,7 +50,7 @@ def refuse_time_before_zero(node: Node) -> None:
     source = node._time_source
     follow = source.clock_callback
 
-    def tick(message: Clock) -> None:
+    def tick(message: Tick) -> None:
         if message.clock.sec < 0:
             told = f"refused /clock: expected 0 s or later, got {message.clock.sec} s"
             node.get_logger().warning(told, throttle_duration_sec=1.0)
