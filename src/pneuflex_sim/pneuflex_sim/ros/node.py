@@ -36,6 +36,7 @@ from softhand_ros.topics import (
     Inbox,
     clock_conflict,
     full_name,
+    heard,
     latched,
     nanoseconds,
     stamp_of_seconds,
@@ -52,10 +53,9 @@ FAST_PERIOD = 0.01  # clock, wrist, object [s]
 
 
 def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:
-    pose.position.x, pose.position.y, pose.position.z = map(float, position)
-    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = map(
-        float, orientation
-    )
+    place, turn = pose.position, pose.orientation
+    place.x, place.y, place.z = position.tolist()
+    turn.x, turn.y, turn.z, turn.w = orientation.tolist()
     return pose
 
 
@@ -214,35 +214,41 @@ class HandSim(Node):
 
     def _publish_fast(self, stamp: Time) -> None:
         simulation = self.simulation
-        self._wrist_message.header.stamp = self._wrench_message.header.stamp = stamp
-        _fill_pose(self._wrist_message.pose, *simulation.wrist_pose())
-        self.wrist_pose.publish(self._wrist_message)
-        force, torque = simulation.wrist_wrench()
-        wrench = self._wrench_message.wrench
-        wrench.force.x, wrench.force.y, wrench.force.z = map(float, force)
-        wrench.torque.x, wrench.torque.y, wrench.torque.z = map(float, torque)
-        self.wrench.publish(self._wrench_message)
-        if simulation.object is not None:
+        if heard(self.wrist_pose):
+            self._wrist_message.header.stamp = stamp
+            _fill_pose(self._wrist_message.pose, *simulation.wrist_pose())
+            self.wrist_pose.publish(self._wrist_message)
+        if heard(self.wrench):
+            self._publish_wrench(stamp)
+        if simulation.object is not None and heard(self.object_pose):
             self._object_message.header.stamp = stamp
             _fill_pose(self._object_message.pose, *simulation.object_pose())
             self.object_pose.publish(self._object_message)
 
+    def _publish_wrench(self, stamp: Time) -> None:
+        self._wrench_message.header.stamp = stamp
+        force, torque = self.simulation.wrist_wrench()
+        wrench = self._wrench_message.wrench
+        wrench.force.x, wrench.force.y, wrench.force.z = force.tolist()
+        wrench.torque.x, wrench.torque.y, wrench.torque.z = torque.tolist()
+        self.wrench.publish(self._wrench_message)
+
     def _publish_slow(self, stamp: Time) -> None:
-        simulation = self.simulation
-        self._joint_message.header.stamp = stamp
-        self._joint_message.position = array.array(
-            "d", joint_positions(simulation.bodies.q).tolist()
-        )
-        self.joints.publish(self._joint_message)
-        angles = simulation.read_tip_angles()
-        tips = JointState(name=list(angles), position=array.array("d", angles.values()))
-        tips.header.stamp = stamp
-        self.tip_angles.publish(tips)
-        poses = PoseArray(
-            poses=[_fill_pose(Pose(), *tip) for tip in simulation.fingertips().values()]
-        )
-        poses.header.stamp, poses.header.frame_id = stamp, self.wrist_frame
-        self.fingertips.publish(poses)
+        if heard(self.joints):
+            message, q = self._joint_message, self.simulation.bodies.q
+            message.header.stamp = stamp
+            message.position = array.array("d", joint_positions(q).tolist())
+            self.joints.publish(message)
+        if heard(self.tip_angles):
+            angles = self.simulation.read_tip_angles()
+            tips = JointState(name=list(angles), position=array.array("d", angles.values()))
+            tips.header.stamp = stamp
+            self.tip_angles.publish(tips)
+        if heard(self.fingertips):
+            tip_poses = self.simulation.fingertips().values()
+            poses = PoseArray(poses=[_fill_pose(Pose(), *tip) for tip in tip_poses])
+            poses.header.stamp, poses.header.frame_id = stamp, self.wrist_frame
+            self.fingertips.publish(poses)
         self.seen.publish_contacts(stamp)
 
     def _warnings(self) -> list[str]:
