@@ -161,7 +161,8 @@ def _watch(case: Case, finding: Finding, rig: Rig, grasp: Future, begin: float) 
     """Wait for a word, for the outlets and for the end of the process."""
     rig.wait(lambda: _word(case, rig, grasp), WORD_LIMIT)
     finding.word = _word(case, rig, grasp)
-    finding.told_after = time.monotonic() - begin
+    if finding.word:
+        finding.told_after = time.monotonic() - begin
     if case.wanted == VENTED:
         if rig.wait(lambda: max(rig.pressures) < EMPTY, OPEN_LIMIT):
             finding.outlets, finding.empty_after = VENTED, time.monotonic() - begin
@@ -173,7 +174,7 @@ def _watch(case: Case, finding: Finding, rig: Rig, grasp: Future, begin: float) 
         finding.outlets = GONE if driver_opens else HELD
     elif rig.wait(grasp.done, GRASP_LIMIT):
         finding.outlets = GOES_ON if grasp.result().success else grasp.result().message
-        finding.word = finding.word or f"nothing; the grasp goes on: {grasp.result().message}"
+        finding.word = finding.word or "nothing; the grasp goes on"
     if case.node:
         finding.exit_code = rig.nodes[case.node].wait(0.0 if case.wanted == GOES_ON else 5.0)
 
