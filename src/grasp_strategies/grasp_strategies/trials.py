@@ -113,12 +113,18 @@ class StartedScene:
 
     def __init__(self, settings: TrialSettings) -> None:
         self.strategy = load_strategy(settings.strategy)
-        config = {name: getattr(settings, name) for name in OF_SCENE}
-        self.scene = build_scene(hand=self.strategy.hand, **config)
+        self._config = {name: getattr(settings, name) for name in OF_SCENE}
+        self._build()
+
+    def _build(self) -> None:
+        self.scene = build_scene(hand=self.strategy.hand, **self._config)
         self._start = self.scene.save()
 
     def place(self, offset: tuple[float, float], mass_scale: float) -> InProcessScene:
-        """The scene at its start, with this object."""
+        """The scene at its start, with this object; a new one after a trial that diverged."""
+        if self.scene.simulation.world.broken:
+            self.scene.close()
+            self._build()
         self.scene.restart(self._start, offset, mass_scale)
         return self.scene
 
