@@ -4,7 +4,6 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-import pybullet
 import pytest
 
 from grasp_strategies import trials
@@ -16,10 +15,8 @@ from grasp_strategies.trials import (
     main,
     run_batch,
     run_trial,
-    started_scene,
     summarise,
 )
-from pneuflex_sim.world import Diverged
 
 HELD = GraspResult("gripped", 0.12, 2e-4, 1.19, 6.0, "held")
 MISSED = GraspResult("none", 0.0, math.nan, 0.0, 6.0, "nothing touched it")
@@ -220,18 +217,3 @@ def test_a_gripper_of_ones_own_grasps_by_the_command(tmp_path):
     trials = json.loads(out.read_text())["trials"]
     assert [trial["outcome"] for trial in trials] == ["gripped"] * 3
     assert all(trial["lift_height"] > 0.1 and trial["slip"] < 5e-3 for trial in trials)
-
-
-def test_after_a_trial_that_diverged_the_object_lies_on_the_table_again():
-    started = started_scene(TrialSettings())
-    simulation = started.place((0.0, 0.0), 1.0).simulation
-    client, nowhere = simulation.world.client, [float("nan")] * 3
-    pybullet.resetBaseVelocity(simulation.object_id, nowhere, nowhere, physicsClientId=client)
-    simulation.step()
-    with pytest.raises(Diverged):
-        simulation.object_pose()
-    simulation = started.place((0.0, 0.0), 1.0).simulation
-    for _ in range(200):
-        simulation.step()
-    assert simulation.object_pose()[0][2] == pytest.approx(0.0325, abs=1e-3)
-    started_scene.cache_clear()

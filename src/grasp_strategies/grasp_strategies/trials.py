@@ -113,18 +113,12 @@ class StartedScene:
 
     def __init__(self, settings: TrialSettings) -> None:
         self.strategy = load_strategy(settings.strategy)
-        self._config = {name: getattr(settings, name) for name in OF_SCENE}
-        self._build()
-
-    def _build(self) -> None:
-        self.scene = build_scene(hand=self.strategy.hand, **self._config)
+        config = {name: getattr(settings, name) for name in OF_SCENE}
+        self.scene = build_scene(hand=self.strategy.hand, **config)
         self._start = self.scene.save()
 
     def place(self, offset: tuple[float, float], mass_scale: float) -> InProcessScene:
-        """The scene at its start, with this object; a new one after a trial that diverged."""
-        if self.scene.simulation.world.broken:
-            self.scene.close()
-            self._build()
+        """The scene at its start, with this object."""
         self.scene.restart(self._start, offset, mass_scale)
         return self.scene
 
