@@ -30,6 +30,7 @@ AMBIENT = 101_325.0  # [Pa]
 EMPTY = 5e3  # gauge pressure that the offset of a sensor may have [Pa]
 START_LIMIT = 90.0  # for the first state of the driver and the services [s]
 GRASP_LIMIT = 120.0  # wall time of a grasp [s]
+TICK = 0.3  # wall time in which a running simulator's clock ticks [s]
 SETTLE = 1.0  # simulated time after a reset in which the driver averages its sensors [s]
 GRASP = "grasp/surface_constrained"
 
@@ -143,8 +144,7 @@ class Rig(ClientLink):
         self.call("sim/pause", False)
         self.call("grasp/abort", limit=30.0)
         self.call("sim/reset")
-        self.drain()
-        self.simulated_time = 0.0  # whatever was heard last
+        self.spin(TICK)  # until the clock is that of the reset
         self.pass_time(SETTLE)
         self.call("pneumaticbox/reset")
         self.call("pneumaticbox/enable", True)
