@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -31,6 +30,7 @@ AMBIENT = 101_325.0  # [Pa]
 EMPTY = 5e3  # gauge pressure that the offset of a sensor may have [Pa]
 START_LIMIT = 90.0  # for the first state of the driver and the services [s]
 GRASP_LIMIT = 120.0  # wall time of a grasp [s]
+TICK = 0.3  # wall time in which a running simulator's clock ticks [s]
 SETTLE = 1.0  # simulated time after a reset in which the driver averages its sensors [s]
 GRASP = "grasp/surface_constrained"
 
@@ -88,7 +88,7 @@ class Rig(ClientLink):
     # what runs
 
     def start(self, commands: Sequence[NodeCommand]) -> None:
-        """Start nodes; wait for them with `await_suite`."""
+        """Start nodes."""
         for command in commands:
             self.nodes[command.name] = self.launcher.start(command)
 
@@ -144,6 +144,7 @@ class Rig(ClientLink):
         self.call("sim/pause", False)
         self.call("grasp/abort", limit=30.0)
         self.call("sim/reset")
+        self.spin(TICK)  # until the clock is that of the reset
         self.pass_time(SETTLE)
         self.call("pneumaticbox/reset")
         self.call("pneumaticbox/enable", True)
@@ -158,7 +159,7 @@ class Rig(ClientLink):
         """Answer of a whole grasp; RigError when there is none."""
         return self.call(GRASP, limit=GRASP_LIMIT)
 
-    def begin_grasp(self, pressure: float = 10e3) -> Future:
+    def begin_grasp(self, pressure: float = 15e3) -> Future:
         """Begin a grasp and return its future in the midst of it: at a gauge pressure [Pa]."""
         future = self.request(GRASP)
         self.need(
@@ -173,6 +174,13 @@ class Rig(ClientLink):
     def usage(self) -> dict[str, Usage]:
         """What every process holds."""
         return {name: usage_of(process.pid) for name, process in self.nodes.items()}
+
+    def tell_ended(self) -> None:
+        """Print how the nodes ended that do not run any more."""
+        for name, process in self.nodes.items():
+            if process.exit_code is not None:
+                last = "\n    ".join(process.output().splitlines()[-12:])
+                print(f"  {name} ended with {process.exit_code}:\n    {last}", flush=True)
 
     def longest_line(self) -> int:
         """Length of the longest line that a node has printed [characters]."""
@@ -201,6 +209,19 @@ def rest_of(rig: Rig, limit: float) -> bool:
 
 
 @contextmanager
+def launched(commands: Sequence[NodeCommand]) -> Iterator[Rig]:
+    """Nodes in a domain of their own, and the bench's node; all has ended afterwards."""
+    with tempfile.TemporaryDirectory() as name, held_domain() as domain:
+        folder = Path(name)
+        environment = node_environment(folder, domain)
+        # the bench's node has the same discovery
+        os.environ.update({k: v for k, v in environment.items() if k.startswith(("ROS", "FAST"))})
+        with Launcher(folder, environment) as launcher, Rig(launcher, domain, folder) as rig:
+            rig.start(commands)
+            yield rig
+
+
+@contextmanager
 def started(
     options: SuiteOptions | None = None,
     further: Sequence[NodeCommand] = (),
@@ -213,19 +234,8 @@ def started(
         further: other nodes, as the monitor.
         replaced: commands that are started in place of the usual ones, by name.
     """
-    chosen = options or SuiteOptions()
-    commands = [(replaced or {}).get(c.name, c) for c in suite.three_nodes(chosen)]
-    with tempfile.TemporaryDirectory() as name, held_domain() as domain:
-        folder = Path(name)
-        environment = node_environment(folder, domain)
-        # the bench's node has the same discovery
-        os.environ.update({k: v for k, v in environment.items() if k.startswith(("ROS", "FAST"))})
-        with Launcher(folder, environment) as launcher, Rig(launcher, domain, folder) as rig:
-            rig.start([*commands, *further])
-            yield rig
-
-
-def timed(work: Callable[[], Any]) -> tuple[Any, float]:
-    """What a function returns, and its wall time [s]."""
-    begin = time.monotonic()
-    return work(), time.monotonic() - begin
+    usual = suite.three_nodes(options or SuiteOptions())
+    commands = [(replaced or {}).get(command.name, command) for command in usual]
+    with launched([*commands, *further]) as rig:
+        rig.await_suite()
+        yield rig

@@ -35,12 +35,13 @@ from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
 from softhand_ros.parameters import declare, follow_simulated_time
 from softhand_ros.run_node import run_node
 from softhand_ros.single import ALLOW_SECOND, Single
-from softhand_ros.topics import clock_conflict, latched
+from softhand_ros.topics import clock_conflict, latched, slow_clock
 
 IDLE, HOLDING = "idle", "holding what was grasped"
 PHASE = "grasp/phase"
 UNEXPECTED = "ended by an error; see the log"
 LATCHED = latched(1)
+CLOCK_PERIOD = 0.1  # [s] of wall time between two looks at /clock for stamps and watches
 HOLD_PERIOD = 0.2  # [s] of wall time after which what is held is commanded again
 STILL = 5.0  # [s] of wall time without a tick that is worth a warning
 Result = TypeVar("Result")
@@ -107,6 +108,7 @@ class Run:
     def __init__(self, strategy: Strategy) -> None:
         self.strategy = strategy
         self.phase = "waiting for simulator and driver"
+        self.waits_for = ""  # what is missing before the first phase
         self.abort = threading.Event()
         self.ended: Future = Future()
 
@@ -123,6 +125,7 @@ class SequencerNode(Node):
         declare(self, PARAMETERS)
         self._single = Single(self, "sequencer", PHASE)
         follow_simulated_time(self)
+        slow_clock(self, CLOCK_PERIOD)
         self._hand = load_hand(self.get_parameter("hand").value)
         hand_bodies = hand_body_names(chain.name for chain in self._hand.chains)
         self._single.claim(self.get_parameter(ALLOW_SECOND.name).value)
@@ -272,17 +275,16 @@ class SequencerNode(Node):
         return frozenset(wanted) & strategy.options
 
     def _wait_for(self, run: Run, what: str) -> None:
-        phase = f"waiting: {what}"
-        if phase != run.phase:
-            run.phase = phase
-            self.get_logger().info(f"{run.strategy.name}: {phase}", throttle_duration_sec=1.0)
+        if run.waits_for != what:
+            run.waits_for = what
+            self.get_logger().info(f"waiting: {what}", throttle_duration_sec=1.0)
 
     def _hold(self) -> None:
         if self._run is None:
             self._holding = self._scene.go_on_holding()
 
     def _enter_phase(self, run: Run, phase: str) -> None:
-        run.phase = phase
+        run.phase, run.waits_for = phase, ""
         self._phase_topic.publish(String(data=phase))
         self.get_logger().info(f"{run.strategy.name}: {phase}")
 
@@ -300,7 +302,8 @@ class SequencerNode(Node):
         phase = f"{run.strategy.name}: {run.phase}" if run else idle
         values = {"phase": phase, "last_result": f"{last.outcome}: {last.reason}" if last else ""}
         values |= {f"refused {feed.topic}": str(feed.refused) for feed in feeds}
-        warnings = (self._single.warning(), self._clock_warning(), *refusals)
+        waiting = f"waiting: {run.waits_for}" if run and run.waits_for else ""
+        warnings = (waiting, self._single.warning(), self._clock_warning(), *refusals)
         self._diagnostics.publish([Report("sequencer", phase, warnings, values)])
 
     def _clock_warning(self) -> str:

@@ -38,6 +38,7 @@ from grasp_strategies.ros.messages import (
     read_touching,
 )
 from grasp_strategies.scene import Array, Observation, SceneError
+from softhand_ros.diagnostics import cut
 from softhand_ros.topics import (
     NEWEST,
     TakenByHand,
@@ -145,8 +146,8 @@ class TopicScene:
     @property
     def _fault(self) -> str:
         """What driver and simulator report; empty when all is well."""
-        faults = {s: report.fault for s, report in self._reports.items() if report.fault}
-        return "; ".join(f"{REPORTERS[s][1]} reports: {fault}" for s, fault in faults.items())
+        told = ((who, self._reports.get(source)) for source, (_, who) in REPORTERS.items())
+        return "; ".join(f"{who} reports: {r.fault}" for who, r in told if r and r.fault)
 
     def _missing(self) -> str:
         """What is not there yet, by who should provide it; empty when all is there."""
@@ -175,7 +176,7 @@ class TopicScene:
         report = self._last_report(source)
         if report is None:
             return f"is {source} running, and not paused?"
-        return f"{source} reports: {report.sentence}"
+        return f"{source} reports: {report.worst}"
 
     # ---------------------------------------------------------------- time
     @property
@@ -299,7 +300,8 @@ class TopicScene:
         air = self._air.value
         if air.channels != self.channels:
             raise SceneError(
-                f"pneumaticbox/state: expected the channels {self.channels}, got {air.channels}"
+                f"pneumaticbox/state: expected the channels {self.channels}, "
+                f"got {cut(str(air.channels))}"
             )
         return Observation(
             now,
