@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumaticbox_driver.observer.zeroing import StillPressure
+from pneumaticbox_driver.observer.still_pressure import StillPressure
 
 NOISE = 65.0  # of the channel sensors with their converter [Pa]
 
