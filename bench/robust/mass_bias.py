@@ -272,18 +272,19 @@ def cycles(minutes: float, judge: Judge, **options: Any) -> None:
         run.cycle()
 
 
-def run(minutes: float = 30.0) -> list[dict[str, Any]]:
+def run(minutes: float = 30.0, seed: int = 0) -> list[dict[str, Any]]:
     """Rows of simulator, bench, bench with poor sensors, and of a box that runs away.
 
     Args:
         minutes: simulated, in all.
+        seed: of objects' places, targets, durations and noise.
     """
     on_bench = minutes * (1 - SHARE_OF_SIMULATOR) / 2
     judges = {name: Judge() for name in ("simulator", "bench", "poor sensors", "control")}
-    count = grasps(minutes * SHARE_OF_SIMULATOR, judges["simulator"])
-    cycles(on_bench, judges["bench"])
-    cycles(on_bench, judges["poor sensors"], poor=True)
-    cycles(min(2.0, minutes), judges["control"], sound=False)
+    count = grasps(minutes * SHARE_OF_SIMULATOR, judges["simulator"], seed)
+    cycles(on_bench, judges["bench"], seed=seed)
+    cycles(on_bench, judges["poor sensors"], poor=True, seed=seed)
+    cycles(min(2.0, minutes), judges["control"], sound=False, seed=seed)
     rows = [stated("grasps of the mass bias", count, "")]
     for name in ("simulator", "bench", "poor sensors"):
         rows += _rows(name, judges[name])

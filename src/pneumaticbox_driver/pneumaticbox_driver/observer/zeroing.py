@@ -11,7 +11,7 @@ from pneumaticbox_driver.observer.volume_model import VolumeModel
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
-NEARLY_EMPTY = 5e3  # above it an offset found at ambient hardly changes what flowed out [Pa]
+NEARLY_EMPTY = 2e3  # above it an offset found at ambient hardly changes what flowed out [Pa]
 # In an emptied channel: its actuator was held away from rest when it was zeroed [Pa]. Up to there
 # the fill at rest is uncertain by 1 %, 0.7 mg in the largest channel of RBO Hand 2.
 UNEXPLAINED_PRESSURE = 1e3
@@ -68,7 +68,7 @@ class Zeroing:
         )  # [kg/Pa]
         self._offset_known: Flags = np.zeros(n, dtype=bool)  # found behind an open outlet
         self._variance: Floats = np.zeros(n)  # of the masses when they were last set [kg2]
-        self._lifted: Floats = np.zeros(n)  # see `_keep_above_rest` [kg]
+        self._lifted: Floats = np.zeros(n)  # by `_follow_outlets` since the mass was set [kg]
         self._pressures: Floats = np.zeros(n)  # of the last sample, gauge [Pa]
         self.restart()
 
@@ -81,6 +81,7 @@ class Zeroing:
         self._held_for: Floats = np.zeros(n)  # with more air than at rest, at ambient pressure [s]
         self._far_since = np.full(n, -1)  # pulses at which the estimate was too far off, or -1
         self._peak: Floats = np.zeros(n)  # highest gauge pressure since the last zero [Pa]
+        self._inflated: Flags = np.zeros(n, dtype=bool)  # since it was zeroed
         self._high_mass: Floats = np.zeros(n)  # of the outlet's pulse: when it was last above
         self._high_pressure: Floats = np.zeros(n)  # `NEARLY_EMPTY` [kg], and its pressure [Pa]
         self._still.restart()
@@ -111,6 +112,7 @@ class Zeroing:
     def switched(self, changed: Flags, valves: Valves) -> None:
         """Take note of the valves (n,) that have `changed` with this sample."""
         self.empty &= ~changed | (valves == 0)
+        self._inflated |= valves > 0
         self._note_high(changed & (valves < 0), self._observer.mass)
         self._still.restart(changed)
 
@@ -143,8 +145,10 @@ class Zeroing:
             self.ready = True
 
     def _follow_outlets(self, vented: Flags) -> None:
-        """Follow the channels whose outlet is open (n,) until they are nearly empty, and from there
-        keep their estimates above what their rest volumes hold at their pressures.
+        """Follow the channels whose outlet is open (n,) until they are nearly empty.
+
+        From there on, and all the way where the pressure has come by itself, the estimates are kept
+        above what the rest volumes hold at the pressures.
         """
         observer = self._observer
         mass, flow = observer.mass, observer.flow
@@ -152,7 +156,8 @@ class Zeroing:
         # the estimate runs ahead by what flows while the valve closes
         self._note_high(high, mass - VALVE_DELAY * np.minimum(flow, 0.0))
         least = self._rest_capacity * (self._pressures - UNSEEN_DROP)
-        short = np.where(vented & ~high, np.maximum(least - mass, 0.0), 0.0)
+        bounded = vented & ~(high & self._inflated)
+        short = np.where(bounded, np.maximum(least - mass, 0.0), 0.0)
         if short.any():
             observer.lift(short)
             self._lifted += short
@@ -266,6 +271,7 @@ class Zeroing:
         self._set(channel, 0.0, 0.0)
         self._held_for[channel] = 0.0
         self._peak[channel] = 0.0
+        self._inflated[channel] = False
         self.doubted[channel] = False
 
     def _say_misfit(self, channel: int, drift: float, posture: float = 0.0) -> None:
