@@ -219,9 +219,7 @@ class PneumaticBox:
             valves=self.valves,
             flow=self.observer.flow,
             mass=self.observer.mass,
-            mass_known=~(
-                self.zeroing.empty | self.zeroing.doubted | self.calibration.under_way
-            ),
+            mass_known=~(self.zeroing.empty | self.zeroing.doubted | self.calibration.under_way),
             ready=self.zeroing.ready,
         )
         for reason in self.faults.look(view):
