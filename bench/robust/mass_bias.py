@@ -151,8 +151,8 @@ class BoxedScene(InProcessScene):
 def grasps(minutes: float, judge: Judge, seed: int = 0) -> int:
     """Grasp and release until `minutes` have passed in the simulator; returns how many grasps.
 
-    Each has an object of its own place and mass; every third time the hand is vented afterwards, for
-    a while that is drawn from the seed.
+    Each has an object of its own place and mass; every third time the hand is vented afterwards,
+    for a while that is drawn from the seed.
     """
     strategy, count, passed = load_strategy(STRATEGY), 0, 0.0
     drawn = np.random.default_rng(seed)
