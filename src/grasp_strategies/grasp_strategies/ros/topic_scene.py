@@ -175,7 +175,7 @@ class TopicScene:
         report = self._last_report(source)
         if report is None:
             return f"is {source} running, and not paused?"
-        return f"{source} reports: {report.sentence}"
+        return f"{source} reports: {report.worst}"
 
     # ---------------------------------------------------------------- time
     @property
