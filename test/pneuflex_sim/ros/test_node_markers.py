@@ -127,6 +127,7 @@ def test_each_pair_has_one_arrow_that_is_deleted_when_it_parts(gripping, viewed)
         (pair, Marker.ARROW, Marker.ADD, 0) for pair in pairs
     }
     assert all(len(marker.points) == 2 and marker.header.frame_id == "world" for marker in arrows)
+    assert all(0 < marker.scale.x < marker.scale.y <= 0.02 for marker in arrows)
     gripping.reset()
     gripping.step()
     still = {f"force/{pair}" for pair in by_pair(gripping.contacts())}
