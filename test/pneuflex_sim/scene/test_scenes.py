@@ -103,7 +103,7 @@ def test_materials_of_ones_own_come_with_their_friction(tmp_path, simulate):
         (
             "distance: 0.2",
             "distance: far",
-            "own.yaml:.: wall.distance: expected a number, got 'far'",
+            "own.yaml:.: wall.distance: expected a number from -10 to 10",
         ),
         ("inclination: 70", "inclination: 2", "wall.inclination: expected a number at least 5"),
         (

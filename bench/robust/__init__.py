@@ -1,0 +1,1 @@
+"""What hostile messages, damaged files and ended processes do to the suite."""
