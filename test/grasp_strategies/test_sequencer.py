@@ -157,6 +157,32 @@ def test_the_air_follows_a_straight_line_to_its_goal(make_strategy):
         assert masses == pytest.approx(share * np.array([4e-5, 2e-5, 2e-5, 2e-5]), abs=1e-12)
 
 
+def test_commands_come_every_hundredth_of_a_second_unless_asked_otherwise(make_strategy):
+    scene = MockScene()
+    Sequencer(scene, make_strategy()).run()
+    times = [time for time, *_ in scene.wrist_commands]
+    assert min(np.diff(times)[:40]) == pytest.approx(0.01)
+    assert max(np.diff(times)[:40]) == pytest.approx(0.01)
+
+
+def test_air_is_commanded_when_a_phase_begins_and_then_only_where_it_changes(make_strategy):
+    scene = MockScene()
+    _, phases = run(scene, make_strategy())
+    begins = {name: time for time, name in phases}
+    times = [time for time, _ in scene.air_commands]
+    assert times[0] == 0.0 and times[1] == pytest.approx(begins["close"])
+    assert times[2:] == pytest.approx(begins["close"] + STEP * np.arange(1, len(times) - 1))
+    assert times[-1] == pytest.approx(begins["close"] + 0.4, abs=1.1 * STEP)
+
+
+def test_a_phase_without_a_duration_takes_no_longer_than_its_motion_or_ramp(make_strategy):
+    strategy = make_strategy(("position: [0, 0, 0.12]", "position: [0, 0, 0.02]"))
+    _, phases = run(MockScene(), strategy, options=["lower_and_release"])
+    begins = {name: time for time, name in phases}
+    assert begins["hold"] - begins["lift"] == pytest.approx(LIFT_DURATION / 6, abs=STEP)
+    assert begins["done"] - begins["release"] == pytest.approx(STEP)
+
+
 def test_slow_air_delays_the_lift_until_it_has_come(make_strategy):
     rate = 4e-5
     scene = MockScene(air_rate=rate)
@@ -268,7 +294,7 @@ def test_an_object_carried_when_the_run_failed_is_lost(make_strategy):
 def test_a_channel_the_hand_does_not_have_is_refused_before_anything_moves(make_strategy):
     scene = MockScene()
     with pytest.raises(ValueError, match=r"phase close: air_mass: .*\(a, b, c, d\), got e"):
-        Sequencer(scene, make_strategy(("{a: 4.0e-5", "{e: 1, a: 4.0e-5")))
+        Sequencer(scene, make_strategy(("{a: 4.0e-5", "{e: 1.0e-5, a: 4.0e-5")))
     assert scene.air_commands == []
 
 

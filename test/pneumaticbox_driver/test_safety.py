@@ -80,6 +80,7 @@ def test_when_the_clock_stands_two_seconds_of_wall_time_are_a_fault_unless_pause
     watch.heard(10.0, 50.0)
     assert watch.silence(10.0, 51.9, paused=False) is None
     assert watch.silence(10.0, 52.1, paused=False) == "no sensor sample for 2 s of wall time"
+    assert watch.silence(10.0, 100.0, paused=False) == "no sensor sample for 2 s of wall time"
     assert watch.silence(10.0, 90.0, paused=True) is None
 
 

@@ -1,12 +1,38 @@
-"""What candidates achieve in noise: the stated chance is the one that is met."""
+"""What candidates achieve in noise, and which of them are named, from made-up fits: their errors
+are stated in units of the noise floor, and so is the answer.
+"""
+
+from dataclasses import replace
 
 import numpy as np
-from scipy.stats import kstest
+import pytest
+from made_up_fits import (
+    Landscape,
+    Said,
+    beyond,
+    made_up_model,
+    made_up_problem,
+    signature_of,
+)
+from scipy.stats import chi2, kstest
 from toy_forward import toy_forward, toy_set
 
+from model_lab.diagnosis import selection as module
 from model_lab.diagnosis.search import Signature
-from model_lab.diagnosis.selection import null_maxima, p_value
+from model_lab.diagnosis.selection import (
+    detectable_effects,
+    error_of,
+    excess,
+    material,
+    null_maxima,
+    p_value,
+    select,
+    shape_error,
+    share_left,
+)
 from model_lab.fitting.noise_floor import make_spectrum
+
+EXCESS = 5.0  # of the model as it is
 
 
 def test_chances_of_the_best_of_several_candidates_are_even_in_noise():
@@ -36,3 +62,321 @@ def test_a_candidate_that_changes_nothing_achieves_nothing():
     none = np.zeros(1)
     idle = Signature(none[:, None], np.zeros((2, 1)), np.zeros((1, 1200)), none, none)
     assert np.all(null_maxima([idle], spectrum, seed=0) == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("improvement", "chance"), [(0.0, 1.0), (1.0, 1.0), (50.5, 0.5), (99.0, 0.02), (1e9, 0.01)]
+)
+def test_a_chance_is_the_share_of_noise_sets_that_do_as_well_and_never_zero(improvement, chance):
+    assert p_value(np.arange(1.0, 100.0), improvement) == pytest.approx(chance)
+
+
+def test_the_draws_are_the_same_again_and_do_not_depend_on_the_size_of_a_signature():
+    problem = made_up_problem()
+    one = signature_of(problem, 1)
+    drawn = null_maxima([one], problem.spectrum, seed=3)
+    assert len(drawn) == 2000 and np.all(np.diff(drawn) >= 0.0)
+    assert np.array_equal(drawn, null_maxima([one], problem.spectrum, seed=3))
+    assert not np.array_equal(drawn, null_maxima([one], problem.spectrum, seed=4))
+    larger = signature_of(problem, 1, strengths=(7.0,))
+    assert null_maxima([larger], problem.spectrum, seed=3) == pytest.approx(drawn)
+    idle = replace(one, size=np.zeros(1))
+    assert null_maxima([idle, one], problem.spectrum, seed=3) == pytest.approx(drawn)
+    # of one direction in many samples: chi square of one degree of freedom, a little wider
+    assert np.quantile(drawn, 0.9) == pytest.approx(chi2.ppf(0.9, 1), rel=0.15)
+
+
+def test_noise_whose_level_few_coefficients_tell_is_drawn_wider():
+    problem = made_up_problem(folds=2)
+    first = signature_of(problem, 1)
+    change = np.zeros_like(first.change)
+    change[0, 0] = 1.0  # the gain of one of four runs
+    drawn = null_maxima([replace(first, change=change)], problem.spectrum, seed=0)
+    # normal over the root of chi square over four: Student's t, squared
+    assert np.quantile(drawn, 0.9) == pytest.approx(2.132**2, rel=0.15)
+
+
+# ---------------------------------------------------------------- what is named
+@pytest.fixture
+def choose(monkeypatch):
+    """The selection among made-up models, one letter an effect; "" is the model as it is."""
+
+    def choose(models, effects=None, problem=None, given=()):
+        problem = problem or made_up_problem()
+        landscape = Landscape(problem, models)
+        monkeypatch.setattr(module, "score_base", landscape.base)
+        monkeypatch.setattr(module, "score_all", landscape.all)
+        monkeypatch.setattr(module, "score_without", landscape.without)
+        names = effects or sorted({name for name in models if len(name) == 1})
+        return select(problem, list(names), list(given), seed=0, jobs=1), landscape
+
+    return choose
+
+
+def named(choose, models, **options):
+    """Letters of the effects that are named."""
+    return "".join(choose(models, **options)[0].final.effects)
+
+
+def leaves(share, deviance=500.0, **said):
+    """A model that leaves this share of the excess error."""
+    return Said(beyond(share * EXCESS), deviance, **said)
+
+
+BASE = Said(beyond(EXCESS), 1000.0)
+
+
+@pytest.mark.parametrize(
+    ("share", "answer"), [(0.0, "a"), (0.49, "a"), (0.51, ""), (0.9, ""), (0.98, "")]
+)
+def test_an_effect_is_named_if_it_removes_half_of_the_excess_error(choose, share, answer):
+    assert named(choose, {"": BASE, "a": leaves(share)}) == answer
+
+
+@pytest.mark.parametrize(("error", "answer"), [(1.11, ""), (1.13, "a")])
+def test_nothing_is_named_where_the_error_is_hardly_above_the_floor(choose, error, answer):
+    assert named(choose, {"": Said(error, 1000.0), "a": Said(1.0, 500.0)}) == answer
+
+
+@pytest.mark.parametrize(("gained", "answer"), [(5.0, ""), (9.0, "a")])
+def test_an_effect_must_bring_more_than_noise_does(choose, gained, answer):
+    # of one direction 6.6 in one set of a hundred
+    assert named(choose, {"": BASE, "a": leaves(0.1, 1000.0 - gained)}) == answer
+
+
+def test_the_threshold_is_what_one_set_of_noise_in_a_hundred_reaches(choose):
+    chosen, _ = choose({"": BASE, "a": leaves(0.1)})
+    assert chosen.threshold == pytest.approx(chi2.ppf(0.99, 1), rel=0.15)
+    many = {letter: leaves(0.9) for letter in "abcdefghijklmnopqrst"}
+    assert choose({"": BASE, **many})[0].threshold == pytest.approx(
+        chi2.ppf(0.99 ** (1 / 20), 1), rel=0.15
+    )
+
+
+def test_the_chance_of_each_effect_is_stated(choose):
+    chosen, _ = choose({"": BASE, "a": leaves(0.1), "b": leaves(0.9, 999.0)})
+    assert chosen.p_values["a"] == pytest.approx(1 / 2001)
+    assert 0.2 < chosen.p_values["b"] < 0.8
+
+
+@pytest.mark.parametrize("flaw", [{"known": False}, {"at_limit": True}])
+def test_an_effect_whose_parameters_mean_nothing_is_not_named(choose, flaw):
+    models = {"": BASE, "a": leaves(0.0, **flaw), "b": leaves(0.2, 600.0)}
+    chosen, _ = choose(models)
+    assert chosen.final.effects == ("b",)
+    assert [scored.added for scored in chosen.proven] == ["b"]
+
+
+def test_effects_that_cannot_be_seen_are_told_and_the_others_come_best_first(choose):
+    models = {"": BASE, "a": leaves(0.9, 900.0), "b": leaves(0.1, 400.0)}
+    chosen, _ = choose(models, effects="abc")
+    assert [scored.added for scored in chosen.singles] == ["b", "a"]
+    assert [unseen.name for unseen in chosen.unseen] == ["c"]
+    assert chosen.final.effects == ("b",)
+
+
+@pytest.mark.parametrize(("ahead", "answer"), [(2.0, "b"), (4.0, "a")])
+def test_a_parameter_more_must_bring_its_penalty(choose, ahead, answer):
+    """3 of deviance for each."""
+    models = {
+        "": BASE,
+        "a": leaves(0.1, 500.0 - ahead, more_parameters=1),
+        "b": leaves(0.1, 500.0),
+    }
+    assert named(choose, models) == answer
+
+
+def test_effects_of_the_model_file_stay_in_it(choose):
+    models = {"g": BASE, "ga": leaves(0.1)}
+    chosen, _ = choose(models, effects="a", given="g")
+    assert chosen.base.effects == ("g",)
+    assert chosen.final.effects == ("g", "a")
+
+
+# ---------------------------------------------------------------- pairs
+def pairs(left_by_pair, left_by_b=0.9, pair_deviance=100.0):
+    return {
+        "": BASE,
+        "a": leaves(0.4, 500.0),
+        "b": leaves(left_by_b, 800.0),
+        "ab": leaves(left_by_pair, pair_deviance),
+    }
+
+
+@pytest.mark.parametrize(("left", "answer"), [(0.0, "ab"), (0.19, "ab"), (0.21, "a"), (0.35, "a")])
+def test_a_pair_is_named_if_it_removes_more_than_half_of_what_the_best_leaves(choose, left, answer):
+    assert named(choose, pairs(left)) == answer
+
+
+@pytest.mark.parametrize(("gained", "answer"), [(5.0, "a"), (15.0, "ab")])
+def test_a_pair_must_bring_more_than_noise_does(choose, gained, answer):
+    assert named(choose, pairs(0.1, pair_deviance=500.0 - gained)) == answer
+
+
+@pytest.mark.parametrize(("left_by_b", "answer"), [(0.15, "b"), (0.25, "ab")])
+def test_an_effect_that_removes_little_beside_the_other_is_dropped(choose, left_by_b, answer):
+    assert named(choose, pairs(0.1, left_by_b)) == answer
+
+
+def test_no_pair_is_tried_where_one_effect_reaches_the_floor(choose):
+    models = {"": BASE, "a": Said(1.1, 500.0), "b": leaves(0.9, 800.0), "ab": Said(1.0, 100.0)}
+    chosen, landscape = choose(models)
+    assert chosen.final.effects == ("a",)
+    assert landscape.tried == ["a", "b"]
+
+
+def test_pairs_are_tried_with_the_best_effects_that_bring_a_fifth_of_the_best(choose):
+    singles = {"a": 500.0, "b": 510.0, "c": 520.0, "d": 530.0}
+    models = {"": BASE, **{name: leaves(0.8, deviance) for name, deviance in singles.items()}}
+    _, landscape = choose(models)
+    begun = {pair[0] for pair in landscape.tried if len(pair) == 2}
+    assert begun == {"a", "b", "c"}
+    models["b"], models["c"] = leaves(0.8, 890.0), leaves(0.8, 910.0)
+    _, landscape = choose(models)
+    begun = {pair[0] for pair in landscape.tried if len(pair) == 2}
+    assert begun == {"a", "d", "b"}
+
+
+def test_the_search_for_pairs_ends_with_the_first_that_reaches_the_floor(choose):
+    _, landscape = choose(pairs(0.0))
+    assert "ab" in landscape.tried and "ba" not in landscape.tried
+    _, landscape = choose(pairs(0.35))
+    assert "ba" in landscape.tried
+
+
+def test_a_pair_stands_in_where_no_effect_alone_removes_half(choose):
+    models = {**pairs(0.0), "a": leaves(0.8, 500.0)}
+    assert named(choose, models) == "ab"
+
+
+def test_pairs_whose_parameters_mean_nothing_are_not_named(choose):
+    models = {**pairs(0.0), "ab": leaves(0.0, 100.0, known=False)}
+    assert named(choose, models) == "a"
+
+
+# ---------------------------------------------------------------- ties
+@pytest.mark.parametrize(("behind", "tied"), [(-2.0, ("b",)), (7.9, ("b",)), (8.1, ())])
+def test_an_effect_that_does_nearly_as_well_is_tied(choose, behind, tied):
+    models = {"": Said(beyond(EXCESS), 800.0), "a": leaves(0.1), "b": leaves(0.1, 500.0 + behind)}
+    chosen, _ = choose(models)
+    best = "a" if behind > 0 else "b"
+    assert chosen.final.effects == (best,)
+    assert chosen.ties == (tied if best == "a" else ("a",),)
+
+
+@pytest.mark.parametrize(("behind", "tied"), [(19.0, ("b",)), (21.0, ())])
+def test_the_margin_of_ties_is_a_fiftieth_of_a_large_gain(choose, behind, tied):
+    models = {"": Said(beyond(EXCESS), 1503.0), "a": leaves(0.1), "b": leaves(0.1, 500.0 + behind)}
+    chosen, _ = choose(models)  # what the parameter costs is no gain: 1000
+    assert chosen.ties == (tied,)
+
+
+def test_ties_come_nearest_first(choose):
+    models = {
+        "": BASE,
+        **{n: leaves(0.1, 500.0 + d) for n, d in zip("abc", (0, 5, 2), strict=True)},
+    }
+    assert choose(models)[0].ties == (("c", "b"),)
+
+
+def test_each_effect_of_a_pair_has_those_that_would_do_in_its_place(choose):
+    models = {
+        **pairs(0.0, 0.7),
+        "c": leaves(0.9, 900.0),
+        "ac": leaves(0.01, 104.0),
+        "bc": leaves(0.5, 300.0),
+    }
+    chosen, _ = choose(models)
+    assert chosen.final.effects == ("a", "b")
+    assert chosen.ties == ((), ("c",))
+
+
+def test_nothing_is_tied_where_nothing_is_named(choose):
+    assert choose({"": BASE, "a": leaves(0.9), "b": leaves(0.9)})[0].ties == ()
+
+
+# ---------------------------------------------------------------- errors
+def test_the_held_out_error_counts_unless_the_folds_are_few():
+    said = Said(3.0, fitted=2.0)
+    many, few = made_up_problem(folds=3), made_up_problem(folds=2)
+    assert error_of(many, made_up_model(many, "", said)) == pytest.approx(3.0)
+    assert error_of(few, made_up_model(few, "", said)) == pytest.approx(2.0)
+    assert shape_error(many, made_up_model(many, "", said)) == pytest.approx(3.0)
+    assert shape_error(few, made_up_model(few, "", said)) == pytest.approx(2.0)
+
+
+def test_the_error_in_shape_leaves_out_the_gains_of_runs():
+    problem = made_up_problem()
+    scored = made_up_model(problem, "", Said(3.0, gain=4.0))
+    assert error_of(problem, scored) == pytest.approx(5.0)
+    assert shape_error(problem, scored) == pytest.approx(3.0)
+
+
+def test_the_excess_is_what_lies_beyond_the_floor_in_squares():
+    problem = made_up_problem(level=2.0)
+    assert excess(problem, made_up_model(problem, "", Said(2.5))) == pytest.approx(1.5)
+    assert excess(problem, made_up_model(problem, "", Said(1.9))) == 0.0
+    assert not material(problem, made_up_model(problem, "", Said(2.23)))
+    assert material(problem, made_up_model(problem, "", Said(2.25)))
+
+
+def test_of_error_and_shape_that_counts_of_which_less_is_left():
+    problem = made_up_problem()
+    before = made_up_model(problem, "", Said(4.0, gain=3.0))
+    shape = np.sqrt(0.99)  # of the floor's hundred coefficients one is the gain
+    gains_stay = made_up_model(problem, "a", Said(1.0, gain=3.0))
+    left = np.sqrt(1.0 - shape**2) / np.sqrt(16.0 - shape**2)
+    assert share_left(problem, gains_stay, before) == pytest.approx(left)
+    shape_stays = made_up_model(problem, "a", Said(4.0, gain=0.0))
+    assert share_left(problem, shape_stays, before) == pytest.approx(np.sqrt(15.0 / 24.0))
+
+
+def test_of_no_excess_all_is_left():
+    problem = made_up_problem()
+    good = made_up_model(problem, "", Said(0.9))
+    assert share_left(problem, good, good) == 1.0
+
+
+# ---------------------------------------------------------------- what would have shown
+def detectable(choose, threshold, **changed):
+    """The stated smallest value of an effect, given its signature at some values of it."""
+    problem = made_up_problem()
+    found = replace(signature_of(problem, 0, strengths=(1.0, 2.0, 4.0)), **changed)
+    scored = made_up_model(problem, ["pressure_offset"], Said(1.0), signature=found)
+    chosen, _ = choose({"": BASE, "a": leaves(0.9)})
+    chosen = replace(chosen, singles=(scored,), threshold=threshold)
+    return [(d.name, d.parameter, d.smallest) for d in detectable_effects(problem, chosen)]
+
+
+def test_the_smallest_value_that_shows_lies_between_one_that_does_and_one_that_does_not(choose):
+    ((name, parameter, smallest),) = detectable(choose, 6.0, size=np.full(3, 10.0))
+    assert (name, parameter) == ("pressure_offset", "offset")
+    # strengths 4/6 at 2 and 16/6 at 4: 1 in the logarithm between them
+    share = np.log(16.0 / 6.0) / np.log(4.0)
+    assert smallest == pytest.approx(4.0 - share * 2.0)
+
+
+def test_an_effect_must_also_be_half_the_floor_to_show(choose):
+    # sizes: sqrt(2) of half the floor at 4, its half at 2
+    ((*_, smallest),) = detectable(
+        choose, 0.1, size=0.125 * np.sqrt(2.0) * np.array([1.0, 2.0, 4.0])
+    )
+    assert smallest == pytest.approx(3.0)
+
+
+def test_where_all_values_show_the_weakest_is_stated(choose):
+    assert detectable(choose, 0.5, size=np.full(3, 10.0))[0][2] == 1.0
+
+
+def test_of_an_effect_that_never_shows_nothing_is_stated(choose):
+    assert detectable(choose, 100.0, size=np.full(3, 10.0)) == []
+
+
+def test_other_parameters_are_taken_at_their_middle_value(choose):
+    grid = [[1.0, 0.1], [1.0, 0.2], [1.0, 0.3], [4.0, 0.1], [4.0, 0.2], [4.0, 0.3]]
+    change = np.zeros((6, 1200))
+    change[:, 0] = [9.0, 1.0, 9.0, 9.0, 2.0, 9.0]
+    ((*_, smallest),) = detectable(
+        choose, 2.0, values=np.array(grid), change=change, size=np.full(6, 10.0)
+    )
+    assert smallest == pytest.approx(2.5)  # strengths 1/2 at 1 and 2 at 4

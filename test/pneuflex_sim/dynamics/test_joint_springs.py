@@ -12,6 +12,7 @@ from pneuflex_sim.dynamics.joint_springs import (
     Joints,
     Springs,
     elastic_torque,
+    look_at_joints,
     spring_torques,
 )
 
@@ -44,6 +45,18 @@ def test_torque_of_a_spring_is_minus_the_gradient_of_its_energy(size, stretching
         for axis in np.eye(3)
     ]
     np.testing.assert_allclose(torque, -np.array(slope) / (2 * small), rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("size", [0.0099, 0.0101])
+def test_series_of_small_angles_and_closed_form_meet(size):
+    stiffness, error = np.array([0.7, 2.0, 0.3]), size * np.array([0.6, 0.0, 0.8])
+    along = stiffness * error
+    share = (1 - 0.5 * size / np.tan(0.5 * size)) / size**2
+    again = np.cross(error, np.cross(error, along))
+    expected = -along + 0.5 * np.cross(error, along) - share * again
+    found, *factors = elastic_torque(error, 0.5, stiffness, 0.0)
+    assert found == pytest.approx(expected, rel=1e-11)
+    assert factors == [1.0, 1.0]
 
 
 def test_rubber_is_twice_as_stiff_as_the_rule_when_straight_and_half_as_stiff_far_bent():
@@ -89,3 +102,135 @@ def test_at_rest_the_torque_is_minus_stiffness_times_deflection_whatever_the_ste
             Before(np.zeros((n, 3)), torque, chain.placed),
         )
         np.testing.assert_allclose(torque, -stiffness * deflection, rtol=1e-9)
+
+
+class Step:
+    """One step of a random chain, and the same by a dense solver from the text of the module."""
+
+    def __init__(self, n=3, seed=7, stretching=0.0, deflection=0.2, speed=0.5, bend=0.1):
+        chain = RandomChain(n, seed)
+        self.chain, self.shape = chain, (n, 3)
+        self.rest = (
+            Rotation.from_quat(chain.q)
+            * Rotation.from_rotvec(-deflection * chain.rng.normal(size=self.shape))
+        ).as_quat()
+        self.stiffness, self.damping, self.gas = (
+            chain.rng.uniform(0.5, 2.0, self.shape) * size for size in (1.0, 0.03, 4.0)
+        )
+        self.stretching = np.full(n, stretching)
+        self.v = speed * chain.rng.normal(size=self.shape)
+        self.bend = bend * chain.rng.normal(size=self.shape)
+        self.v_before = speed * chain.rng.normal(size=self.shape)
+        self.torque_before = chain.rng.normal(size=self.shape)
+
+    def found(self, dt, first_step=False):
+        """Torques of the step, and the velocities that it leaves to the next."""
+        self.before = Before(self.v_before.copy(), self.torque_before.copy(), self.chain.placed)
+        spring_torques(
+            dt,
+            first_step,
+            self.chain.links,
+            Springs(self.rest, self.stiffness, self.stretching, self.damping),
+            Joints(self.chain.q, self.v),
+            Actuation(self.bend, self.gas),
+            self.before,
+        )
+        return self.before.torque
+
+    def errors(self):
+        """Rotation vectors of the joints from rest, and what `elastic_torque` says of them."""
+        rest = Rotation.from_quat(self.rest) * Rotation.from_rotvec(self.bend)
+        errors = (rest.inv() * Rotation.from_quat(self.chain.q)).as_rotvec()
+        said = [
+            elastic_torque(error, bend[1], stiffness, stretching)
+            for error, bend, stiffness, stretching in zip(
+                errors, self.bend, self.stiffness, self.stretching, strict=True
+            )
+        ]
+        return errors, said
+
+    def expected(self, dt, first_step=False, more_torque=0.0, more_added=0.0):
+        mass = self.chain.mass_matrix()
+        _, said = self.errors()
+        bending = [np.array([[1.0, entry[k], 1.0] for entry in said]) for k in (1, 2)]
+        tangent, gas = self.stiffness * bending[0], self.gas * bending[1]
+        torque = np.array([entry[0] for entry in said]) + more_torque
+        torque -= (dt * tangent + self.damping + dt * gas) * self.v
+        added = dt * (self.damping + dt * gas + dt * tangent) + more_added
+        external = mass @ (self.v - self.v_before).ravel() / dt - self.torque_before.ravel()
+        right = torque.ravel() + (0.0 if first_step else external)
+        acceleration = np.linalg.solve(mass + np.diag(added.ravel()), right).reshape(self.shape)
+        return torque - added * acceleration
+
+
+@pytest.mark.parametrize("first_step", [True, False])
+@pytest.mark.parametrize("stretching", [0.0, 0.9])
+def test_a_step_solves_the_implicit_equation_with_the_load_of_the_step_before(
+    stretching, first_step
+):
+    step = Step(stretching=stretching)
+    found = step.found(2e-3, first_step)
+    np.testing.assert_allclose(found, step.expected(2e-3, first_step), rtol=1e-8, atol=1e-9)
+    np.testing.assert_array_equal(step.before.v, step.v)
+
+
+@pytest.mark.parametrize(("angle", "over"), [(2.39, 0.0), (2.5, 0.1), (-2.5, -0.1), (-2.39, 0.0)])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_joint_far_from_rest_meets_a_stop_twenty_times_as_stiff(axis, angle, over):
+    step, turn = Step(n=1, speed=0.0, bend=0.0), np.zeros((1, 3))
+    turn[0, axis] = angle
+    step.rest = (Rotation.from_quat(step.chain.q) * Rotation.from_rotvec(-turn)).as_quat()
+    stop, dt = np.zeros((1, 3)), 2e-3
+    if over:
+        stop[0, axis] = 20.0 * step.stiffness[0, axis]
+    expected = step.expected(dt, True, more_torque=-stop * over, more_added=dt * dt * stop)
+    np.testing.assert_allclose(step.found(dt, True), expected, rtol=1e-8, atol=1e-9)
+
+
+def test_the_stop_is_met_by_bend_deflection_and_what_the_speed_adds_in_a_step():
+    step, dt = Step(n=1, speed=0.0, bend=0.0), 2e-3
+    step.rest = (Rotation.from_quat(step.chain.q) * Rotation.from_rotvec([0, -2.3, 0])).as_quat()
+    step.bend, step.v = np.array([[0.0, 1.3, 0.0]]), np.array([[0.0, 60.0, 0.0]])
+    # 1.3 of pressure, 1.0 of deflection and 0.12 of motion make 2.42 [rad]; the brake at 50 rad/s
+    stop = np.array([[0.0, 20.0 * step.stiffness[0, 1], 0.0]])
+    brake = np.array([[0.0, 0.3 * step.stiffness[0, 1], 0.0]])
+    expected = step.expected(
+        dt,
+        True,
+        more_torque=-stop * 0.02 - brake * 10.0,
+        more_added=dt * dt * stop + dt * brake,
+    )
+    np.testing.assert_allclose(step.found(dt, True), expected, rtol=1e-8, atol=1e-9)
+
+
+@pytest.mark.parametrize(("asked", "least"), [(3.0, 2.4), (-3.0, -2.4), (2.0, 2.0)])
+def test_no_pressure_turns_the_rest_beyond_the_stop(asked, least):
+    step = Step(n=1, bend=0.0)
+    step.bend[0] = asked, 0.1, -asked
+    step.found(1e-3)
+    assert step.bend[0] == pytest.approx([least, 0.1, -least])
+
+
+@pytest.mark.parametrize(("dt", "fastest"), [(1e-3, 50.0), (5e-3, 40.0), (0.02, 20.0)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_joint_that_would_turn_too_far_in_a_step_is_braked(dt, fastest, sign):
+    step = Step(n=1, deflection=0.0, bend=0.0, speed=0.0)
+    step.damping = step.damping * 0.01
+    step.v = sign * np.array([[2.0 * fastest, 0.5 * fastest, 0.0]])
+    brake = np.array([[0.3 * step.stiffness[0, 0], 0.0, 0.0]])
+    expected = step.expected(dt, True, more_torque=-brake * sign * fastest, more_added=dt * brake)
+    np.testing.assert_allclose(step.found(dt, True), expected, rtol=1e-8, atol=1e-9)
+
+
+def test_the_joints_are_seen_against_their_rest_with_the_greatest_speed():
+    chain, turns = (
+        RandomChain(3, seed=1),
+        np.array([[0.1, 0.0, 0.4], [0.0, -0.2, 0.0], [1.0, 0, 0]]),
+    )
+    q = (Rotation.from_quat(chain.q) * Rotation.from_rotvec(turns)).as_quat()
+    v, rotations = np.array([[1.0, -5.0, 0.0], [0.0, 2.0, 0.0], [3.0, 0.0, 4.0]]), np.empty((3, 3))
+    assert look_at_joints(chain.q, q, v, rotations) == 5.0
+    assert rotations == pytest.approx(turns)
+    v[1, 1] = np.nan
+    assert np.isnan(look_at_joints(chain.q, q, v, rotations))
+    assert look_at_joints(chain.q, q, np.zeros((3, 3)), rotations) == 0.0

@@ -133,6 +133,10 @@ def test_side_wall_ratio_of_a_square(wall, ratio):
 def test_side_wall_ratio_is_two_without_side_walls():
     assert section.side_wall_ratio(1.0, 1.0, 0.1, 0.0) == 2.0
     assert section.side_wall_ratio(0.004, 0.02, 0.005, 0.005) == 2.0
+    assert section.side_wall_share(0.004, 0.02, 0.005, 0.005) == 0.0
+    assert section.printed_side_wall_share(0.004, 0.005, 0.005) == 0.0
+    assert section.side_wall_term(9.0, 0.004, 0.02, 0.005, 0.005) == 0.0
+    assert section.chamber_area(0.0, 0.004, 0.02, 0.005, 0.005) == pytest.approx(-0.001 * 0.02)
 
 
 @pytest.mark.parametrize(("wall", "printed", "proper"), [(0.1, 0.328, 0.486), (0.3, 0.120, 0.229)])
@@ -169,6 +173,16 @@ def test_side_wall_ratio_at_small_strain(wall, ratio):
     assert 2 / (1 + term / section.elastic_term(1 + strain)) == pytest.approx(ratio, abs=1e-3)
 
 
+def test_the_share_of_the_side_walls_is_the_limit_of_their_integral_in_any_section():
+    strain = 1e-3  # [1/m]
+    top = section.elastic_term(1 + strain * OBLONG["height"])
+    share = section.side_wall_term(strain, **OBLONG) / top
+    assert section.side_wall_share(**OBLONG) == pytest.approx(share, rel=1e-3)
+    assert section.small_strain_side_wall_ratio(**OBLONG) == pytest.approx(
+        2 / (1 + share), rel=1e-3
+    )
+
+
 def test_exact_side_walls_act_nearly_as_a_softer_rubber():
     """One factor on the modulus takes most of it, so data hardly tell them apart."""
     curvature = np.linspace(0.1, 70.0, 60)
@@ -189,6 +203,8 @@ def test_chamber_holds_the_ring_sector_less_the_rubber(curvature):
     area = section.chamber_area(curvature, **OBLONG)
     assert area == pytest.approx(sector - rubber, rel=1e-9)
     assert section.curvature_from_chamber_area(area, **OBLONG) == pytest.approx(curvature)
+    without = section.curvature_from_chamber_area(sector - z * d, h, z, d)
+    assert without == pytest.approx(curvature)
 
 
 @pytest.mark.parametrize(("side_wall", "cubic_centimetres"), [(0.0, 6.48), (0.003, 2.16)])

@@ -87,7 +87,9 @@ def told(place: str) -> Iterator[None]:
     except EffectError:
         raise
     except SystemExit as reason:
-        raise EffectError(f"{place}: expected it to return, got sys.exit({reason})") from reason
+        raise EffectError(
+            f"{place}: expected it to return, got sys.exit({quoted(reason.code)})"
+        ) from reason
     except _TooLong:
         raise EffectError(f"{place}: expected an end within {CALL_LIMIT:g} s, got none") from None
     except BaseException as reason:

@@ -1,0 +1,98 @@
+"""One mutant in a process of its own: the tests of its module, until one of them fails.
+
+The process is forked from one that has imported the libraries already, and takes the mutated source
+in place of that of the file when the module is imported; no file is changed.
+"""
+
+from __future__ import annotations
+
+import importlib
+import multiprocessing
+import os
+import resource
+import sys
+import time
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from types import CodeType
+from typing import Any
+
+import pytest
+
+from bench.mutants.modules import Row
+
+LIBRARIES = (
+    "hypothesis",
+    "numba",
+    "scipy.fft",
+    "scipy.integrate",
+    "scipy.interpolate",
+    "scipy.optimize",
+    "scipy.spatial.transform",
+    "scipy.stats",
+    "yaml",
+)
+WALL_SECONDS = 900  # a mutant that waits for nothing ends too
+
+
+def load_libraries() -> None:
+    """Import what all tests need, before the processes part."""
+    for name in LIBRARIES:
+        importlib.import_module(name)
+
+
+def passes(row: Row, source: str | None, seconds: int) -> tuple[bool, float]:
+    """Whether the tests of a row pass, and the time [s] that took.
+
+    Args:
+        row: of the module.
+        source: that stands for the module's own, None for that as it is.
+        seconds: of processor time after which tests count as failed [s].
+    """
+    begin = time.monotonic()
+    process = multiprocessing.get_context("fork").Process(target=_test, args=(row, source, seconds))
+    process.start()
+    process.join(WALL_SECONDS)
+    if process.is_alive():
+        process.kill()
+        process.join()
+    return process.exitcode == 0, time.monotonic() - begin
+
+
+def _test(row: Row, source: str | None, seconds: int) -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+    if row.module in sys.modules:
+        raise RuntimeError(f"{row.module} was imported before it could be mutated")
+    if source is not None:
+        _put_in_place(row.module, source)
+    if row.interpreted:
+        _interpret(row.module.split(".")[0])
+    options = ("-x", "-q", "--timeout=0", "-p", "no:cacheprovider", "-p", "no:xdist")
+    with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        status = pytest.main([*options, *row.tests])
+    sys.exit(int(status))
+
+
+def _put_in_place(module: str, source: str) -> None:
+    """Let the import of a module take this source."""
+    get_code = SourceFileLoader.get_code
+
+    def mutated(loader: SourceFileLoader, name: str) -> CodeType | None:
+        if name == module:
+            return compile(source, loader.path, "exec")
+        return get_code(loader, name)
+
+    SourceFileLoader.get_code = mutated  # type: ignore[method-assign]
+
+
+def _interpret(package: str) -> None:
+    """Let the kernels of a package run as Python: what is compiled lies in a cache, unmutated."""
+    kernels = importlib.import_module("softhand_model.numerics.compiled")
+    compiled = kernels.compiled
+
+    def chosen(function: Callable[..., Any]) -> Callable[..., Any]:
+        return function if function.__module__.split(".")[0] == package else compiled(function)
+
+    kernels.compiled = chosen

@@ -1,0 +1,245 @@
+"""What controllers decide on made-up states of the box: each is stated, and so is the valve."""
+
+import numpy as np
+import pytest
+from made_up_box import GAS, KPA, MG, REST, SHORTEST, SUPPLY, MadeUpChannel, Swelling, made_up_view
+
+from pneumaticbox_driver.control.channels import ChannelControl, TimeController
+from pneumaticbox_driver.control.mass import MassController, MassFlowController
+from pneumaticbox_driver.control.pulsewise import Pressure, PulsewiseController, Volume
+from softhand_model.gas import AMBIENT_PRESSURE
+
+HELD = 10 * MG
+
+
+def decided(controller, **state):
+    (valve,) = controller.update(made_up_view(**state)).tolist()
+    return valve
+
+
+# ---------------------------------------------------------------- mass
+@pytest.mark.parametrize(
+    ("error", "valve"),
+    [(1.09, 0), (1.11, 1), (-0.54, 0), (-0.56, -1), (0.0, 0), (5.0, 1), (-5.0, -1)],
+)
+def test_a_valve_opens_for_a_good_half_of_what_the_smallest_pulse_moves(error, valve):
+    """2 mg into the channel, 1 mg out of it."""
+    assert decided(MassController(), mass=HELD, setpoints=HELD + error * MG) == valve
+
+
+@pytest.mark.parametrize(("error", "valve"), [(0.09, 0), (0.11, 1), (-0.09, 0), (-0.11, -1)])
+def test_a_valve_opens_for_a_tenth_of_a_milligram_at_least(error, valve):
+    state = {"mass": HELD, "setpoints": HELD + error * MG, "gain": 0.0, "loss": 0.0}
+    assert decided(MassController(), **state) == valve
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(("left", "stays"), [(0.051, True), (0.049, False), (-0.2, False)])
+def test_a_valve_closes_at_the_sample_nearest_to_the_target(direction, left, stays):
+    """50 mg/s move 0.05 mg in half a sample of 2 ms."""
+    valve = decided(
+        MassController(),
+        mass=HELD,
+        setpoints=HELD + direction * left * MG,
+        direction=direction,
+        flow=direction * 50 * MG,
+    )
+    assert valve == (direction if stays else 0)
+
+
+@pytest.mark.parametrize("direction", [0, 1, -1])
+@pytest.mark.parametrize("target", [0.0, -5 * MG])
+@pytest.mark.parametrize("empty", [True, False])
+def test_a_target_of_nothing_empties_to_where_the_mass_is_known(direction, target, empty):
+    state = {"mass": 0.0, "setpoints": target, "direction": direction, "empty": empty}
+    assert decided(MassController(), **state) == (0 if empty else -1)
+
+
+@pytest.mark.parametrize("direction", [0, 1, -1])
+def test_without_a_target_the_valves_close(direction):
+    assert decided(MassController(), mass=HELD, setpoints=np.nan, direction=direction) == 0
+
+
+def test_each_channel_is_decided_on_by_itself_from_the_pulse_of_its_present_pressure():
+    view = made_up_view([HELD, HELD, 0.0], [HELD + 5 * MG, HELD - 5 * MG, np.nan])
+    assert MassController().update(view).tolist() == [1, -1, 0]
+    ((duration, pressures_abs, supply_abs),) = view.asked
+    assert (duration, supply_abs) == (SHORTEST, SUPPLY)
+    assert pressures_abs is view.pressures_abs
+
+
+# ---------------------------------------------------------------- mass flow
+def flowing(flow, seconds, mass=HELD, gain=2 * MG, loss=1 * MG, controller=None, **state):
+    """Times at which the valve is asked for while the estimate stands at `mass` [kg]."""
+    controller = controller or MassFlowController()
+    view = made_up_view(mass, flow, gain=gain, loss=loss, **state)
+    valves = [int(controller.update(view)[0]) for _ in range(round(seconds / view.dt))]
+    return np.array(valves), controller, view
+
+
+@pytest.mark.parametrize(("flow", "due", "valve"), [(1.0, 1.1, 1), (-1.0, 0.55, -1)])
+def test_a_flow_opens_the_valve_when_a_good_half_of_the_smallest_pulse_is_owed(flow, due, valve):
+    valves, _, _ = flowing(flow * MG, 2.0)
+    opened = np.flatnonzero(valves)
+    assert 2e-3 * (opened[0] + 1) == pytest.approx(due, abs=5e-3)
+    assert set(valves[opened[0] :].tolist()) == {valve}
+
+
+@pytest.mark.parametrize(
+    ("flow", "caught_up", "valve"),
+    [(1.0, 4.8, 1), (1.0, 5.0, 0), (-1.0, -5.3, -1), (-1.0, -5.6, 0)],
+)
+def test_a_flow_that_cannot_be_followed_waits_three_smallest_pulses_ahead(flow, caught_up, valve):
+    """Three times 2 mg, the larger; the valve opens for 1.1 mg in, 0.55 mg out."""
+    _, controller, view = flowing(flow * MG, 20.0, dt=2e-2)
+    view.observer.mass[:] = HELD + caught_up * MG
+    view.setpoints[:] = 0.0
+    assert controller.update(view).tolist() == [valve]
+
+
+def test_what_a_channel_without_pulses_is_owed_is_limited_too():
+    _, controller, view = flowing(1 * MG, 5.0, gain=0.0, loss=0.0, dt=2e-2)
+    view.setpoints[:] = 0.0
+    view.observer.mass[:] = HELD + 0.15 * MG
+    assert controller.update(view).tolist() == [1]
+    view.observer.mass[:] = HELD + 0.25 * MG
+    assert controller.update(view).tolist() == [0]
+
+
+def test_a_flow_that_begins_anew_is_owed_nothing():
+    _, controller, view = flowing(1 * MG, 1.0)
+    view.setpoints[:] = np.nan
+    assert controller.update(view).tolist() == [0]
+    view.setpoints[:] = 1 * MG
+    valves = [int(controller.update(view)[0]) for _ in range(500)]
+    assert not any(valves)  # 1 mg, less than the 1.1 for which the valve opens
+
+
+def test_a_flow_goes_on_from_what_it_is_owed():
+    _, controller, view = flowing(1 * MG, 1.0)
+    valves = [int(controller.update(view)[0]) for _ in range(100)]
+    assert any(valves)
+
+
+@pytest.mark.parametrize(
+    ("flow", "empty", "valve"), [(-1.0, False, -1), (-1.0, True, 0), (0.0, False, 0)]
+)
+def test_a_flow_out_of_an_empty_channel_empties_it_and_no_flow_leaves_it(flow, empty, valve):
+    valves, _, _ = flowing(flow * MG, 0.1, mass=-0.5 * MG, empty=empty)
+    assert set(valves.tolist()) == {valve}
+
+
+def test_only_the_channels_of_the_mode_have_a_reference():
+    controller = MassFlowController()
+    view = made_up_view([HELD, HELD], [1 * MG, np.nan])
+    view.mine = np.array([True, False])
+    for _ in range(600):
+        wanted = controller.update(view)
+    assert wanted.tolist() == [1, 0]
+    view.setpoints[:], view.mine = 1 * MG, np.array([True, True])
+    assert controller.update(view).tolist() == [1, 0]
+
+
+# ---------------------------------------------------------------- pressure and volume
+def pressure(setpoint, **options):
+    return MadeUpChannel(PulsewiseController(Pressure()), setpoint, **options)
+
+
+def test_a_pulse_brings_the_air_that_the_model_asks_for_and_one_is_enough():
+    channel = pressure(40 * KPA).run(2.0)
+    assert channel.gauge == pytest.approx(40 * KPA, abs=150.0)  # half a sample of flow
+    assert channel.pulses == 1
+    channel.view.setpoints[:] = 10 * KPA
+    channel.run(2.0)
+    assert channel.gauge == pytest.approx(10 * KPA, abs=150.0)
+    assert channel.pulses == 2 and -1 in channel.valves
+
+
+def test_a_pressure_is_judged_from_ten_samples_and_when_it_has_settled():
+    channel = pressure(40 * KPA).run(2.0)
+    opened = channel.valves.index(1)
+    assert opened == 9
+    channel = pressure(40 * KPA, rest=2 * REST).run(3.0)
+    valves = np.array(channel.valves)
+    switches = np.flatnonzero(np.diff(valves != 0)) + 1
+    # 0.12 s after the command that closed it, and ten samples
+    assert (switches[2] - switches[1]) * 2e-3 == pytest.approx(0.12 + 0.02, abs=5e-3)
+
+
+@pytest.mark.parametrize("truth", [0.5, 2.0])
+def test_what_a_pulse_did_corrects_the_next_where_the_volume_is_another(truth):
+    channel = pressure(40 * KPA, rest=truth * REST)
+    channel.view.observer.mass[0] = AMBIENT_PRESSURE * (truth - 1.0) * REST / GAS
+    channel.run(4.0)
+    assert channel.gauge == pytest.approx(40 * KPA, rel=0.02)
+    assert channel.pulses <= 3
+
+
+def test_a_pulse_ends_when_the_pressure_has_passed_its_setpoint_clearly():
+    channel = pressure(40 * KPA, rest=0.5 * REST)
+    channel.view.observer.mass[0] = -AMBIENT_PRESSURE * 0.5 * REST / GAS
+    channel.run(0.5)
+    assert 40.3 * KPA < channel.gauge < 41.2 * KPA  # 300 Pa, and a sample of flow
+
+
+@pytest.mark.parametrize(("rise", "first"), [(60.0, 26), (96.0, 10), (43.0, 49), (41.0, None)])
+def test_a_pulse_is_opened_for_three_times_the_noise_of_the_average(rise, first):
+    """100 Pa for one sample, an average over 50 at most."""
+    channel = pressure(rise, rest=REST, model=Swelling([10.0], 0.0))
+    channel.view.observer.mass[0] = 0.0
+    channel.run(0.4)
+    opened = channel.valves.index(1) + 1 if 1 in channel.valves else None
+    assert opened == first
+
+
+@pytest.mark.parametrize(("rise", "pulses"), [(300.0, 0), (320.0, 1), (-300.0, 0), (-320.0, 1)])
+def test_a_pulse_is_not_opened_for_less_than_half_of_the_smallest(rise, pulses):
+    """0.2 mg; a good half is 0.11 mg, and 309 Pa in 30 ml."""
+    channel = pressure(20 * KPA + rise)
+    channel.view.observer.mass[0] = 20 * KPA * REST / GAS
+    assert channel.run(0.2).pulses == pulses
+
+
+@pytest.mark.parametrize("setpoint", [0.0, -1000.0])
+def test_a_setpoint_of_nothing_opens_the_outlet_until_the_channel_is_empty(setpoint):
+    channel = pressure(setpoint)
+    channel.view.observer.mass[0] = HELD
+    channel.step()
+    assert channel.valves == [-1]
+    channel.view.empty[:] = True
+    channel.step()
+    assert channel.valves == [-1, 0]
+
+
+def test_a_volume_is_reached_by_the_air_that_the_model_asks_for():
+    slope = 0.3e-9  # 12 ml at 40 kPa
+    model = Swelling([REST], slope)
+    channel = MadeUpChannel(PulsewiseController(Volume()), 12e-6, slope=slope, model=model).run(2.0)
+    assert channel.volume - REST == pytest.approx(12e-6, abs=0.1e-6)
+    assert channel.pulses == 1
+    channel.view.setpoints[:] = 3e-6
+    channel.run(2.0)
+    assert channel.volume - REST == pytest.approx(3e-6, abs=0.1e-6)
+
+
+def test_a_pressure_in_a_swelling_channel_takes_the_air_of_the_larger_volume():
+    slope = 0.5e-9
+    channel = pressure(40 * KPA, slope=slope, model=Swelling([REST], slope)).run(2.0)
+    assert channel.gauge == pytest.approx(40 * KPA, abs=150.0)
+    assert channel.pulses == 1
+
+
+# ---------------------------------------------------------------- all channels
+def test_the_schedule_is_commanded_as_it_is_and_nothing_closes():
+    view = made_up_view([0.0] * 4, [1.0, -1.0, 0.0, np.nan])
+    assert TimeController().update(view).tolist() == [1, -1, 0, 0]
+
+
+def test_every_channel_is_decided_on_in_its_own_mode():
+    control = ChannelControl(("mass", "time", "mass_flow", "mass"))
+    view = made_up_view([HELD] * 4, [HELD + 5 * MG, -1.0, 0.0, HELD - 5 * MG])
+    assert control.update(view).tolist() == [1, -1, 0, -1]
+    assert control.modes == ("mass", "time", "mass_flow", "mass")
+    control.switch(("time", "mass", "mass", "mass"))
+    view = made_up_view([HELD] * 4, [-1.0, HELD + 5 * MG, np.nan, HELD])
+    assert control.update(view).tolist() == [-1, 1, 0, 0]
