@@ -295,11 +295,17 @@ def _collect(pipe: Connection, begin: int, end: int) -> list[Case]:
 
 
 def _work(name: str, begin: int, end: int, pipe: Connection) -> None:
-    FORMATS[name].read(FORMATS[name].write(Path(tempfile.mkdtemp(prefix="softhand-files-"))))
+    _warm(name)
     size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (size + MOST_MEMORY, size + MOST_MEMORY))
     for seed in range(begin, end):
         pipe.send(try_case(FORMATS[name], name, seed))
+
+
+def _warm(name: str) -> None:
+    """Read a sound file, so that what is loaded once does not count."""
+    with tempfile.TemporaryDirectory(prefix="softhand-files-") as folder:
+        FORMATS[name].read(FORMATS[name].write(Path(folder)))
 
 
 def rows_of(found: Mapping[str, list[Case]]) -> list[dict[str, Any]]:
