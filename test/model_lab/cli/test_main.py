@@ -98,7 +98,7 @@ def test_an_effect_of_ones_own_is_added_and_the_error_falls(pulls, tmp_path, cap
     out = tmp_path / "models" / "m2.yaml"
     arguments = ["add", "own_stiffening", "--data", str(pulls), "--effects", str(own)]
     assert main([*arguments, "--out", str(out), "--json", str(tmp_path / "a.json")]) == 0
-    model = load_model(out)
+    model = load_model(out, allow_effect_files=True)
     assert model.effects[0].values["rate"] == pytest.approx(0.2, abs=0.01)
     assert model.std["own_stiffening"]["rate"] > 0.0
     assert "falls" in capsys.readouterr().out
