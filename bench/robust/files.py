@@ -15,7 +15,7 @@ import shutil
 import sys
 import tempfile
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from multiprocessing.connection import Connection
@@ -36,6 +36,7 @@ from pneuflex_sim.scene.objects import load_object
 from pneuflex_sim.scene.scenes import load_scene
 from pneumaticbox_driver.backends.hardware.hardware_file import read_hardware
 from pneumaticbox_driver.calibration.file import SHIPPED, load_box_note, load_calibration
+from softhand_bringup.bags.reading import Bag
 from softhand_bringup.bags.repair import repair
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
@@ -171,6 +172,13 @@ def _mcap(path: Path) -> Any:
 
 
 def _database(path: Path) -> Any:
+    try:
+        with Bag(path.parent) as bag:
+            for topic in bag.topics():
+                deque(bag.messages(topic), maxlen=0)
+    except ValueError as reason:
+        if not is_refusal(str(reason), path.parent.name):
+            raise
     return load_measurements(path.parent.parent)
 
 
