@@ -27,6 +27,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from bench.robust.mutations import damaged, damaged_csv, damaged_yaml, is_refusal
+from bench.robust.samples import BAG_SET, MODEL, OBJECT, SCENE
 from bench.row import at_most, stated
 from grasp_strategies.strategy import DATA as STRATEGIES
 from grasp_strategies.strategy import load_strategy
@@ -82,47 +83,6 @@ def _text(text: str) -> Callable[[Path], Path]:
         return folder / "own.yaml"
 
     return write
-
-
-OBJECTS = """format: pneuflex-object/1
-name: cup
-shape: sheet
-size: [0.15, 0.15, 0.0002]
-strips: 5
-contact_thickness: 0.002
-hinge_friction: 2.0e-5
-mass: 0.001
-material: pet_fibre
-rpy: [0, 0, 1.57]
-note: text
-"""
-SCENE = """format: pneuflex-scene/1
-object: true
-wrist: compliant
-wrist_position: [0.0, 0.0, 0.3]
-wrist_rpy: [0.0, 0.1, 0.0]
-table: {material: wood, edge: 0.2, rolling_resistance: 0.0001}
-wall: {material: paper, distance: 0.1, inclination: 70}
-"""
-MODEL = """format: softhand-model/1
-base: pneuflex
-calibration: {modulus_scale: {A: 1.03, B: 0.98}}
-springs: {bending: curvature, lateral: section, twist: 0.5}
-effects:
-- {name: gravity, parameters: {mass_scale: 1.0}, std: {mass_scale: 0.1}}
-- {name: hysteresis, parameters: {relative_pressure: 0.1, stretch_scale: 0.2}}
-"""
-BAG_SET = """format: softhand-measurement/1
-experiment: free_bending
-specimens: {thin: {length: 0.09, height: 0.02, width: 0.02, wall: 0.0025, side_wall: 0.0025}}
-runs:
-  one:
-    specimen: thin
-    bag: bag
-    topics:
-      pressure: {topic: /state, field: 'effort[a]', unit: Pa}
-      tip_angle: {topic: /tips, field: 'position[a]', unit: rad}
-"""
 
 
 def _measurements(folder: Path) -> Path:
@@ -189,11 +149,13 @@ def _folder_name(path: Path) -> str:
 FORMATS: Mapping[str, Format] = {
     "hand": Format(_copy(ROOT / "examples/three_finger_gripper/gripper.yaml"), load_hand),
     "strategy": Format(_copy(STRATEGIES / "surface_constrained.yaml"), load_strategy),
-    "object": Format(_text(OBJECTS), lambda path: load_object(path, load_friction())),
+    "object": Format(_text(OBJECT), lambda path: load_object(path, load_friction())),
     "scene": Format(_text(SCENE), lambda path: load_scene(path, load_friction())),
     "friction": Format(_copy(FRICTION), load_friction),
     "model": Format(_text(MODEL), load_model),
-    "experiment": Format(_measurements, lambda path: load_measurements(path.parent)),
+    "experiment": Format(
+        _measurements, lambda path: load_measurements(path.parent), named=_folder_name
+    ),
     "calibration": Format(_copy(SHIPPED), _calibration),
     "hardware": Format(_copy(ROOT / "src/pneumaticbox_driver/config/hardware.yaml"), read_hardware),
     "plant": Format(_copy(data_file("pneumatics.yaml")), load_pneumatics),
