@@ -105,8 +105,8 @@ def test_an_effect_of_ones_own_is_added_and_the_error_falls(pulls, tmp_path, cap
     added = json.loads((tmp_path / "a.json").read_text())
     assert added["format"] == "softhand-addition/1"
     assert added["rmse_after"] < 0.5 * added["rmse_before"]
-    compare = ["compare", str(pulls), "--model", str(out), "--json", str(tmp_path / "c.json")]
-    assert main([*compare, "--allow-effect-files"]) == 0
+    compare = ["compare", str(pulls), "--model", str(out), "--allow-effect-files"]
+    assert main([*compare, "--json", str(tmp_path / "c.json")]) == 0
     compared = json.loads((tmp_path / "c.json").read_text())
     assert compared["rmse_heldout"] == pytest.approx(200.0, rel=0.1)
 
