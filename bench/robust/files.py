@@ -146,6 +146,10 @@ def _folder_name(path: Path) -> str:
     return path.parent.name
 
 
+def _set_name(path: Path) -> str:
+    return path.parent.parent.name
+
+
 FORMATS: Mapping[str, Format] = {
     "hand": Format(_copy(ROOT / "examples/three_finger_gripper/gripper.yaml"), load_hand),
     "strategy": Format(_copy(STRATEGIES / "surface_constrained.yaml"), load_strategy),
@@ -160,9 +164,9 @@ FORMATS: Mapping[str, Format] = {
     "hardware": Format(_copy(ROOT / "src/pneumaticbox_driver/config/hardware.yaml"), read_hardware),
     "plant": Format(_copy(data_file("pneumatics.yaml")), load_pneumatics),
     "CSV": Format(_table, lambda path: load_measurements(path.parent), damaged_csv),
-    "MCAP": Format(lambda folder: _bag_set(folder, StoragePlugin.MCAP), _mcap, None, _folder_name),
+    "MCAP": Format(lambda folder: _bag_set(folder, StoragePlugin.MCAP), _mcap, None, _set_name),
     "sqlite3": Format(
-        lambda folder: _bag_set(folder, StoragePlugin.SQLITE3), _database, None, _folder_name
+        lambda folder: _bag_set(folder, StoragePlugin.SQLITE3), _database, None, _set_name
     ),
 }
 
