@@ -39,7 +39,7 @@ def test_poses_of_the_tips_are_computed_when_somebody_hears_them(peer, monkeypat
         node.advance()
     assert not computed
     heard = peer.listen(PoseArray, "hand/fingertips")
-    peer.wait(lambda: node.fingertips.get_subscription_count(), 10.0, "discovery")
+    peer.wait(lambda: node.count_subscribers("hand/fingertips"), 10.0, "discovery")
     peer.spin(0.5)
     for _ in range(STEPS):
         node.advance()

@@ -10,8 +10,7 @@ import time
 
 import numpy as np
 import pybullet
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Pose, PoseArray, PoseStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -20,9 +19,10 @@ from pneuflex_sim.ros.clock import Pace, shared_clock
 from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.markers import SeenScene
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
+from pneuflex_sim.ros.sensed import Sensed
 from pneuflex_sim.ros.transforms import Transforms
 from pneuflex_sim.simulation import Simulation
-from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
+from pneuflex_sim.urdf import write_urdf
 from pneuflex_sim.world import Diverged
 from softhand_model.numerics.compiled import compilation_told
 from softhand_model.pneumatics.valves import CommandWatch
@@ -35,8 +35,6 @@ from softhand_ros.topics import (
     RELIABLE,
     Inbox,
     clock_conflict,
-    full_name,
-    heard,
     latched,
     nanoseconds,
     stamp_of_seconds,
@@ -50,13 +48,6 @@ STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
-
-
-def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:
-    place, turn = pose.position, pose.orientation
-    place.x, place.y, place.z = position.tolist()
-    turn.x, turn.y, turn.z, turn.w = orientation.tolist()
-    return pose
 
 
 class HandSim(Node):
@@ -80,7 +71,8 @@ class HandSim(Node):
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self._create_topics()
         self._create_services()
-        self._prepare_messages()
+        self._sensor_message = JointState(name=[*self.simulation.channels, "supply"])
+        self.sensed = Sensed(self, self.simulation)
         self.seen = SeenScene(self, self.simulation, RELIABLE)
         self.transforms = Transforms(self, self.simulation)
         self.marker_period = 1.0 / value["marker_rate"]
@@ -105,13 +97,7 @@ class HandSim(Node):
     def _create_topics(self) -> None:
         make = self.create_publisher
         self.sensors = make(JointState, "pneumaticbox/sensors", RELIABLE)
-        self.joints = make(JointState, "hand/joint_states", RELIABLE)
         self.description = make(String, "robot_description", latched(1))
-        self.fingertips = make(PoseArray, "hand/fingertips", RELIABLE)
-        self.tip_angles = make(JointState, "hand/tip_angles", RELIABLE)
-        self.wrench = make(WrenchStamped, "wrist/wrench", RELIABLE)
-        self.wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
-        self.object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
         self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
         self.create_subscription(PoseStamped, "wrist/target_pose", self._on_target, RELIABLE)
 
@@ -119,17 +105,6 @@ class HandSim(Node):
         offer_trigger(self, "sim/reset", self._reset)
         offer_trigger(self, "sim/step", self._step)
         offer_switch(self, "sim/pause", self._pause)
-
-    def _prepare_messages(self) -> None:
-        """Messages that are sent hundreds of times a second are made once."""
-        self.wrist_frame = full_name(self, "wrist")
-        self._sensor_message = JointState(name=[*self.simulation.channels, "supply"])
-        self._joint_message = JointState(name=joint_names(self.simulation.bodies.layout))
-        self._joint_message.header.frame_id = self.wrist_frame
-        self._wrist_message, self._object_message = PoseStamped(), PoseStamped()
-        self._wrist_message.header.frame_id = self._object_message.header.frame_id = "world"
-        self._wrench_message = WrenchStamped()
-        self._wrench_message.header.frame_id = "world"
 
     # ---------------------------------------------------------------- what comes in
     def _refuse(self, reason: str) -> None:
@@ -212,45 +187,6 @@ class HandSim(Node):
         """Tell the simulated time; while paused it goes on to be told, standing still."""
         self.clock.tell(self.simulation.time)
 
-    def _publish_fast(self, stamp: Time) -> None:
-        simulation = self.simulation
-        if heard(self.wrist_pose):
-            self._wrist_message.header.stamp = stamp
-            _fill_pose(self._wrist_message.pose, *simulation.wrist_pose())
-            self.wrist_pose.publish(self._wrist_message)
-        if heard(self.wrench):
-            self._publish_wrench(stamp)
-        if simulation.object is not None and heard(self.object_pose):
-            self._object_message.header.stamp = stamp
-            _fill_pose(self._object_message.pose, *simulation.object_pose())
-            self.object_pose.publish(self._object_message)
-
-    def _publish_wrench(self, stamp: Time) -> None:
-        self._wrench_message.header.stamp = stamp
-        force, torque = self.simulation.wrist_wrench()
-        wrench = self._wrench_message.wrench
-        wrench.force.x, wrench.force.y, wrench.force.z = force.tolist()
-        wrench.torque.x, wrench.torque.y, wrench.torque.z = torque.tolist()
-        self.wrench.publish(self._wrench_message)
-
-    def _publish_slow(self, stamp: Time) -> None:
-        if heard(self.joints):
-            message, q = self._joint_message, self.simulation.bodies.q
-            message.header.stamp = stamp
-            message.position = array.array("d", joint_positions(q).tolist())
-            self.joints.publish(message)
-        if heard(self.tip_angles):
-            angles = self.simulation.read_tip_angles()
-            tips = JointState(name=list(angles), position=array.array("d", angles.values()))
-            tips.header.stamp = stamp
-            self.tip_angles.publish(tips)
-        if heard(self.fingertips):
-            tip_poses = self.simulation.fingertips().values()
-            poses = PoseArray(poses=[_fill_pose(Pose(), *tip) for tip in tip_poses])
-            poses.header.stamp, poses.header.frame_id = stamp, self.wrist_frame
-            self.fingertips.publish(poses)
-        self.seen.publish_contacts(stamp)
-
     def _warnings(self) -> list[str]:
         """What a user should know now; refused messages are named once."""
         warnings, self.refused = [*self.refused, self.clock.warning(), clock_conflict(self)], []
@@ -303,10 +239,11 @@ class HandSim(Node):
         stamp = stamp_of_seconds(simulation.time)
         if _crossed(before, simulation.time, FAST_PERIOD):
             self.publish_clock()
-            self._publish_fast(stamp)
+            self.sensed.publish_fast(stamp)
             self.transforms.publish(stamp)
         if _crossed(before, simulation.time, SLOW_PERIOD):
-            self._publish_slow(stamp)
+            self.sensed.publish_slow(stamp)
+            self.seen.publish_contacts(stamp)
         if _crossed(before, simulation.time, self.marker_period):
             self.seen.publish_markers(stamp)
 
