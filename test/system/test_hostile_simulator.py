@@ -107,7 +107,6 @@ def stiff(launcher, options):
 def test_a_simulation_that_diverged_stands_until_a_reset_and_the_grasp_says_why(stiff, peer):
     peer.wait_for_driver()
     answer = peer.grasp()
-    # before there is air in the hand: torn, it would be above its pressure limits at first
     peer.wait(lambda: "approach" in peer.phases(), START_LIMIT, "the grasp to begin")
     for sign in (1.0, -1.0) * 20:
         send(peer, PoseStamped, "wrist/target_pose", [target((2.0 * sign, 0.0, 2.0 * sign))])
@@ -120,7 +119,9 @@ def test_a_simulation_that_diverged_stands_until_a_reset_and_the_grasp_says_why(
     before = peer.time()
     refusal = peer.wait(answer.done, 10.0, "the grasp's answer") and answer.result()
     assert not refusal.success
-    assert "the simulator reports: the simulation diverged" in refusal.message
+    # a hand that is torn squeezes its air before it diverges: the driver may have spoken first
+    reasons = ("the simulator reports: the simulation diverged", "pressure far above its limit")
+    assert any(reason in refusal.message for reason in reasons), refusal.message
     peer.diagnosis("pneumaticbox: safety", "vented until pneumaticbox/reset")
     assert not peer.trigger("sim/step").success
     assert peer.time() == before

@@ -127,6 +127,7 @@ def test_each_pair_has_one_arrow_that_is_deleted_when_it_parts(gripping, viewed)
         (pair, Marker.ARROW, Marker.ADD, 0) for pair in pairs
     }
     assert all(len(marker.points) == 2 and marker.header.frame_id == "world" for marker in arrows)
+    assert all(0 < marker.scale.x < marker.scale.y <= 0.02 for marker in arrows)
     gripping.reset()
     gripping.step()
     still = {f"force/{pair}" for pair in by_pair(gripping.contacts())}
@@ -178,7 +179,7 @@ def test_markers_of_contacts_put_together_from_bytes_are_read_as_they_were_made(
         assert len(data) == len(serialize_message(MarkerArray(markers=[deleting, *lines]))) + 3
         assert deleting.action == Marker.DELETEALL
         assert [marker.ns for marker in lines] == names
-        assert all(marker.header.stamp == stamp for marker in lines)
+        assert all(marker.header.stamp == stamp for marker in [deleting, *lines])
         assert all(marker.type == Marker.LINE_LIST and marker.color.a == 1.0 for marker in lines)
         for marker, contacts in zip(lines, pairs.values(), strict=True):
             assert array(marker.points) == pytest.approx(contact_lines(contacts).reshape(-1, 3))

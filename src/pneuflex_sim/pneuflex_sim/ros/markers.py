@@ -27,7 +27,8 @@ from softhand_ros.topics import heard
 WORLD = "world"
 FORCE_COLOR: Color = (0.9, 0.2, 0.0, 1.0)
 LINE_WIDTH, BALL, SHAFT, HEAD = 0.002, 0.004, 0.004, 0.010  # [m]
-HEAD = 8  # bytes of a serialised MarkerArray before its first marker: representation, count
+PREFIX = 8  # bytes of a serialised MarkerArray before its first marker: representation, count
+SOME_TIME = np.array([123456789, 987654321], np.int32)  # s and ns, found again in a message
 TEXT, PLACE = 12, "#"  # characters of a force at least, and what stands for one
 
 
@@ -115,41 +116,42 @@ class ContactMarkers:
     def __init__(self) -> None:
 
         def clear(text: str) -> Marker:
-            marker = _marker(Time(), "", Marker.CUBE, Marker.DELETEALL)
+            marker = _marker(_stamp(SOME_TIME), "", Marker.CUBE, Marker.DELETEALL)
             marker.text = text.replace(PLACE, " ")
             return marker
 
-        self._clear = _serialised(clear, "")[0].data
+        self._clear = _serialised(clear, "")[0]
+        self._time = self._clear.view(SOME_TIME)
         self._lines: dict[tuple[str, int], _Lines] = {}
 
     def message(self, stamp: Time, pairs: Mapping[str, list[Contact]]) -> bytes:
         """The MarkerArray of these contacts, serialised; first it deletes all earlier ones."""
-        parts = [self._clear[HEAD:]]
+        self._time[:] = stamp.sec, stamp.nanosec
+        clear = self._clear.data
+        parts = [clear[PREFIX:]]
         for pair, contacts in pairs.items():
             key = pair, len(contacts)
             if key not in self._lines:
                 self._lines[key] = _Lines(*key)
             parts.append(self._lines[key].data(stamp, contacts))
         count = np.array([len(parts)], "<u4").tobytes()
-        return self._clear[: HEAD - len(count)] + count + b"".join(parts)
+        return clear[: PREFIX - len(count)] + count + b"".join(parts)
 
 
 class _Lines:
     """The marker of a pair of bodies with so many contacts as it stands in a serialised array."""
 
     def __init__(self, pair: str, count: int) -> None:
-        draw = np.random.default_rng(0)
-        time, points = draw.integers(1, 2**30, 2, dtype=np.int32), draw.uniform(size=(2 * count, 3))
-        stamp = Time(sec=int(time[0]), nanosec=int(time[1]))
+        points = np.random.default_rng(0).uniform(size=(2 * count, 3))
 
         def lines(text: str) -> Marker:
-            marker = _marker(stamp, pair, Marker.LINE_LIST)
+            marker = _marker(_stamp(SOME_TIME), pair, Marker.LINE_LIST)
             marker.scale.x, marker.points, marker.text = LINE_WIDTH, _points(points), text
             _paint(marker, FORCE_COLOR)
             return marker
 
         self._message, text = _serialised(lines, TEXT * PLACE)
-        self._time, self._points = self._message.view(time), self._message.view(points)
+        self._time, self._points = self._message.view(SOME_TIME), self._message.view(points)
         self._text = self._message.view(np.frombuffer(text.encode(), np.uint8))
 
     def data(self, stamp: Time, contacts: list[Contact]) -> bytes:
@@ -160,7 +162,7 @@ class _Lines:
         self._text[:] = np.frombuffer(text.encode(), np.uint8)
         self._time[:] = stamp.sec, stamp.nanosec
         self._points[:] = contact_lines(contacts).reshape(-1, 3)
-        return self._message.data[HEAD:]
+        return self._message.data[PREFIX:]
 
 
 def _serialised(make: Callable[[str], Marker], text: str) -> tuple[SerialisedMessage, str]:
@@ -172,7 +174,7 @@ def _serialised(make: Callable[[str], Marker], text: str) -> tuple[SerialisedMes
     """
     data = serialize_message(MarkerArray(markers=[make(text)]))
     data += bytes(-len(data) % 4)
-    if (len(data) - HEAD) % 8:
+    if (len(data) - PREFIX) % 8:
         return _serialised(make, text + 4 * PLACE)
     return SerialisedMessage(data), text
 
@@ -186,9 +188,7 @@ class SurfaceMarkers:
         for name, (corners, _) in surfaces.now().items():
             color = draw.uniform(0.1, 0.9, 4).astype(np.float32)
             corner, time = draw.uniform(size=3), draw.integers(1, 2**30, 2, dtype=np.int32)
-            marker = _marker(
-                Time(sec=int(time[0]), nanosec=int(time[1])), name, Marker.TRIANGLE_LIST
-            )
+            marker = _marker(_stamp(time), name, Marker.TRIANGLE_LIST)
             marker.scale.x = marker.scale.y = marker.scale.z = 1.0
             marker.points = _points(corner[None]) * len(corners)
             _paint(marker, tuple(color.tolist()))
@@ -223,6 +223,10 @@ def _marker(stamp: Time, namespace: str, kind: int, action: int = Marker.ADD) ->
     marker.header.stamp, marker.header.frame_id = stamp, WORLD
     marker.pose.orientation.w = 1.0
     return marker
+
+
+def _stamp(time: NDArray[np.int32]) -> Time:
+    return Time(sec=int(time[0]), nanosec=int(time[1]))
 
 
 def _points(places: np.ndarray) -> list[Point]:
