@@ -183,9 +183,11 @@ class Rig(ClientLink):
                 print(f"  {name} ended with {process.exit_code}:\n    {last}", flush=True)
 
     def longest_line(self) -> int:
-        """Length of the longest line that a node has printed [characters]."""
+        """Length of the longest line that a node has printed [characters]; its begin is printed."""
         lines = (line for process in self.nodes.values() for line in process.output().splitlines())
-        return max(map(len, lines), default=0)
+        longest = max(lines, key=len, default="")
+        print(f"  longest line: {longest[:160]}", flush=True)
+        return len(longest)
 
 
 def usage_of(pid: int) -> Usage:
