@@ -92,7 +92,10 @@ def _interpret(package: str) -> None:
     kernels = importlib.import_module("softhand_model.numerics.compiled")
     compiled = kernels.compiled
 
-    def chosen(function: Callable[..., Any]) -> Callable[..., Any]:
-        return function if function.__module__.split(".")[0] == package else compiled(function)
+    def chosen(function: Any) -> Callable[..., Any]:
+        if function.__module__.split(".")[0] != package:
+            return compiled(function)
+        function.py_func = function  # as a compiled one has it
+        return function
 
     kernels.compiled = chosen
