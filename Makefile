@@ -2,7 +2,7 @@
 PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
 
-.PHONY: setup demo lab-demo lab-story thesis equilibrium test lint bench bench-lab bench-pneumatics pneumatics-experiments \
+.PHONY: setup demo lab-demo lab-story thesis equilibrium test lint bench bench-lab bench-mutants bench-pneumatics pneumatics-experiments \
 	pneumatics-figures docs figures lab-figure live-figure clean
 
 setup:
@@ -65,6 +65,11 @@ pneumatics-figures: setup
 # minutes on an idle machine (ARGS="--small", ARGS="--rows trials").
 bench-sim: setup
 	@$(PYTHON_IN_VENV) -m bench.sim $(ARGS)
+
+# Small bugs put in on purpose, one at a time: which does no test see? Half an hour, one process
+# (ARGS="--seed 3", ARGS="--only judge verdict").
+bench-mutants: setup
+	@$(PYTHON_IN_VENV) -m bench.mutants $(ARGS)
 
 # Pages that are made from docstrings and from the nodes' parameters.
 docs: setup

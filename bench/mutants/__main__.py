@@ -21,10 +21,9 @@ import yaml
 from bench.__main__ import OUT, table
 from bench.mutants.modules import MODULES, Row
 from bench.mutants.places import Mutant, even_sample, source_file
-from bench.mutants.trial import load_libraries, passes
+from bench.mutants.trial import ROOT, load_libraries, passes
 from bench.row import at_least, stated
 
-ROOT = Path(__file__).parents[2]
 MEANINGS = Path(__file__).with_name("survivors.yaml")
 SAMPLE, SEED, TARGET = 440, 12, 85.0
 SECONDS = 10  # of processor time that a mutant may take beside three times that of the tests

@@ -23,6 +23,7 @@ import pytest
 
 from bench.mutants.modules import Row
 
+ROOT = Path(__file__).parents[2]
 LIBRARIES = (
     "hypothesis",
     "numba",
@@ -71,7 +72,7 @@ def _test(row: Row, source: str | None, seconds: int) -> None:
         _interpret(row.module.split(".")[0])
     options = ("-x", "-q", "--timeout=0", "-p", "no:cacheprovider", "-p", "no:xdist")
     with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
-        status = pytest.main([*options, *row.tests])
+        status = pytest.main([*options, *(str(ROOT / test) for test in row.tests)])
     sys.exit(int(status))
 
 
