@@ -52,6 +52,13 @@ def test_the_noise_is_learnt_from_steps_so_that_a_slow_drift_does_not_count():
     assert watch.noise[0] == pytest.approx(60.0, rel=0.25)
 
 
+def test_the_noise_is_learnt_once():
+    watch = taught(np.random.default_rng(1).normal(0.0, 60.0, LESSON))
+    noise = watch.noise[0]
+    samples_marked(watch, np.random.default_rng(1).normal(0.0, 600.0, 2 * LESSON))
+    assert watch.noise[0] == noise
+
+
 def test_a_quiet_sensor_that_drifts_over_steps_at_the_start_may_stand_still_afterwards():
     drift = STEP * np.round(np.linspace(0, 8, LESSON))
     assert samples_marked(taught(drift), np.zeros(2000)) == 0
