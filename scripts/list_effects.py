@@ -39,7 +39,11 @@ It holds a class that derives from the class of its stage (`softhand_model.effec
   and keeps things in `remember` alone.
 
 In a model file: `{name: my_effect, file: my_effect.py, parameters: {...}}`; in the lab also
-`--effects my_effect.py`. It is run as Python: take files only from people you trust.
+`--effects my_effect.py`. It is run as Python, so only on request: `--effects FILE` or
+`--allow-effect-files` of a command, `allow_effect_files: true` of a node, and only from the model
+file's folder. Each method is first called once in a process of its own; one that raises, gives
+something else than finite numbers of its arguments' shape, changes them, does not return within 5 s
+or ends the process is told in one line, and takes no part.
 
 | stage | derive from | methods | what they give |
 |---|---|---|---|

@@ -51,17 +51,20 @@ def test_it_takes_part_in_the_ranking_and_is_named(told):
     assert len(found["ranking"]) > 5
 
 
-def test_the_error_falls_to_the_floor_with_the_model_that_names_its_file(told):
+def test_the_error_falls_to_the_floor_with_the_model_that_names_its_file(told, capsys):
     text = (told / "model.yaml").read_text()
     assert "file: " in text and "own_effect.py" in text
     command = ["compare", str(told / "set"), "--model", str(told / "model.yaml")]
+    assert main(command) == 2
+    assert "--allow-effect-files" in capsys.readouterr().err
+    command.append("--allow-effect-files")
     assert main([*command, "--json", str(told / "c.json")]) == 0
     compared = json.loads((told / "c.json").read_text())
     assert compared["rmse_heldout"] < 1.2 * compared["noise_floor"]
 
 
 def test_simulator_and_monitor_have_it_from_the_same_file(told):
-    model = load_model(told / "model.yaml")
+    model = load_model(told / "model.yaml", allow_effect_files=True)
     (effect,) = model.effects
     compliance = effect.values["compliance"]
     assert compliance == pytest.approx(_truth(told), rel=0.1)
@@ -92,6 +95,11 @@ BROKEN = {
         "name = 'odd'\n    def modulus_factor(self, t): return 1.0",
         "experiments: expected some of",
     ),
+    "leaves": (
+        "name, experiments = 'odd', frozenset({'free_bending'})\n"
+        "    def modulus_factor(self, t): raise SystemExit(7)",
+        "Odd.modulus_factor: expected it to return, got sys.exit(7)",
+    ),
     "no bounds": ("name, parameters = 'odd', (Parameter('x', 'm'),)", "'low' and 'high'"),
 }
 
@@ -101,9 +109,7 @@ BROKEN = {
 def test_a_broken_file_is_told_in_one_line(told, tmp_path, capsys, command, fault):
     body, message = BROKEN[fault]
     head = "from softhand_model.effects import LoadEffect, Parameter\n"
-    text = f"{head}class Odd(LoadEffect):\n    {body}\n" if " = 'odd'" in body else body
-    if fault == "no bounds":
-        text = f"{head}class Odd(LoadEffect):\n    {body}\n"
+    text = f"{head}class Odd(LoadEffect):\n    {body}\n" if "'odd'" in body else body
     own = tmp_path / "own.py"
     own.write_text(text)
     models = ["base"] if command == "ladder" else []

@@ -105,12 +105,16 @@ def test_springs_are_those_of_the_thesis_unless_the_file_says_otherwise(tmp_path
         ("springs: {lateral: 0}\n", "springs.lateral: expected"),
         ("springs: {length: 1}\n", "got length"),
         ("effects: [{name: a, file: none.py}]\n", "none.py: expected a Python file with an effect"),
+        (
+            "effects: [{name: a, file: ../a.py}]\n",
+            "effects[0].file: expected a file in the model file's folder, got '../a.py'",
+        ),
     ],
 )
 def test_broken_model_is_named(tmp_path, text, message):
     path = written(tmp_path, text)
     with pytest.raises(ValueError) as caught:
-        load_model(path)
+        load_model(path, allow_effect_files=True)
     assert str(tmp_path) in str(caught.value)
     assert message in str(caught.value)
 

@@ -60,7 +60,7 @@ from softhand_bringup.ros.lab_story import Session
 
 folder, model = Path(sys.argv[1]), Path(sys.argv[2])
 plan = Plan((Measurement("stairs", (15e3, 29e3, 0.0), 0.9),), repeats=1, rest=0.6)
-Session(folder / "own", plan, model, str(model), 3, print).run()
+Session(folder / "own", plan, model, str(model), 3, print, allow_effect_files=True).run()
 """
 
 

@@ -24,6 +24,7 @@ from grasp_strategies.in_process_scene import InProcessScene, build_scene
 from grasp_strategies.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import Strategy, load_strategy
+from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
 from softhand_model.output_file import check_new, write_new
 
 OFFSET = 0.010  # largest shift of the object in x and in y [m]
@@ -38,6 +39,7 @@ OF_SCENE = (  # settings that a scene is built from
     "solver",
     "friction",
     "wall_inclination",
+    "allow_effect_files",
 )
 
 
@@ -66,7 +68,8 @@ def draw_placement(
 class TrialSettings:
     """What all trials of a batch share; `step` [s], `offset` [m], `mass_spread` as a share,
     `options` of the strategy that are switched on, `solver` by the name of its settings, `friction`
-    a file of pairs on top of the shipped ones, `wall_inclination` [deg], None for the scene's.
+    a file of pairs on top of the shipped ones, `wall_inclination` [deg], None for the scene's,
+    `allow_effect_files` whether the Python files that the model names are run.
     """
 
     strategy: str = "surface_constrained"
@@ -81,6 +84,7 @@ class TrialSettings:
     solver: str = "default"
     friction: str | None = None
     wall_inclination: float | None = None
+    allow_effect_files: bool = False
 
 
 @dataclass(frozen=True)
@@ -195,6 +199,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     add("--scene", default=usual.scene, help="what stands around it (%(default)s)")
     base = "the base model with the weight of the actuators"
     add("--model", default=usual.model, help=f"softhand-model file ({base})")
+    add(ALLOW_EFFECT_FILES, action="store_true", help=ALLOW_HELP)
     add("--step", type=float, default=usual.step, help="physics step [s] (%(default)s)")
     add("--segments", type=int, default=usual.segments, help="per actuator (%(default)s)")
     add("--options", nargs="*", default=(), help="of the strategy, such as lower_and_release")

@@ -42,7 +42,8 @@ class SimulationConfig:
     """What is simulated: names or files of hand, object, scene and model, or their descriptions,
     step [s], segments an actuator, seed, offsets [m], collision shapes of the links (`pieces` along
     the outline, or `boxes`), inclination of the wall [deg] (None: the scene's),
-    table or file of friction (None: the shipped one), whether neighbouring fingers touch.
+    table or file of friction (None: the shipped one), whether neighbouring fingers touch, whether
+    the Python files of effects that the model names are run.
 
     Raises ValueError for a step, a number of segments, a mass scale or shapes that cannot be used.
     """
@@ -63,6 +64,7 @@ class SimulationConfig:
     wall_inclination: float | None = None
     friction: FrictionTable | str | Path | None = None
     finger_contact: bool = False
+    allow_effect_files: bool = False
 
     def __post_init__(self) -> None:
         if not 1e-4 <= self.step <= LARGEST_STEP:
@@ -92,7 +94,9 @@ class Simulation:
         self.friction = friction if isinstance(friction, FrictionTable) else load_friction(friction)
         self.scene = self._described_scene()
         self.object = self._described_object()
-        model = config.model if isinstance(config.model, Model) else load_model(config.model)
+        model = config.model
+        if not isinstance(model, Model):
+            model = load_model(model, allow_effect_files=config.allow_effect_files)
         if model.base != "pneuflex":
             raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
         layout = build_layout(self.hand, config.segments, model)

@@ -28,6 +28,8 @@ from softhand_model.yaml_document import (
 )
 
 FORMAT = "softhand-model/1"
+ALLOW_EFFECT_FILES = "--allow-effect-files"  # option of the commands that take a model file
+ALLOW_HELP = "run the Python files that model files name; only for files that you trust"
 MODULUS_BOUNDS = (0.1, 10.0)  # the lab calibrates within 15 %; a file may hold more
 
 
@@ -86,10 +88,13 @@ def model_names() -> list[str]:
 
 
 def load_model(
-    path: str | Path | None = None, own: Mapping[str, type[Effect]] | None = None
+    path: str | Path | None = None,
+    own: Mapping[str, type[Effect]] | None = None,
+    allow_effect_files: bool = False,
 ) -> Model:
     """The model of a file or of a shipped name; None is `gravity`, the one that the hands ship
-    with. own: effects by name that the file may name beside the built-in ones without their file.
+    with. own: effects by name that the file may name beside the built-in ones, with their file or
+    without. allow_effect_files: run the Python files that the model names, in its folder.
 
     Raises ValueError naming file, key, expected and got.
 
@@ -100,7 +105,9 @@ def load_model(
     fields = document.fields(["format", "base"], ["calibration", "effects", "springs"])
     calibration = _calibration(fields["calibration"]) if "calibration" in fields else {}
     effects, std, files = (
-        _effects(fields["effects"], own or {}) if "effects" in fields else ((), {}, {})
+        _effects(fields["effects"], own or {}, allow_effect_files)
+        if "effects" in fields
+        else ((), {}, {})
     )
     springs = read_springs(fields["springs"]) if "springs" in fields else SpringModel()
     return Model(fields["base"].choice(BASES), calibration, effects, std, files, springs)
@@ -123,7 +130,7 @@ def _calibration(node: Node) -> dict[str, float | Mapping[str, float]]:
 
 
 def _effects(
-    node: Node, own: Mapping[str, type[Effect]]
+    node: Node, own: Mapping[str, type[Effect]], allow_files: bool
 ) -> tuple[tuple[Effect, ...], dict[str, dict[str, float]], dict[str, Path]]:
     """Effects, standard errors of their parameters by name, and files of those that have one."""
     effects: dict[str, Effect] = {}
@@ -134,9 +141,11 @@ def _effects(
         name = fields["name"].text()
         if name in effects:
             raise fields["name"].error("every effect once")
-        effects[name] = _effect(entry, fields, own)
-        if "file" in fields:
-            files[name] = _file(entry, fields)
+        foreign = "file" in fields and name not in own
+        if foreign:
+            files[name] = _file(fields["file"], allow_files)
+        known = effects_in_file(files[name]) if foreign else {**effect_classes(), **own}
+        effects[name] = _effect(entry, fields, known)
         if "std" in fields:
             std[name] = {
                 key: value.number(low=0.0) for key, value in fields["std"].mapping().items()
@@ -144,14 +153,21 @@ def _effects(
     return tuple(effects.values()), std, files
 
 
-def _file(entry: Node, fields: dict[str, Node]) -> Path:
-    return Path(entry.file).parent / fields["file"].text()
+def _file(node: Node, allowed: bool) -> Path:
+    """The Python file that an entry names; refuses one that must not be run."""
+    folder = Path(node.file).parent
+    path = folder / node.text()
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise node.error("a file in the model file's folder")
+    if not allowed:
+        raise node.error(
+            f"no Python file, as it would be run; if you trust it: {ALLOW_EFFECT_FILES}, "
+            "--effects FILE, or a node's parameter allow_effect_files: true"
+        )
+    return path
 
 
-def _effect(entry: Node, fields: dict[str, Node], own: Mapping[str, type[Effect]]) -> Effect:
-    known = {**effect_classes(), **own}
-    if "file" in fields:
-        known = effects_in_file(_file(entry, fields))
+def _effect(entry: Node, fields: dict[str, Node], known: Mapping[str, type[Effect]]) -> Effect:
     name = fields["name"].choice(known)
     values = fields["parameters"].mapping() if "parameters" in fields else {}
     try:

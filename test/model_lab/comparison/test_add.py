@@ -120,10 +120,21 @@ def test_a_user_effect_is_found_beside_the_model_wherever_both_move(tmp_path):
     write_model(tmp_path / "a" / "m.yaml", Model(effects=(own,), files={"own": file}))
     assert "file: effects/own.py" in (tmp_path / "a" / "m.yaml").read_text()
     (tmp_path / "a").rename(tmp_path / "b")
-    again = load_model(tmp_path / "b" / "m.yaml")
+    again = load_model(tmp_path / "b" / "m.yaml", allow_effect_files=True)
     assert again.effects[0].values == {"size": 1.5}
     write_model(tmp_path / "c" / "m.yaml", again)
-    assert load_model(tmp_path / "c" / "m.yaml").effects[0].values == {"size": 1.5}
+    copied = load_model(tmp_path / "c" / "m.yaml", allow_effect_files=True)
+    assert copied.effects[0].values == {"size": 1.5}
+    assert copied.files == {"own": tmp_path / "c" / "own.py"}
+
+
+def test_a_copied_effect_takes_no_other_files_place(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "own.py").write_text(OWN + f"# {name}")
+    model = Model(files={"own": tmp_path / "a" / "own.py"})
+    with pytest.raises(ValueError, match=r"b/own\.py: expected a new file"):
+        write_model(tmp_path / "b" / "m.yaml", model)
 
 
 def test_a_file_is_overwritten_by_force_alone(tmp_path):

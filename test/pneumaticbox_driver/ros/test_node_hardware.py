@@ -48,6 +48,7 @@ def on_board(domain, tmp_path, peer, fault):
     path = [str(SUPPORT), environment.get("PYTHONPATH", "")]
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, path))
     parameters = {**BOX, "backend": "hardware", "hardware_file": str(file), "embedded_rate": 100.0}
+    parameters["allow_board_module"] = True
     with Launcher(tmp_path / "log", environment) as launcher:
         yield launcher.start(NodeCommand("driver", MODULE, parameters))
 

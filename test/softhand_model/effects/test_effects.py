@@ -78,7 +78,7 @@ def chain_with(tmp_path, source, name, **parameters):
         f"effects: [{{name: {name}, file: own.py, parameters: {{{written}}}}}]\n"
     )
     (tmp_path / "model.yaml").write_text(text, encoding="utf-8")
-    return discretise(FINGER, 5, load_model(tmp_path / "model.yaml"))
+    return discretise(FINGER, 5, load_model(tmp_path / "model.yaml", allow_effect_files=True))
 
 
 def tip(chain, pressure=30e3, dt=1e-3, temperature=293.15):

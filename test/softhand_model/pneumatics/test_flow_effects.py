@@ -103,8 +103,8 @@ def plain():
 
 def changes(path, plain):
     """By how much an effect changes the masses [kg]: in the plant, and by the lab."""
-    with_effect = pulses(path)
-    effects = load_model(path).effects
+    model = load_model(path, allow_effect_files=True)
+    with_effect, effects = pulses(model), model.effects
     base, calibration = prediction(plain)
     known = {} if effects[0].replaces_naive else calibration
     lab, _ = prediction(with_effect, effects, known)

@@ -73,6 +73,8 @@ def _again(arguments: argparse.Namespace) -> str:
     words = ["model-lab", "diagnose", str(arguments.data), "--model", arguments.model]
     for path in arguments.effects:
         words += ["--effects", str(path)]
+    if arguments.allow_effect_files:
+        words.append(options.ALLOW_EFFECT_FILES)
     words += ["--seed", str(arguments.seed), "--report", str(arguments.report), "--force"]
     return shlex.join(words)
 
@@ -194,7 +196,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
-            options.EFFECTS,
+            *options.EFFECTS,
             *options.RESULTS,
             options.SEED,
         ),
@@ -213,7 +215,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
-            options.EFFECTS,
+            *options.EFFECTS,
             argument(
                 "--report", type=Path, metavar="DIR", help=f"folder in which to write {REPORT}"
             ),
@@ -239,7 +241,7 @@ COMMANDS: Mapping[str, Command] = {
             argument(
                 "--out", type=Path, required=True, metavar="M2", help="the model file to write"
             ),
-            options.EFFECTS,
+            *options.EFFECTS,
             *options.RESULTS,
         ),
         add,
@@ -258,7 +260,7 @@ COMMANDS: Mapping[str, Command] = {
                 metavar="MODEL",
                 help="model file, or the name of a shipped one",
             ),
-            options.EFFECTS,
+            *options.EFFECTS,
             *options.RESULTS,
         ),
         ladder,
@@ -276,7 +278,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
-            options.EFFECTS,
+            *options.EFFECTS,
             argument("--out", type=Path, metavar="DIR", help="folder for the run's template"),
             *options.RESULTS,
             options.SEED,

@@ -12,7 +12,7 @@ from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect, effect_classes, effects_in_file
 from softhand_model.effects.effect import EXPERIMENTS
-from softhand_model.model_file import Model, load_model
+from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP, Model, load_model
 from softhand_model.output_file import check_new, write_json
 from softhand_model.progress import Progress
 
@@ -60,13 +60,16 @@ MODEL = argument(
     metavar="M",
     help="model file, or the name of a shipped one (default: %(default)s)",
 )
-EFFECTS = argument(
-    "--effects",
-    type=Path,
-    action="append",
-    default=[],
-    metavar="FILE",
-    help="Python file with effects of your own, which then take part; may be given again",
+EFFECTS = (
+    argument(
+        "--effects",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="Python file with effects of your own, which is run; may be given again",
+    ),
+    argument(ALLOW_EFFECT_FILES, action="store_true", help=ALLOW_HELP),
 )
 RESULTS = (
     argument("--json", type=Path, metavar="OUT", help="write the result as JSON, too"),
@@ -102,10 +105,10 @@ def model(arguments: argparse.Namespace) -> Model:
 
 def named_model(arguments: argparse.Namespace, name: str) -> Model:
     """A model by file or shipped name; it may name the user's own effects without their file."""
-    found = load_model(name, own_classes(arguments))
+    found = load_model(name, own_classes(arguments), arguments.allow_effect_files)
     named = {effect.name for effect in found.effects}
     own = {key: path for key, path in files(arguments).items() if key in named}
-    return replace(found, files={**own, **found.files})
+    return replace(found, files={**found.files, **own})
 
 
 def classes(arguments: argparse.Namespace, known: Model) -> dict[str, type[Effect]]:

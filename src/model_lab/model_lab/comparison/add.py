@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -128,7 +128,7 @@ def write_model(path: Path, model: Model, comment: str = "", force: bool = False
     """Write a model file that `softhand_model.model_file.load_model` reads back equal.
 
     Files of effects that are not built in (`model.files`) are named relative to the model file, so
-    that both can move together.
+    that both can move together; those from outside of its folder are copied there.
 
     Args:
         path: the model file, `.yaml` or `.yml`.
@@ -138,10 +138,21 @@ def write_model(path: Path, model: Model, comment: str = "", force: bool = False
 
     Raises:
         ValueError: the file exists and `force` is false, its name is no YAML file's, it cannot be
-            written.
+            written; or an effect's file would take the place of another one.
     """
     check_model_file(path, force)
-    write_new(path, model_text(model, path.parent, comment), force)
+    files = {name: _beside(path.parent, file, force) for name, file in model.files.items()}
+    write_new(path, model_text(replace(model, files=files), path.parent, comment), force)
+
+
+def _beside(folder: Path, file: Path, force: bool) -> Path:
+    """A file in the model's folder: as it is, or copied there."""
+    if file.resolve().is_relative_to(folder.resolve()):
+        return file
+    copy, text = folder / file.name, file.read_text(encoding="utf-8")
+    if not (copy.is_file() and copy.read_text(encoding="utf-8") == text):
+        write_new(copy, text, force)
+    return copy
 
 
 def check_model_file(path: Path, force: bool = False) -> None:

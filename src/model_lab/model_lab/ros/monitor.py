@@ -16,6 +16,7 @@ from sensor_msgs.msg import JointState
 
 from model_lab.live.prediction import Comparison, LivePrediction, Settling, angles_of, pressures_of
 from model_lab.live.watch import ANGLE, PRESSURE, Limits, Watch
+from softhand_model.effects.guard import EffectError
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics
@@ -27,6 +28,7 @@ from softhand_ros.topics import nanoseconds, stamp_of, subscribe_by_hand, take
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
+    Parameter("allow_effect_files", False, "run the Python files that the model file names"),
     Parameter("temperature", 293.15, "of the rubber", "K", (200.0, 500.0)),
     Parameter(
         "window", 5.0, "measured time over which the residual is averaged", "s", (0.1, 600.0)
@@ -60,7 +62,7 @@ class Monitor(Node):
         hand, model_file = load_hand(value["hand"]), value["model_file"]
         self.prediction = LivePrediction(
             hand,
-            load_model(model_file or None),
+            load_model(model_file or None, allow_effect_files=value["allow_effect_files"]),
             Settling(value["settle_time"], value["settle_band"]),
             value["temperature"],
         )
@@ -90,6 +92,8 @@ class Monitor(Node):
             now = time.monotonic()
             try:
                 compared = compare(message)
+            except EffectError:
+                raise  # the model's, not the message's
             except ValueError as reason:
                 self.watch.refuse(f"{topic}: {reason}", now)
                 self.get_logger().warning(f"refused {topic}: {reason}", throttle_duration_sec=1.0)

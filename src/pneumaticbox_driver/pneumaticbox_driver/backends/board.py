@@ -84,7 +84,8 @@ def _open_hardware(settings: BoxSettings, value: Value) -> Board:
     if not path:
         raise ValueError("hardware_file must be the path of a hardware file, got none")
     outlets = outlet_numbers(value("outlets"), len(settings.channels))
-    return open_bench(path, outlets, settings.ambient)
+    allowed = value("allow_board_module")
+    return open_bench(path, outlets, settings.ambient, allow_board_module=allowed)
 
 
 OPENERS: dict[str, Callable[[BoxSettings, Value], Board]] = {

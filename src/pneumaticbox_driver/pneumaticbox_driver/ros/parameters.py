@@ -107,6 +107,7 @@ PARAMETERS = (
         (0.0, 1e6),
         read_only=False,
     ),
+    Parameter("allow_board_module", False, "run the Python module that the hardware file names"),
     Parameter("hardware_file", "", "YAML file of the box's wiring, for backend hardware"),
 )
 

@@ -49,6 +49,7 @@ class SuiteOptions:
         hand, object, scene: names of shipped descriptions, or paths of files.
         strategy: what `grasp/surface_constrained` runs, by name or by the path of its file.
         model: model file of the physics; empty takes the one that the simulator ships with.
+        allow_effect_files: whether the Python files that the model names are run.
         friction: file with pairs of materials on top of the shipped table; empty for none.
         wall_inclination: of the scene's wall [deg]; None: as the scene has it.
         object_offset: shift of the object from its place, x and y [m].
@@ -64,6 +65,7 @@ class SuiteOptions:
     scene: str = "table"
     strategy: str = "surface_constrained"
     model: str = ""
+    allow_effect_files: bool = False
     friction: str = ""
     wall_inclination: float | None = None
     object_offset: Sequence[float] = field(default=(0.0, 0.0))
@@ -89,6 +91,7 @@ def simulator(options: SuiteOptions) -> NodeCommand:
     }
     if options.model:
         parameters["model_file"] = options.model
+        parameters["allow_effect_files"] = options.allow_effect_files
     if options.friction:
         parameters["friction_file"] = options.friction
     if options.wall_inclination is not None:
@@ -122,6 +125,7 @@ def monitor(
     parameters.update(further or {})
     if options.model:
         parameters["model_file"] = options.model
+        parameters["allow_effect_files"] = options.allow_effect_files
     return NodeCommand("monitor", "model_lab.ros.monitor", parameters)
 
 

@@ -27,6 +27,7 @@ from softhand_bringup.processes.launcher import Launcher, wait_until
 from softhand_bringup.processes.run_folder import Say, run_command
 from softhand_bringup.processes.suite import SuiteOptions, node_environment
 from softhand_bringup.processes.waiting import START_LIMIT, Interrupted, RunFailed
+from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
 from softhand_ros.client_link import ClientLink
 
 SERVICE = "grasp/surface_constrained"
@@ -239,6 +240,7 @@ def _options(parsed: argparse.Namespace) -> SuiteOptions:
         object=parsed.object,
         scene=parsed.scene,
         model=parsed.model,
+        allow_effect_files=parsed.allow_effect_files,
         friction=parsed.friction,
         wall_inclination=parsed.wall_inclination,
         object_offset=offset,
@@ -263,6 +265,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--object", default="cylinder")
     parser.add_argument("--scene", default="table")
     parser.add_argument("--model", default="", help="model file of the physics")
+    parser.add_argument(ALLOW_EFFECT_FILES, action="store_true", help=ALLOW_HELP)
     parser.add_argument("--friction", default="", help="file with pairs of materials of your own")
     parser.add_argument("--wall-inclination", type=float, help="of the scene's wall [deg]")
     parser.add_argument("--out", type=Path, default=Path("out"), help="folder of all runs")

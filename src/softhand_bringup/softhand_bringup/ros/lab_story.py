@@ -53,6 +53,7 @@ class Session:
         seed: of the sensors' noise and the valves' jitter.
         say: prints one line.
         stopped: set when the user wants to end.
+        allow_effect_files: whether the Python files that the models name are run.
     """
 
     folder: Path
@@ -62,6 +63,7 @@ class Session:
     seed: int
     say: Callable[[str], None]
     stopped: Event = field(default_factory=Event)
+    allow_effect_files: bool = False
 
     @property
     def bag(self) -> Path:
@@ -77,7 +79,12 @@ class Session:
             Interrupted: `stopped` was set.
         """
         options = suite.SuiteOptions(
-            hand=HAND, scene="stand", model=str(self.truth), seed=self.seed, step=STEP
+            hand=HAND,
+            scene="stand",
+            model=str(self.truth),
+            allow_effect_files=self.allow_effect_files,
+            seed=self.seed,
+            step=STEP,
         )
         log = self.folder / "log"
         with Launcher(log, node_environment(log)) as launcher:

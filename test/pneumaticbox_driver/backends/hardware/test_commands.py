@@ -105,7 +105,7 @@ def test_a_pulse_that_is_interrupted_ends_with_the_outlet_open(tmp_path, number)
     )
     command = [sys.executable, "-m", "pneumaticbox_driver.backends.hardware", str(path)]
     with subprocess.Popen(
-        [*command, "pulse", "1", "inflate", "500"],
+        [*command, "--allow-board-module", "pulse", "1", "inflate", "500"],
         env=os.environ | {"PYTHONPATH": str(tmp_path)},
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

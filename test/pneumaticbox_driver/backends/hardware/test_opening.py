@@ -174,7 +174,8 @@ def test_a_board_of_ones_own_is_made_from_the_file(tmp_path, own_module, monkeyp
         boards.append(self)
 
     monkeypatch.setattr(Board, "__init__", remember)
-    with open_bench(own_board(tmp_path, port="/dev/ttyUSB0"), [2, 1], ambient=1e5) as bench:
+    path = own_board(tmp_path, port="/dev/ttyUSB0")
+    with open_bench(path, [2, 1], ambient=1e5, allow_board_module=True) as bench:
         assert bench.read().tolist() == [1e5] * 3
         bench.command([1, 0])
         assert boards[0].valves == [1, 0]
@@ -194,5 +195,14 @@ def test_a_board_of_ones_own_is_made_from_the_file(tmp_path, own_module, monkeyp
 )
 def test_a_board_that_cannot_be_made_is_refused(tmp_path, own_module, board, settings, expected):
     with pytest.raises(ValueError) as error:
-        open_bench(own_board(tmp_path, board, **settings), [1])
+        open_bench(own_board(tmp_path, board, **settings), [1], allow_board_module=True)
     assert expected in str(error.value)
+
+
+def test_a_foreign_board_module_is_not_run_unasked(tmp_path, monkeypatch):
+    (tmp_path / "foreign.py").write_text("from pathlib import Path\nPath('ran').touch()\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match="board: expected linux.*--allow-board-module"):
+        open_bench(own_board(tmp_path, "foreign:Board"), [1])
+    assert not (tmp_path / "ran").exists()

@@ -56,7 +56,7 @@ def path(tmp_path, monkeypatch, controller):
 
 
 def test_the_example_switches_reads_and_vents_at_the_end(path, controller):
-    with open_bench(path, [3, 1], ambient=1e5) as bench:
+    with open_bench(path, [3, 1], ambient=1e5, allow_board_module=True) as bench:
         bench.command([1, -1])
         np.testing.assert_allclose(bench.read(), [103e3, 101e3, 400e3])
         assert np.isfinite(bench.time)
@@ -64,7 +64,7 @@ def test_the_example_switches_reads_and_vents_at_the_end(path, controller):
 
 
 def test_a_refusal_by_the_board_ends_in_an_error(path, controller):
-    with open_bench(path, [1]) as bench:
+    with open_bench(path, [1], allow_board_module=True) as bench:
         controller.answer = "busy"
         with pytest.raises(OSError, match="did not take the valves"):
             bench.command([1])

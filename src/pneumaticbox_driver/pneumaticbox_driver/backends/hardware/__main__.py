@@ -11,7 +11,9 @@ import numpy as np
 from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.backends.hardware.bench import HardwareBench
 from pneumaticbox_driver.backends.hardware.hardware_file import (
+    ALLOW_BOARD_MODULE,
     HardwareError,
+    LinuxHardware,
     OtherHardware,
     read_hardware,
 )
@@ -46,6 +48,11 @@ def main(arguments: Sequence[str] | None = None, make_lines: MakeLines = GpioLin
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="softhand hardware", description=__doc__)
     parser.add_argument("file", help="hardware file")
+    parser.add_argument(
+        ALLOW_BOARD_MODULE,
+        action="store_true",
+        help="run the Python module that the file names as board; only for files that you trust",
+    )
     actions = parser.add_subparsers(dest="action", required=True)
     read = actions.add_parser("read", help="mean and spread of the sensors; every coil stays off")
     pulse = actions.add_parser("pulse", help="switch one coil on, then off, then vent the outlet")
@@ -58,8 +65,12 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _hardware(options: argparse.Namespace) -> LinuxHardware | OtherHardware:
+    return read_hardware(options.file, options.allow_board_module)
+
+
 def _read(options: argparse.Namespace, make_lines: MakeLines) -> None:
-    board = open_board(read_hardware(options.file), options.outlets, make_lines=make_lines)
+    board = open_board(_hardware(options), options.outlets, make_lines=make_lines)
     try:
         begun = time.monotonic()
         readings = np.array([board.read()[1] for _ in range(SAMPLES)])
@@ -86,7 +97,10 @@ def _pulse(options: argparse.Namespace, make_lines: MakeLines) -> None:
         raise ValueError(
             f"duration must be above 0 and at most {LONGEST_PULSE:g} ms, got {options.duration:g}"
         )
-    with open_bench(options.file, [options.outlet], make_lines=make_lines) as bench:
+    allowed = options.allow_board_module
+    with open_bench(
+        options.file, [options.outlet], make_lines=make_lines, allow_board_module=allowed
+    ) as bench:
         before = _sound(bench.read())
         _hold(bench, DIRECTIONS[options.direction], options.duration * 1e-3)
         _hold(bench, 0, SETTLING)
@@ -112,9 +126,9 @@ def _sound(pressures: Floats) -> Floats:
 
 
 def _vent(options: argparse.Namespace, make_lines: MakeLines) -> None:
-    hardware = read_hardware(options.file)
+    hardware = _hardware(options)
     if isinstance(hardware, OtherHardware):
-        open_bench(options.file, options.outlets).close()
+        open_bench(options.file, options.outlets, allow_board_module=True).close()
         return
     # without the sensors: they may be the reason
     check_outlets(options.outlets, len(hardware.outlets))

@@ -9,6 +9,7 @@ from softhand_model.yaml_document import Node, read_document
 
 FORMAT = "pneumaticbox-hardware/1"
 LINUX = "linux"
+ALLOW_BOARD_MODULE = "--allow-board-module"  # option of `softhand hardware`
 REFERENCES = ("gauge", "absolute")
 MOST_OUTLETS = 8
 LONGEST_VENT = 10.0  # [s]
@@ -99,11 +100,14 @@ class OtherHardware:
     vent_time: float
 
 
-def read_hardware(path: str | Path) -> LinuxHardware | OtherHardware:
+def read_hardware(
+    path: str | Path, allow_board_module: bool = False
+) -> LinuxHardware | OtherHardware:
     """Read how a box is wired.
 
     Args:
         path: YAML file of format `pneumaticbox-hardware/1`.
+        allow_board_module: whether it may name a board of the user's own, which is Python code.
 
     Raises:
         ValueError: the file cannot be read, a key is missing, unknown or of the wrong kind, a
@@ -113,6 +117,11 @@ def read_hardware(path: str | Path) -> LinuxHardware | OtherHardware:
     document = read_document(Path(path), FORMAT)
     board = document.mapping().get("board")
     if board is not None and board.text() != LINUX:
+        if not allow_board_module:
+            raise board.error(
+                f"{LINUX}, as another board's module would be run; if you trust it: "
+                f"{ALLOW_BOARD_MODULE}, or the driver's parameter allow_board_module: true"
+            )
         return _other_hardware(document)
     return _linux_hardware(document)
 

@@ -79,6 +79,7 @@ def open_bench(
     outlets: Sequence[int],
     ambient: float = AMBIENT_PRESSURE,
     make_lines: MakeLines = GpioLines,
+    allow_board_module: bool = False,
 ) -> HardwareBench:
     """Open the box of a hardware file, valves closed.
 
@@ -87,13 +88,14 @@ def open_bench(
         outlets: number of each channel's outlet, from 1 (n,).
         ambient: absolute ambient pressure, that of the box's settings [Pa].
         make_lines: requests the GPIO lines of `board: linux`.
+        allow_board_module: whether the file may name a board of the user's own, Python code.
 
     Raises:
         ValueError: the file cannot be used, or outlets that it does not have.
         HardwareError: (a ValueError) a device is not there or may not be used; nothing has moved
             and nothing is held then.
     """
-    hardware = read_hardware(path)
+    hardware = read_hardware(path, allow_board_module)
     board = open_board(hardware, outlets, ambient, make_lines)
     return HardwareBench(board, len(outlets), hardware.vent_time)
 
