@@ -1,8 +1,9 @@
 # Every target sets up what it needs; the second time that takes no time.
 PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
+OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
-.PHONY: setup demo lab-demo lab-story thesis equilibrium test lint bench bench-lab bench-mutants bench-pneumatics pneumatics-experiments \
+.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-lab bench-mutants bench-pneumatics pneumatics-experiments \
 	pneumatics-figures docs figures lab-figure live-figure clean
 
 setup:
@@ -36,6 +37,13 @@ equilibrium: setup
 # In two processes; one of them runs all tests that start nodes (ARGS="test/docs"; ARGS="-n 0": in one).
 test: setup
 	@$(PYTHON_IN_VENV) -m pytest -q -n 2 $(ARGS)
+
+# The same with the versions of requirements/oldest.txt (ARGS="test": all; else what calculates with them).
+test-oldest: setup .oldest/stamp
+	@PYTHONPATH=$(CURDIR)/.oldest NUMBA_CACHE_DIR=$(CURDIR)/.oldest/numba $(PYTHON_IN_VENV) -m pytest -q -n 2 $(or $(ARGS),$(OLDEST))
+
+.oldest/stamp: requirements/oldest.txt
+	@$(PYTHON_IN_VENV) -m pip install -q --no-deps --upgrade --target .oldest -r $< && touch $@
 
 lint: setup
 	@$(PYTHON_IN_VENV) -m ruff check $(wildcard $(SOURCES))
@@ -91,6 +99,6 @@ live-figure: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.lab_story.picture out/lab-story docs/figures/live.png
 
 clean:
-	rm -rf .venv .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf .venv .oldest .setup out ros_ws/build ros_ws/install ros_ws/log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
 	find src thesis test examples bench scripts -name __pycache__ -prune -exec rm -rf {} +
 	rm -rf src/*/*.egg-info src/*/build

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from grasp_strategies.ros.parameters import PARAMETERS as SEQUENCER
-from model_lab.ros.monitor import PARAMETERS as MONITOR
+from model_lab.ros.interface import PARAMETERS as MONITOR
 from pneuflex_sim.ros.parameters import PARAMETERS as SIMULATOR
 from pneumaticbox_driver.ros.parameters import PARAMETERS as DRIVER
 from softhand_ros.parameters import markdown

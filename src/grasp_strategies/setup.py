@@ -6,7 +6,7 @@ from setuptools import find_packages, setup
 PACKAGE = "grasp_strategies"
 # `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
 EXECUTABLES = [
-    "sequencer = grasp_strategies.ros.node:main",
+    "sequencer = grasp_strategies.ros.interface:main",
     "trials = grasp_strategies.trials:main",
 ]
 COMMANDS = EXECUTABLES if "COLCON" in os.environ else []

@@ -7,7 +7,7 @@ PACKAGE = "model_lab"
 # `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
 EXECUTABLES = [
     "model_lab = model_lab.cli.main:main",
-    "monitor = model_lab.ros.monitor:main",
+    "monitor = model_lab.ros.interface:main",
 ]
 COMMANDS = ["model-lab = model_lab.cli.main:main"] + (EXECUTABLES if "COLCON" in os.environ else [])
 

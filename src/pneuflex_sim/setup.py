@@ -6,7 +6,7 @@ from setuptools import find_packages, setup
 PACKAGE = "pneuflex_sim"
 # `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
 EXECUTABLES = [
-    "hand_sim = pneuflex_sim.ros.node:main",
+    "hand_sim = pneuflex_sim.ros.interface:main",
     "hand = pneuflex_sim.commands.hand:main",
     "pneuflex-objects = pneuflex_sim.commands.objects:main",
     "pneuflex-skin = pneuflex_sim.commands.skin:main",

@@ -6,7 +6,7 @@ from setuptools import find_packages, setup
 PACKAGE = "pneumaticbox_driver"
 # `ros2 run` finds these under lib/<package>; pip would put them on everybody's PATH
 EXECUTABLES = [
-    "driver = pneumaticbox_driver.ros.node:main",
+    "driver = pneumaticbox_driver.ros.interface:main",
     "calibrate = pneumaticbox_driver.calibration.command:main",
 ]
 COMMANDS = EXECUTABLES if "COLCON" in os.environ else []

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_ivp, trapezoid
 from scipy.optimize import brentq
 
 from bench.hidden import balance, flow, rubber, sensing
@@ -113,7 +113,7 @@ def test_other_loops_are_bounded_and_closed(kind):
         loop.commit(np.array([stretch]))
     assert max(np.abs(values)) <= 1.01
     assert values[-600:] == pytest.approx(values[-1200:-600], abs=1e-3)
-    assert np.trapezoid(values[-600:], path[-600:]) > 0.1
+    assert trapezoid(values[-600:], path[-600:]) > 0.1
 
 
 def test_softening_acts_below_the_largest_stretch_only_and_carries_over():
@@ -158,9 +158,9 @@ def test_a_hanging_finger_is_straightened_by_the_moment_of_its_weight():
     for _ in range(50):
         angle = np.concatenate([[0], np.cumsum((kappa[1:] + kappa[:-1]) / 2 * np.diff(places))])
         lateral = np.concatenate([[0], np.cumsum((angle[1:] + angle[:-1]) / 2 * np.diff(places))])
-        tail = [np.trapezoid(lateral[k:] - lateral[k], places[k:]) for k in range(len(places))]
+        tail = [trapezoid(lateral[k:] - lateral[k], places[k:]) for k in range(len(places))]
         kappa = rest - ratio / 2 * weight * np.array(tail) / stiffness
-    assert hanging.output[0, -1] == pytest.approx(np.trapezoid(kappa, places), rel=0.02)
+    assert hanging.output[0, -1] == pytest.approx(trapezoid(kappa, places), rel=0.02)
     assert hanging.output[0, -1] < 0.97 * level.output[0, -1]
 
 

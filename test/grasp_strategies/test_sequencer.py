@@ -294,7 +294,7 @@ def test_an_object_carried_when_the_run_failed_is_lost(make_strategy):
 def test_a_channel_the_hand_does_not_have_is_refused_before_anything_moves(make_strategy):
     scene = MockScene()
     with pytest.raises(ValueError, match=r"phase close: air_mass: .*\(a, b, c, d\), got e"):
-        Sequencer(scene, make_strategy(("{a: 4.0e-5", "{e: 1, a: 4.0e-5")))
+        Sequencer(scene, make_strategy(("{a: 4.0e-5", "{e: 1.0e-5, a: 4.0e-5")))
     assert scene.air_commands == []
 
 

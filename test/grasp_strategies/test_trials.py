@@ -158,7 +158,7 @@ def test_a_real_trial_runs_and_repeats_bit_for_bit(write_strategy):
 
 def test_a_trial_that_asks_for_more_than_the_limits_allow_says_so(write_strategy):
     greedy = APPROACH.replace("rbo_hand_2", "single_finger")
-    greedy = greedy.replace("name: hold", "name: hold\n    air_mass: {a: 0.5}\n    air_ramp: 5.0")
+    greedy = greedy.replace("name: hold", "name: hold\n    air_mass: {a: 0.05}\n    air_ramp: 5.0")
     settings = TrialSettings(strategy=str(write_strategy(text=greedy)), step=0.005)
     assert run_trial(1, settings).result.reason.endswith(
         "; relieved at the pressure limit: channel a"

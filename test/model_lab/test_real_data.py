@@ -92,7 +92,7 @@ def test_a_set_of_an_experiment_that_the_lab_does_not_know_is_refused(folder, co
     printed = capsys.readouterr()
     assert printed.out == "" and printed.err.count("\n") == 1
     assert printed.err == (
-        f"model-lab: {folder / 'experiment.yaml'}: experiment: expected one of "
+        f"model-lab: {folder / 'experiment.yaml'}:2: experiment: expected one of "
         f"{', '.join(OUTPUTS)}, got {EXPERIMENT_OF[folder]!r}\n"
     )
 

@@ -7,6 +7,7 @@ import pytest
 from pneuflex_sim.hand import bodies as hand_bodies
 from pneuflex_sim.scene.contacts import normal_forces
 from pneuflex_sim.simulation import Simulation, SimulationConfig
+from pneuflex_sim.world import Diverged
 
 POSE = np.array([-0.057, 0.0, 0.146]), np.array([0.0, 0.92388, 0.0, 0.38268])
 MASSES = np.array([7.1e-5, 2.4e-5, 5.3e-5, 4.3e-5])
@@ -104,14 +105,27 @@ def test_thumb_and_fingers_that_clash_in_free_air_come_to_rest(simulate, mass_fo
 def test_a_run_that_is_no_number_stops_with_an_error_that_names_the_joint(simulate):
     simulation = simulate(hand="single_finger", scene="stand", step=0.002)
     simulation.bodies.layout.stiffness[3] = np.nan
-    with pytest.raises(RuntimeError, match="diverged: joint finger_"):
+    with pytest.raises(Diverged, match="diverged: joint finger_"):
         simulation.step()
+
+
+def test_a_run_that_diverged_begins_anew_after_a_reset_as_if_nothing_had_been(simulate):
+    diverged, other = simulate(step=0.002), simulate(step=0.002)
+    diverged.wrist.state.target_position[0] = 1e308
+    with pytest.raises(Diverged):
+        diverged.step()
+    for simulation in (diverged, other):
+        simulation.reset()
+        for _ in range(100):
+            simulation.step(np.array([1, 0, 1, 0]))
+    np.testing.assert_array_equal(diverged.bodies.q, other.bodies.q)
+    np.testing.assert_array_equal(diverged.object_pose()[0], other.object_pose()[0])
 
 
 def test_a_joint_may_be_too_fast_for_a_tenth_of_a_second(simulate, monkeypatch):
     simulation = simulate(hand="single_finger", scene="stand", step=0.002)
     monkeypatch.setattr(hand_bodies, "SPEED_LIMIT", 0.0)
-    with pytest.raises(RuntimeError, match="diverged: joint finger_.* for 10[0-9] ms"):
+    with pytest.raises(Diverged, match="diverged: joint finger_.* for 10[0-9] ms"):
         for _ in range(100):
             simulation.step()
     assert simulation.time == pytest.approx(0.1, abs=0.005)

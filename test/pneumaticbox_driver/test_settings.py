@@ -76,7 +76,7 @@ def test_modes_are_one_for_all_or_one_a_channel():
 
 def test_the_shipped_configuration_holds_every_parameter_with_its_default():
     path = Path(__file__).parents[2] / "src/pneumaticbox_driver/config/pneumaticbox.yaml"
-    shipped = yaml.safe_load(path.read_text())["pneumaticbox"]["ros__parameters"]
+    shipped = yaml.safe_load(path.read_text())["/**"]["ros__parameters"]
     assert shipped.pop("use_sim_time") is True
     assert shipped == {parameter.name: parameter.default for parameter in PARAMETERS}
 

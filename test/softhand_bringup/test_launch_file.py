@@ -12,10 +12,20 @@ from types import ModuleType, SimpleNamespace
 import pytest
 import yaml
 
+from grasp_strategies.ros.parameters import PARAMETERS as OF_THE_SEQUENCER
+from pneuflex_sim.ros.parameters import PARAMETERS as OF_THE_SIMULATOR
+from pneumaticbox_driver.ros.parameters import PARAMETERS as OF_THE_DRIVER
+
+TABLES = {
+    "hand_sim": OF_THE_SIMULATOR,
+    "driver": OF_THE_DRIVER,
+    "sequencer": OF_THE_SEQUENCER,
+}
 SOURCES = Path(__file__).parents[2] / "src"
 ARGUMENTS = {
-    "hand", "scene", "object", "strategy", "model", "gui", "use_sim_time", "backend",
-    "hardware_file",
+    "namespace", "params_file", "record", "hand", "scene", "object", "strategy", "model", "step",
+    "real_time_factor", "publish_clock", "gui", "use_sim_time", "backend", "hardware_file",
+    "allow_effect_files", "command_timeout",
 }  # fmt: skip
 NODE_KEYWORDS = {
     "package", "executable", "name", "namespace", "parameters", "remappings", "arguments",
@@ -43,15 +53,22 @@ def _text(part):
     return part if isinstance(part, str) else f"${part.name}"
 
 
+def _configuration(name):
+    return SimpleNamespace(
+        kind="configuration", name=name, perform=lambda context: context.get(name, "")
+    )
+
+
 STAND_IN = {
     "launch": {"LaunchDescription": lambda entities: SimpleNamespace(entities=list(entities))},
-    "launch.actions": {"DeclareLaunchArgument": _argument},
-    "launch.conditions": {"IfCondition": lambda predicate: predicate},
+    "launch.actions": {
+        "DeclareLaunchArgument": _argument,
+        "OpaqueFunction": lambda function: SimpleNamespace(kind="function", call=function),
+    },
     "launch.substitutions": {
-        "LaunchConfiguration": lambda name: SimpleNamespace(kind="configuration", name=name),
+        "LaunchConfiguration": _configuration,
         "Command": lambda parts: SimpleNamespace(name="".join(map(_text, parts))),
         "PathJoinSubstitution": lambda parts: "/".join(map(_text, parts)),
-        "EqualsSubstitution": lambda left, right: ("equals", left.name, right),
     },
     "launch_ros": {},
     "launch_ros.actions": {"Node": _node},
@@ -80,8 +97,14 @@ def entities(stand_in):
     return described("grasp_strategies/launch/softhand.launch.py")
 
 
-def nodes(entities):
-    return {e.executable: e for e in entities if e.kind == "node"}
+def nodes(entities, **given):
+    """Nodes by executable, with these arguments on the command line."""
+    context = {e.name: e.default for e in entities if e.kind == "argument"} | given
+    made = [e for e in entities if e.kind == "node"]
+    for entity in entities:
+        if entity.kind == "function":
+            made += entity.call(context)
+    return {node.executable: node for node in made}
 
 
 def test_with_a_stand_in_for_launch_the_file_declares_the_arguments_of_the_documentation(entities):
@@ -89,35 +112,69 @@ def test_with_a_stand_in_for_launch_the_file_declares_the_arguments_of_the_docum
     assert set(arguments) == ARGUMENTS
     assert arguments["backend"].default == "topic"
     assert all(isinstance(a.default, str) and a.text for a in arguments.values())
+    page = (SOURCES.parent / "docs/start/ros-machine.md").read_text()
+    assert all(f"| `{name}` |" in page for name in arguments)
 
 
 def test_with_a_stand_in_for_launch_the_three_nodes_are_started(entities):
-    assert {(n.package, n.executable) for n in nodes(entities).values()} == {
-        ("pneuflex_sim", "hand_sim"),
-        ("pneumaticbox_driver", "driver"),
-        ("grasp_strategies", "sequencer"),
+    found = nodes(entities)
+    assert {(n.package, n.executable, n.name) for n in found.values()} == {
+        ("pneuflex_sim", "hand_sim", "hand_sim"),
+        ("pneumaticbox_driver", "driver", "pneumaticbox"),
+        ("grasp_strategies", "sequencer", "grasp_sequencer"),
     }
+    assert {node.namespace for node in found.values()} == {""}
 
 
 def test_with_a_stand_in_for_launch_the_simulator_starts_only_with_the_topic_backend(entities):
-    assert nodes(entities)["hand_sim"].condition == ("equals", "backend", "topic")
+    assert set(nodes(entities, backend="embedded")) == {"driver", "sequencer"}
+
+
+def test_with_a_stand_in_for_launch_what_is_not_given_is_left_to_the_nodes(entities):
+    given = {name: node.parameters for name, node in nodes(entities).items()}
+    (of_the_driver,) = given.pop("driver")
+    assert set(of_the_driver) == {"backend", "command_timeout"}
+    assert given == {"hand_sim": [], "sequencer": []}
 
 
 def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(entities):
-    given = {}
-    for node in nodes(entities).values():
-        for value in node.parameters[0].values():
-            given[value.name] = value.type
-    assert given == dict.fromkeys(ARGUMENTS, str) | {"gui": bool, "use_sim_time": bool}
+    found = nodes(entities, **dict.fromkeys(ARGUMENTS - {"backend"}, "given"))
+    taken = {}
+    for name in ("hand_sim", "driver", "sequencer"):
+        node = found[name]
+        file, values = node.parameters  # the later wins
+        assert (file, node.namespace) == ("given", "given")
+        for parameter, value in values.items():
+            declared = {row.name: row.default for row in TABLES[name]}
+            assert parameter == "use_sim_time" or type(declared[parameter]) is value.type
+            taken[value.name] = value.type
+    rest = {"namespace", "params_file", "record"}
+    typed = {"allow_effect_files": bool, "gui": bool, "use_sim_time": bool, "publish_clock": bool}
+    typed |= {"step": float, "real_time_factor": float, "command_timeout": float}
+    assert taken == dict.fromkeys(ARGUMENTS - rest, str) | typed
+
+
+def test_with_a_stand_in_for_launch_a_recorder_writes_to_the_folder_that_is_given(entities):
+    recorder = nodes(entities, record="out/bag", namespace="left")["recorder"]
+    assert (recorder.package, recorder.arguments) == ("softhand_bringup", ["out/bag"])
+    assert recorder.namespace == "left"
 
 
 def test_with_a_stand_in_for_launch_the_viewer_gets_the_urdf_of_its_hand_and_joint_states(stand_in):
     found = described("softhand_bringup/launch/view.launch.py")
-    assert {e.name for e in found if e.kind == "argument"} == {"hand", "segments"}
+    assert {e.name for e in found if e.kind == "argument"} == {"hand", "segments", "namespace"}
     publisher = nodes(found)["robot_state_publisher"]
-    urdf = publisher.parameters[0]["robot_description"]
+    (values,) = publisher.parameters
+    urdf = values["robot_description"]
     assert urdf.name == "ros2 run pneuflex_sim hand urdf $hand --segments $segments"
     assert publisher.remappings == [("joint_states", "hand/joint_states")]
+
+
+def test_with_a_stand_in_for_launch_the_links_of_a_namespace_hang_on_its_wrist(stand_in):
+    found = described("softhand_bringup/launch/view.launch.py")
+    publisher = nodes(found, namespace="left")["robot_state_publisher"]
+    assert publisher.namespace == "left"
+    assert publisher.parameters[1] == {"frame_prefix": "left/"}
 
 
 def test_with_a_stand_in_for_launch_rviz_opens_the_shipped_displays_of_published_topics(stand_in):

@@ -9,10 +9,18 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from grasp_strategies.ros.parameters import PARAMETERS as OF_THE_SEQUENCER
-from model_lab.ros.monitor import PARAMETERS as OF_THE_MONITOR
+from model_lab.ros.interface import PARAMETERS as OF_THE_MONITOR
 from pneuflex_sim.ros.parameters import PARAMETERS as OF_THE_SIMULATOR
 from pneumaticbox_driver.ros.parameters import PARAMETERS as OF_THE_DRIVER
-from softhand_ros.parameters import Parameter, declare, follow_simulated_time, markdown, usage
+from softhand_ros.parameters import (
+    Offer,
+    Parameter,
+    declare,
+    follow_simulated_time,
+    markdown,
+    parameter_lines,
+    usage,
+)
 
 TABLES = {
     "hand_sim": OF_THE_SIMULATOR,
@@ -103,11 +111,21 @@ def test_simulated_time_is_followed_unless_the_user_says_otherwise(node, given, 
 @pytest.mark.parametrize("name", TABLES)
 def test_the_help_names_every_parameter_and_which_may_change(name):
     table = TABLES[name]
-    lines = {line[2:].split(" ")[0]: line for line in usage(name, "Node.", table).splitlines()[6:]}
+    lines = {line[2:].split(" ")[0]: line for line in parameter_lines(table)[2:]}
     assert set(lines) == {parameter.name for parameter in table}
     for parameter in table:
         assert parameter.text in lines[parameter.name]
         assert lines[parameter.name].startswith("*") != parameter.read_only
+
+
+def test_the_help_tells_of_topics_and_services_behind_the_parameters():
+    offers = (
+        Offer("pub", "hand/state", "sensor_msgs/JointState", "angles [rad]"),
+        Offer("srv", "grasp", "std_srvs/Trigger", "closes the hand"),
+    )
+    *_, first, second = usage("node", "Node.", TABLE, offers).splitlines()
+    assert first.split() == ["pub", "hand/state", "sensor_msgs/JointState", "angles", "[rad]"]
+    assert second.split() == ["srv", "grasp", "std_srvs/Trigger", "closes", "the", "hand"]
 
 
 @pytest.mark.parametrize("name", TABLES)

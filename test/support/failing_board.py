@@ -1,5 +1,6 @@
 """A valve board for hardware files: bottles that run by the monotonic clock, until told to fail."""
 
+import builtins
 import time
 from pathlib import Path
 
@@ -7,7 +8,9 @@ from pneumaticbox_driver.backends.embedded import EmbeddedBench, EmbeddedBoard
 
 
 class FailingBoard:
-    """Fails to read and to switch as long as the file `fault` exists."""
+    """Fails to read and to switch as long as the file `fault` exists: by OSError, or by the error
+    that is named in it.
+    """
 
     def __init__(self, outlets, ambient, fault, volume):
         names = [f"outlet{number}" for number in outlets]
@@ -16,7 +19,8 @@ class FailingBoard:
 
     def _check(self):
         if self._fault.exists():
-            raise OSError("the board's cable is unplugged")
+            error = getattr(builtins, self._fault.read_text() or "OSError")
+            raise error("the board's cable is unplugged")
 
     def set_valves(self, valves):
         self._check()

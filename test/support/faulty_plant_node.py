@@ -24,7 +24,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from pneuflex_sim.ros.node import Pace
+from pneuflex_sim.ros.clock import Pace
 
 PERIOD = 0.002  # of the sensor samples [s]
 SLOW = 5  # samples between ticks of the clock, and between truths

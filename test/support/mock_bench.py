@@ -4,13 +4,14 @@ It ends by itself after `--life` [s] of wall time, and on SIGINT or SIGTERM.
 """
 
 import argparse
+import math
 import signal
 import sys
 import time
 
 import numpy as np
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from mock_scene import CHANNELS, MockScene
 from rclpy.executors import SingleThreadedExecutor
@@ -25,6 +26,8 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import Marker, MarkerArray
 
+from softhand_ros.diagnostics import PREPARING
+
 STEP = 0.01
 
 
@@ -35,6 +38,8 @@ def options():
     parser.add_argument("--life", type=float, default=60.0)
     parser.add_argument("--slip", type=float, default=0.0)
     parser.add_argument("--refuse-vent", action="store_true")
+    parser.add_argument("--command-timeout", type=float, default=0.0, help="of the driver [s]")
+    parser.add_argument("--preparing", type=float, default=0.0, help="wall time before all [s]")
     parser.add_argument("--spoil-every", type=int, default=0, help="every n-th object pose is NaN")
     return parser.parse_args()
 
@@ -67,6 +72,8 @@ class MockBench(Node):
         self.create_service(Trigger, "pneumaticbox/reset", self.on_reset)
         self.create_subscription(JointTrajectory, "pneumaticbox/command", self.on_command, 10)
         self.create_service(Trigger, "pneumaticbox/vent", self.on_vent)
+        self.create_service(SetBool, "pneumaticbox/enable", self.on_enable)
+        self.enabled, self.commanded = True, math.inf
 
     def on_target(self, message):
         place, turn = message.pose.position, message.pose.orientation
@@ -75,6 +82,7 @@ class MockBench(Node):
     def on_command(self, message):
         if self.scene.vented:
             return  # latched, as the driver does
+        self.commanded = self.scene.time
         by_name = dict(zip(message.joint_names, message.points[-1].positions, strict=True))
         self.scene.command_air(np.array([by_name[name] for name in CHANNELS]))
 
@@ -83,6 +91,11 @@ class MockBench(Node):
         if response.success:
             self.scene.vent()
             self.vents_out.publish(Int32(data=self.scene.vented))
+        return response
+
+    def on_enable(self, request, response):
+        self.enabled, response.success = request.data, True
+        self.tell_diagnostics()
         return response
 
     def on_reset(self, request, response):
@@ -94,7 +107,18 @@ class MockBench(Node):
         vented = bool(self.scene.vented)
         level = DiagnosticStatus.ERROR if vented else DiagnosticStatus.OK
         text = "vented until pneumaticbox/reset" if vented else "in operation"
+        if not self.enabled:
+            level, text = DiagnosticStatus.WARN, "disabled: valves are closed"
         status = DiagnosticStatus(name="pneumaticbox: safety", level=level, message=text)
+        self.diagnostics.publish(DiagnosticArray(status=[status]))
+
+    def tell_preparing(self):
+        status = DiagnosticStatus(
+            name="hand_sim: simulation",
+            level=DiagnosticStatus.WARN,
+            message="compiling the numerical kernels",
+            values=[KeyValue(key=PREPARING, value="yes")],
+        )
         self.diagnostics.publish(DiagnosticArray(status=[status]))
 
     def on_pause(self, request, response):
@@ -115,6 +139,9 @@ class MockBench(Node):
         if "driver" in self.arguments.parts:
             state = JointState(name=list(CHANNELS), position=seen.air_mass, effort=seen.pressure)
             state.header.stamp = stamp
+            limit = self.arguments.command_timeout
+            if limit and self.scene.time - self.commanded > limit:
+                self.scene.vent()
             self.state_out.publish(state)
             if time.monotonic() - self.told > 1.0:
                 self.told = time.monotonic()
@@ -153,6 +180,9 @@ def main():
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     begin = due = time.monotonic()
+    while not stop and time.monotonic() - begin < arguments.preparing:
+        node.tell_preparing()
+        executor.spin_once(timeout_sec=0.2)
     while not stop and time.monotonic() - begin < arguments.life:
         node.tick()
         due = max(due + STEP / arguments.factor, time.monotonic())  # late: slower, never faster

@@ -1,12 +1,20 @@
 """The configuration files that are shipped are accepted by their nodes."""
 
+import re
 from pathlib import Path
 
 import pytest
+from rcl_interfaces.srv import GetParameters
 
 from softhand_bringup.processes.launcher import NodeCommand
 
 PARAMETERS = "ros__parameters"  # in files for nodes; others describe wiring
+CHANGED = {  # a parameter of each node, and a value that is not the default
+    "hand_sim": ("wrist_force_limit", 19.0),
+    "pneumaticbox": ("embedded_rate", 400.0),
+    "grasp_sequencer": ("connect_time_out", 11.0),
+    "monitor": ("window", 4.0),
+}
 SOURCE = Path(__file__).parents[2] / "src"
 CONFIGURATIONS = [
     ("pneuflex_sim.ros.node", "pneuflex_sim/config/hand_sim.yaml", "hand_sim"),
@@ -24,13 +32,27 @@ CONFIGURATIONS = [
 @pytest.mark.parametrize(
     ("module", "path", "name"), CONFIGURATIONS, ids=[path for _, path, _ in CONFIGURATIONS]
 )
-def test_a_node_starts_with_its_shipped_configuration(launcher, peer, module, path, name):
-    arguments = ("--ros-args", "--params-file", str(SOURCE / path))
+def test_a_node_takes_its_shipped_configuration_in_any_namespace(
+    launcher, peer, tmp_path, module, path, name
+):
+    file = tmp_path / "changed.yaml"
+    changed, value = CHANGED[name]
+    text, count = re.subn(rf"(    {changed}: )\S+", rf"\g<1>{value}", (SOURCE / path).read_text())
+    assert count == 1
+    file.write_text(text)
+    arguments = ("--ros-args", "--params-file", str(file), "-r", "__ns:=/left")
     process = launcher.start(NodeCommand("node", module, arguments=arguments))
+    full_name = (name, "/left")
     peer.wait(
-        lambda: process.exit_code is not None or name in peer.node.get_node_names(), 60.0, name
+        lambda: (
+            process.exit_code is not None or full_name in peer.node.get_node_names_and_namespaces()
+        ),
+        60.0,
+        name,
     )
     assert process.exit_code is None, process.output()
+    taken = peer.call(GetParameters, f"left/{name}/get_parameters", names=[changed])
+    assert taken.values[0].double_value == value
 
 
 def test_no_shipped_configuration_is_left_out():

@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import DescribeParameters, GetParameters
 from sensor_msgs.msg import JointState
 
-from model_lab.ros.monitor import PARAMETERS
+from model_lab.ros.interface import PARAMETERS
 from softhand_bringup.processes.launcher import NodeCommand
 from softhand_model.hand.actuator import load_actuator
 

@@ -2,6 +2,7 @@
 
 import signal
 import time
+from dataclasses import replace
 
 import pytest
 from ros_peer import LATCHED
@@ -63,6 +64,24 @@ def test_a_killed_recorder_loses_at_most_what_came_after_the_last_second(
     assert numbers == [float(n) for n in range(len(numbers))]
     assert len(numbers) >= 1500 - 1.2 * RATE
     assert texts == ["<robot/>"]
+
+
+def test_in_a_namespace_it_records_what_lies_below_and_what_has_no_namespace(
+    launcher, peer, tmp_path
+):
+    command = replace(suite.recorder(tmp_path / "bag"), remappings={"__ns": "/left"})
+    process = launcher.start(command)
+    others = [peer.node.create_publisher(String, name, 10) for name in ("right/said", "right/told")]
+    for name in ("left/said", "said"):
+        peer.publish(String, name, String(data=name))
+    peer.wait(lambda: peer.node.count_publishers("/diagnostics"), 10.0, "the recorder's reports")
+    peer.diagnosis("left/recorder")
+    assert not any(publisher.get_subscription_count() for publisher in others)
+    process.send(signal.SIGINT)
+    assert process.wait(10.0) == 0
+    with Bag(tmp_path / "bag") as bag:
+        told = {name: [m.data for _, m in bag.messages(name)] for name in ("/left/said", "/said")}
+    assert told == {"/left/said": ["left/said"], "/said": ["said"]}
 
 
 def test_a_bag_folder_that_cannot_be_written_ends_the_recorder_with_one_line(launcher, tmp_path):

@@ -22,10 +22,12 @@ from the strategy's on. A phase has a `name` and any of
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from softhand_model.yaml_document import Node, read_document
+from softhand_model.quoted import listed, quoted
+from softhand_model.yaml_document import Bounds, Node, is_document, read_document
 
 FORMAT = "softhand-strategy/1"
 DATA = Path(__file__).with_name("data") / "strategies"
@@ -45,6 +47,23 @@ _PHASE_KEYS = (
     "on_time_out",
     "option",
 )
+
+LONGEST = Bounds(0.0, 3600.0, "s")
+PLACE = Bounds(-10.0, 10.0, "m")
+ANGLE = Bounds(-4.0 * math.pi, 4.0 * math.pi, "rad")
+AIR_MASS = Bounds(0.0, 0.1, "kg")  # 80 l
+THRESHOLDS = {
+    "contact_force": Bounds(-1e4, 1e4, "N"),
+    "height": PLACE,
+    "air_mass_error": Bounds(-0.1, 0.1, "kg"),
+    "pressure": Bounds(-1e5, 1e7, "Pa"),
+}
+BOUNDS = {
+    **dict.fromkeys(("duration", "air_ramp", "time_out", "hold_time"), LONGEST),
+    **dict.fromkeys(("lift_height", "max_slip"), Bounds(0.0, 10.0, "m")),
+    "speed": Bounds(0.0, 10.0, "m/s"),
+    "turn_speed": Bounds(0.0, 100.0, "rad/s"),
+}
 
 Vector = tuple[float, float, float]
 
@@ -144,7 +163,7 @@ def load_strategy(name: str | Path) -> Strategy:
         if str(name) not in strategy_names():
             raise ValueError(
                 f"strategy: expected one of {', '.join(strategy_names())} or the path of a "
-                f".yaml file, got {str(name)!r}"
+                f".yaml file, got {quoted(str(name))}"
             )
         path = DATA / f"{name}.yaml"
     return _strategy(read_document(path, FORMAT))
@@ -157,17 +176,15 @@ def _strategy(document: Node) -> Strategy:
     phases = tuple(_phase(node) for node in top["phases"].items())
     names = [phase.name for phase in phases]
     if not names or len(set(names)) < len(names):
-        raise top["phases"].error(
-            f"phases of different names (names: {', '.join(names) or 'none'})"
-        )
+        raise top["phases"].error("phases of different names", listed(names))
     success = _success(top["success"]) if "success" in top else Success()
     if success.hold_phase not in names:
-        raise top.get("success", document).error(f"hold_phase to be one of {', '.join(names)}")
+        raise top.get("success", document).error(f"hold_phase to be one of {listed(names)}")
     return Strategy(
         top["name"].text(),
         top["description"].text(),
         _hand(top["hand"]),
-        _vector(top["object_rpy"]) if "object_rpy" in top else None,
+        _vector(top["object_rpy"], ANGLE) if "object_rpy" in top else None,
         success,
         phases,
     )
@@ -179,7 +196,7 @@ def _hand(node: Node) -> str:
     if Path(name).suffix not in (".yaml", ".yml"):
         return name
     path = Path(node.file).parent / name
-    if not path.is_file():
+    if not is_document(path):
         raise node.error(f"the name of a hand or the path of a YAML file from {path.parent} on")
     return str(path)
 
@@ -187,7 +204,7 @@ def _hand(node: Node) -> str:
 def _success(node: Node) -> Success:
     fields = node.fields(optional=("lift_height", "hold_time", "hold_phase", "max_slip"))
     read = {
-        key: child.text() if key == "hold_phase" else child.positive()
+        key: child.text() if key == "hold_phase" else _above_zero(child, BOUNDS[key])
         for key, child in fields.items()
     }
     return Success(**read)
@@ -213,11 +230,16 @@ def _phase(node: Node) -> Phase:
 
 
 def _positive(fields: dict[str, Node], key: str) -> float | None:
-    return fields[key].positive() if key in fields else None
+    return _above_zero(fields[key], BOUNDS[key]) if key in fields else None
 
 
-def _vector(node: Node) -> Vector:
-    x, y, z = node.vector(3)
+def _above_zero(node: Node, bounds: Bounds) -> float:
+    node.positive()
+    return node.within(bounds)
+
+
+def _vector(node: Node, bounds: Bounds) -> Vector:
+    x, y, z = node.vector(3, bounds)
     return x, y, z
 
 
@@ -241,13 +263,13 @@ def _waypoint(node: Node) -> Waypoint:
     fields = node.fields(("frame", "position"), ("rpy",))
     return Waypoint(
         fields["frame"].choice(FRAMES),
-        _vector(fields["position"]),
-        _vector(fields["rpy"]) if "rpy" in fields else None,
+        _vector(fields["position"], PLACE),
+        _vector(fields["rpy"], ANGLE) if "rpy" in fields else None,
     )
 
 
 def _air_mass(node: Node) -> dict[str, float]:
-    return {channel: mass.number(low=0.0) for channel, mass in node.mapping().items()}
+    return {channel: mass.within(AIR_MASS) for channel, mass in node.mapping().items()}
 
 
 def _conditions(node: Node) -> tuple[Condition, ...]:
@@ -262,4 +284,4 @@ def _condition(quantity: str, node: Node) -> Condition:
     if len(bounds) != 1:
         raise node.error("either `above` or `below`")
     ((relation, value),) = bounds.items()
-    return Condition(quantity, relation == "above", value.number())
+    return Condition(quantity, relation == "above", value.within(THRESHOLDS[quantity]))

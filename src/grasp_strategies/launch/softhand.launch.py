@@ -1,92 +1,106 @@
 """All three nodes on one machine: `ros2 launch grasp_strategies softhand.launch.py`.
 
 With `backend:=topic` (the default) the simulator owns valves, tubes and hand. With `embedded` or
-`hardware` the driver has its own plant, and the simulator is not started.
+`hardware` the driver has its own plant, and the simulator is not started. An argument that is given
+wins over `params_file`; what neither of them says is the node's own default.
+
+Two hands: launch twice, with `namespace:=left`, and with `namespace:=right publish_clock:=false`.
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.conditions import IfCondition
-from launch.substitutions import EqualsSubstitution, LaunchConfiguration
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 ARGUMENTS = {
-    "hand": ("rbo_hand_2", "hand, by name or by the path of its YAML file"),
-    "scene": ("table", "scene, by name or path"),
-    "object": ("cylinder", "object, by name or path"),
-    "strategy": ("surface_constrained", "what grasp/surface_constrained runs, by name or path"),
+    "namespace": ("", "of all nodes; empty: the root"),
+    "params_file": ("", "YAML file of parameters for all nodes; empty: none"),
+    "record": ("", "new folder for a bag of all topics; empty: nothing is recorded"),
+    "hand": ("", "hand, by name or by the path of its YAML file; empty: rbo_hand_2"),
+    "scene": ("", "scene, by name or path; empty: table"),
+    "object": ("", "object, by name or path; empty: cylinder"),
+    "strategy": ("", "what grasp/surface_constrained runs; empty: the strategy of that name"),
     "model": ("", "model file, format softhand-model/1; empty: actuators with their weight"),
-    "gui": ("false", "open PyBullet's window"),
-    "use_sim_time": ("true", "driver and sequencer follow /clock"),
+    "allow_effect_files": ("", "run the Python files that the model names; empty: false"),
+    "step": ("", "physics step [s]; empty: 0.002"),
+    "real_time_factor": ("", "upper bound of simulated over wall time, 0: none; empty: 1"),
+    "publish_clock": ("", "the simulator publishes /clock, or follows another's; empty: true"),
+    "gui": ("", "open PyBullet's window; empty: false"),
+    "use_sim_time": ("", "driver and sequencer follow /clock; empty: true"),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),
+    "command_timeout": (
+        "5.0",
+        "silence of commands after which the driver lets go [s]; 0: never, to command by hand",
+    ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
+}
+SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files")
+TYPES = dict.fromkeys(SWITCHES, bool)
+TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
+# arguments that a node takes, by the name of its parameter
+SIMULATOR = {
+    "hand": "hand",
+    "scene": "scene",
+    "object": "object",
+    "model_file": "model",
+    "allow_effect_files": "allow_effect_files",
+    "step": "step",
+    "real_time_factor": "real_time_factor",
+    "publish_clock": "publish_clock",
+    "gui": "gui",
+}
+DRIVER = {
+    "hand": "hand",
+    "backend": "backend",
+    "hardware_file": "hardware_file",
+    "command_timeout": "command_timeout",
+    "use_sim_time": "use_sim_time",
+}
+SEQUENCER = {
+    "hand": "hand",
+    "strategy.surface_constrained": "strategy",
+    "use_sim_time": "use_sim_time",
 }
 
 
-def text(name):
-    """Value of an argument as a string, also when it looks like a number."""
-    return ParameterValue(LaunchConfiguration(name), value_type=str)
+def parameters(given, taken):
+    """Parameter file and arguments that are given, of those that a node takes."""
+    values = {
+        parameter: ParameterValue(
+            LaunchConfiguration(argument), value_type=TYPES.get(argument, str)
+        )
+        for parameter, argument in taken.items()
+        if given[argument]
+    }
+    file = [given["params_file"]] if given["params_file"] else []
+    return [*file, *([values] if values else [])]
 
 
-def switch(name):
-    """Value of an argument as a boolean."""
-    return ParameterValue(LaunchConfiguration(name), value_type=bool)
+def nodes(context):
+    """The nodes, once the arguments are known."""
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    common = {"namespace": given["namespace"], "output": "screen"}
 
+    def node(package, executable, name, taken):
+        return Node(
+            package=package,
+            executable=executable,
+            name=name,
+            parameters=parameters(given, taken),
+            **common,
+        )
 
-def simulator():
-    """The node hand_sim; it makes the time that the others follow, so it has no use_sim_time."""
-    return Node(
-        package="pneuflex_sim",
-        executable="hand_sim",
-        name="hand_sim",
-        output="screen",
-        condition=IfCondition(EqualsSubstitution(LaunchConfiguration("backend"), "topic")),
-        parameters=[
-            {
-                "hand": text("hand"),
-                "scene": text("scene"),
-                "object": text("object"),
-                "model_file": text("model"),
-                "gui": switch("gui"),
-            }
-        ],
-    )
-
-
-def driver():
-    """The node pneumaticbox."""
-    return Node(
-        package="pneumaticbox_driver",
-        executable="driver",
-        name="pneumaticbox",
-        output="screen",
-        parameters=[
-            {
-                "hand": text("hand"),
-                "backend": text("backend"),
-                "hardware_file": text("hardware_file"),
-                "use_sim_time": switch("use_sim_time"),
-            }
-        ],
-    )
-
-
-def sequencer():
-    """The node grasp_sequencer."""
-    return Node(
-        package="grasp_strategies",
-        executable="sequencer",
-        name="grasp_sequencer",
-        output="screen",
-        parameters=[
-            {
-                "hand": text("hand"),
-                "strategy.surface_constrained": text("strategy"),
-                "use_sim_time": switch("use_sim_time"),
-            }
-        ],
-    )
+    started = [
+        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER),
+        node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER),
+    ]
+    if given["backend"] == "topic":
+        started.append(node("pneuflex_sim", "hand_sim", "hand_sim", SIMULATOR))
+    if given["record"]:
+        recorder = {"package": "softhand_bringup", "executable": "recorder", "name": "recorder"}
+        started.append(Node(**recorder, arguments=[given["record"]], **common))
+    return started
 
 
 def generate_launch_description():
@@ -95,4 +109,4 @@ def generate_launch_description():
         DeclareLaunchArgument(name, default_value=default, description=description)
         for name, (default, description) in ARGUMENTS.items()
     ]
-    return LaunchDescription([*arguments, simulator(), driver(), sequencer()])
+    return LaunchDescription([*arguments, OpaqueFunction(function=nodes)])

@@ -125,6 +125,7 @@ class Simulation:
         self._object_weight = (1 - weight_scale) * STANDARD_GRAVITY
         self._body = self._object_body()
         self._names = self._contact_names()
+        self.start = 0.0  # simulated time before the first step [s]
         self.reset()
 
     # ---------------------------------------------------------------- set-up
@@ -167,7 +168,7 @@ class Simulation:
 
     def reset(self) -> None:
         """Back to the start: hand at rest at the scene's wrist pose, ambient air, object in its
-        place, time 0.
+        place, at the time of the start.
         """
         self.steps = 0
         self.wrist = self._new_wrist()
@@ -257,7 +258,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return self.steps * self.step_size
+        return self.start + self.steps * self.step_size
 
     def wrist_pose(self) -> tuple[Array, Array]:
         """Position [m] and quaternion of the wrist in the world."""
@@ -281,7 +282,7 @@ class Simulation:
 
     def object_pose(self) -> tuple[Array, Array]:
         """Position [m] and quaternion of the object; raises ValueError in a scene without
-        one, RuntimeError when it has diverged.
+        one, Diverged when it has.
         """
         return self._object().pose()
 

@@ -13,6 +13,10 @@ from dataclasses import dataclass
 import pybullet
 
 
+class Diverged(RuntimeError):
+    """Something in the world moves faster than anything can; only a reset brings it back."""
+
+
 @dataclass(frozen=True)
 class SolverSettings:
     """Iterations a step at most, and the residual [m/s, squared and summed] that ends them early.

@@ -20,6 +20,11 @@ class Mode:
     idle: float = math.nan
     scheduled: bool = False
 
+    @property
+    def absolute(self) -> bool:
+        """Whether a target says how much air the channel shall hold, so that 0 empties it."""
+        return math.isnan(self.idle)
+
 
 MODES = {
     mode.name: mode

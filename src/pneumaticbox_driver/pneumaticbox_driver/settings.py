@@ -8,6 +8,14 @@ from pneumaticbox_driver.modes import check_mode
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
 
 MOST_CHANNELS = 8
+NOT_NEGATIVE = (
+    "command_timeout",
+    "command_lead",
+    "command_span",
+    "shortest_pause",
+    "shortest_pulse",
+    "zero_band",
+)
 VOLUME_MODELS = ("hand", "fixed")
 
 
@@ -17,7 +25,8 @@ class BoxSettings:
 
     `channels` are names in the order of the outlets, `rest_volumes` [m3] what they enclose at
     rest with their tubes, `pressure_limits` gauge [Pa], `control_modes` one per channel.
-    `command_timeout` [s] vents after that silence of commands, 0 holds the last target.
+    `command_timeout` [s] vents after that silence of commands, 0 holds the last target. A command
+    may begin `command_lead` [s] ahead of now, and lasts `command_span` [s] at most.
     `shortest_pulse` and `shortest_pause` [s] are what the valves can follow, `zero_band` [Pa] is
     the largest reading that can be a sensor's offset at ambient pressure. `volume_model` says what
     volumes do under pressure: "fixed" for bottles, or "hand" for the actuators of `hand`, a name
@@ -32,6 +41,8 @@ class BoxSettings:
     pressure_limits: tuple[float, ...]
     control_modes: tuple[str, ...]
     command_timeout: float = 0.0
+    command_lead: float = 60.0
+    command_span: float = 3600.0
     shortest_pulse: float = 0.045
     shortest_pause: float = 0.06
     zero_band: float = 5000.0
@@ -54,7 +65,7 @@ class BoxSettings:
             expected, got = list(VOLUME_MODELS), self.volume_model
             raise ValueError(f"volume_model must be one of {expected}, got {got!r}")
         self.check_modes(self.control_modes)
-        for name in ("command_timeout", "shortest_pause", "shortest_pulse", "zero_band"):
+        for name in NOT_NEGATIVE:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise ValueError(f"{name} must be 0 or above, got {value}")

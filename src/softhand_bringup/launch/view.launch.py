@@ -1,10 +1,10 @@
 """RViz and what it needs beside a running simulator: `ros2 launch softhand_bringup view.launch.py`.
 
-`hand` and `segments` are those of the simulator.
+`hand`, `segments` and `namespace` are those of the simulator.
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import Command, LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -13,25 +13,30 @@ from launch_ros.substitutions import FindPackageShare
 ARGUMENTS = {
     "hand": ("rbo_hand_2", "hand, by name or by the path of its YAML file"),
     "segments": ("5", "segments an actuator"),
+    "namespace": ("", "of the nodes, and of the frames; empty: the root"),
 }
 
 
-def robot_state_publisher():
-    """The links of the URDF as frames, by the simulator's joint states."""
+def robot_state_publisher(context):
+    """The links of the URDF as frames, by the simulator's joint states, in its namespace."""
+    namespace = LaunchConfiguration("namespace").perform(context).strip("/")
     hand, segments = LaunchConfiguration("hand"), LaunchConfiguration("segments")
     urdf = Command(["ros2 run pneuflex_sim hand urdf ", hand, " --segments ", segments])
-    return Node(
+    publisher = Node(
         package="robot_state_publisher",
         executable="robot_state_publisher",
         name="robot_state_publisher",
+        namespace=namespace,
         parameters=[
             {
                 "robot_description": ParameterValue(urdf, value_type=str),
                 "use_sim_time": True,
-            }
+            },
+            *([{"frame_prefix": f"{namespace}/"}] if namespace else []),
         ],
         remappings=[("joint_states", "hand/joint_states")],
     )
+    return [publisher]
 
 
 def rviz():
@@ -41,6 +46,7 @@ def rviz():
         package="rviz2",
         executable="rviz2",
         name="rviz2",
+        namespace=LaunchConfiguration("namespace"),
         arguments=["-d", PathJoinSubstitution([share, "config", "softhand.rviz"])],
         parameters=[{"use_sim_time": True}],
     )
@@ -52,4 +58,4 @@ def generate_launch_description():
         DeclareLaunchArgument(name, default_value=default, description=description)
         for name, (default, description) in ARGUMENTS.items()
     ]
-    return LaunchDescription([*arguments, robot_state_publisher(), rviz()])
+    return LaunchDescription([*arguments, OpaqueFunction(function=robot_state_publisher), rviz()])

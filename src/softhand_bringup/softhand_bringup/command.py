@@ -45,10 +45,10 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
     },
 }
 NODES = {
-    "hand_sim": ("pneuflex_sim.ros.node", "the simulator"),
-    "driver": ("pneumaticbox_driver.ros.node", "control of the channels' air"),
-    "sequencer": ("grasp_strategies.ros.node", "runs grasp strategies"),
-    "monitor": ("model_lab.ros.monitor", "compares hand and model, live"),
+    "hand_sim": ("pneuflex_sim.ros.interface", "the simulator"),
+    "driver": ("pneumaticbox_driver.ros.interface", "control of the channels' air"),
+    "sequencer": ("grasp_strategies.ros.interface", "runs grasp strategies"),
+    "monitor": ("model_lab.ros.interface", "compares hand and model, live"),
 }
 RUN = "run"
 USAGE = "usage: softhand COMMAND [OPTIONS]    (softhand COMMAND --help: its options)"

@@ -173,4 +173,4 @@ def _effect(entry: Node, fields: dict[str, Node], known: Mapping[str, type[Effec
     try:
         return known[name](**{key: value.value for key, value in values.items()})
     except ValueError as reason:
-        raise DocumentError(f"{entry.file}: {entry.key}: {reason}") from reason
+        raise DocumentError(f"{entry.place}: {reason}") from reason

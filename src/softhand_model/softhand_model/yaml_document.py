@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,7 +14,11 @@ from typing import Any
 
 import yaml
 
+from softhand_model.quoted import listed, quoted, shortened
+from softhand_model.yaml_reading import LARGEST_FILE, read_yaml
+
 NAME_RULE = "a name of letters, digits, _ and -"
+LEAST, LARGEST = 1e-20, 1e15  # of what is measured, in SI units: beyond it squares overflow
 ALIKE = 0.8  # of difflib: `protcol` is one slip from `protocol`
 
 
@@ -31,15 +36,27 @@ class Bounds:
 
 
 class Node:
-    """A value in a document with its place; accessors check it and return plain data."""
+    """A value in a document with its place; accessors check it and return plain data.
 
-    def __init__(self, file: str, key: str, value: Any) -> None:
-        self.file, self.key, self.value = file, key, value
+    Args:
+        file, key: where it stands, for errors.
+        value: what stands there.
+        source: PyYAML's node of it, which tells the line; None where the value is not of a file.
+    """
 
-    def error(self, expected: str) -> DocumentError:
-        """The error to raise: file, key, expected, got."""
+    def __init__(self, file: str, key: str, value: Any, source: yaml.Node | None = None) -> None:
+        self.file, self.key, self.value, self.source = file, key, value, source
+
+    @property
+    def place(self) -> str:
+        """File, line as far as it is known, and key."""
+        line = "" if self.source is None else f":{self.source.start_mark.line + 1}"
+        return f"{self.file}{line}: {shortened(self.key) or 'document'}"
+
+    def error(self, expected: str, got: str | None = None) -> DocumentError:
+        """The error to raise: place, expected, got; without `got` the value is shown."""
         return DocumentError(
-            f"{self.file}: {self.key or 'document'}: expected {expected}, got {_shown(self.value)}"
+            f"{self.place}: expected {expected}, got {quoted(self.value) if got is None else got}"
         )
 
     # ---------------------------------------------------------------- mappings and lists
@@ -48,22 +65,25 @@ class Node:
         if not isinstance(self.value, dict) or not all(isinstance(key, str) for key in self.value):
             raise self.error("a mapping")
         prefix = f"{self.key}." if self.key else ""
-        return {key: Node(self.file, prefix + key, value) for key, value in self.value.items()}
+        sources = {key.value: value for key, value in self._sources()}
+        return {
+            key: Node(self.file, prefix + key, value, sources.get(key))
+            for key, value in self.value.items()
+        }
+
+    def _sources(self) -> list[Any]:
+        return [] if self.source is None else self.source.value
 
     def fields(self, required: Iterable[str] = (), optional: Iterable[str] = ()) -> dict[str, Node]:
         """Children of a mapping with all the required keys, and no others but the optional."""
         children, required, optional = self.mapping(), list(required), list(optional)
         missing = [key for key in required if key not in children]
         if missing:
-            raise DocumentError(
-                f"{self.file}: {self.key or 'document'}: expected the key {missing[0]}, "
-                f"got {', '.join(children) or 'nothing'}"
-            )
+            raise self.error(f"the key {missing[0]}", listed(children))
         unknown = [key for key in children if key not in required + optional]
         if unknown:
-            raise DocumentError(
-                f"{self.file}: {self.key or 'document'}: expected only the keys "
-                f"{', '.join(required + optional)}, got {unknown[0]}"
+            raise self.error(
+                f"only the keys {', '.join(required + optional)}", shortened(unknown[0])
             )
         return children
 
@@ -71,26 +91,36 @@ class Node:
         """Children of a list."""
         if not isinstance(self.value, list):
             raise self.error("a list")
+        sources = self._sources() or [None] * len(self.value)
         return [
-            Node(self.file, f"{self.key}[{index}]", value) for index, value in enumerate(self.value)
+            Node(self.file, f"{self.key}[{index}]", value, source)
+            for index, (value, source) in enumerate(zip(self.value, sources, strict=True))
         ]
 
     # ---------------------------------------------------------------- scalars
     def number(
         self, low: float = -math.inf, high: float = math.inf, above: float = -math.inf
     ) -> float:
-        """A finite number with low <= number <= high and number > above."""
+        """A number with low <= number <= high and number > above, LARGEST in size at most."""
         value = self.value
-        good = (
-            isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        )
-        if not good or not (low <= value <= high and value > above):
+        if not _is_number(value) or not (low <= value <= high and value > above):
             raise self.error(f"a number{_range(low, high, above)}")
+        if abs(value) > LARGEST:
+            raise self.error(f"a number of at most {LARGEST:g} in size")
         return float(value)
 
     def positive(self) -> float:
-        """A finite number above 0."""
-        return self.number(above=0.0)
+        """A number above 0, by LEAST at least."""
+        if 0.0 < self.number(above=0.0) < LEAST:
+            raise self.error(f"a number of at least {LEAST:g}")
+        return float(self.value)
+
+    def whole(self, low: int, high: int, other: str = "") -> int:
+        """A whole number with low <= number <= high; `other` tells what else there may be."""
+        value = self.value
+        if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+            raise self.error(f"a whole number from {low} to {high}{other}")
+        return value
 
     def within(self, bounds: Bounds) -> float:
         """A number within bounds, which the error names with their unit.
@@ -103,7 +133,7 @@ class Node:
             return self.number(bounds.low, bounds.high)
         except DocumentError:
             raise self.error(
-                f"a number from {bounds.low:.4g} to {bounds.high:.4g} {bounds.unit}"
+                f"a number from {bounds.low:.4g} to {bounds.high:.4g} {bounds.unit}".rstrip()
             ) from None
 
     def name(self) -> str:
@@ -121,9 +151,10 @@ class Node:
     def choice(self, choices: Iterable[Any]) -> Any:
         """One of the given values."""
         choices = list(choices)
-        if self.value not in choices:
-            raise self.error("one of " + ", ".join(str(choice) for choice in choices))
-        return self.value
+        for choice in choices:  # True is 1 to Python
+            if choice == self.value and isinstance(choice, bool) == isinstance(self.value, bool):
+                return choice
+        raise self.error(f"one of {listed(choices)}")
 
     # ---------------------------------------------------------------- lists of scalars
     def vector(self, length: int = 3, bounds: Bounds | None = None) -> tuple[float, ...]:
@@ -141,52 +172,51 @@ class Node:
         return names
 
 
-class _Loader(yaml.SafeLoader):
-    """The safe loader that reads `1e-6` as a number, as YAML 1.2 does and PyYAML does not, and
-    refuses a key given twice, which YAML forbids and PyYAML lets pass.
-    """
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """A mapping; raises a YAMLError for a repeated key."""
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {key} twice", node.start_mark
-                )
-        return super().construct_mapping(node, deep=deep)
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"),
-    list("-+.0123456789"),
-)
-
-
 def read_document(path: Path, format_name: str | None = None) -> Node:
     """The YAML document of a file; its key `format`, if asked for, must have the given value.
 
-    Raises DocumentError (a ValueError) when the file cannot be read, is no YAML or has another
-    format.
+    Raises DocumentError (a ValueError) when the file cannot be read, is no YAML, goes beyond the
+    limits of `yaml_reading` or has another format.
     """
+    text = _text(path)
     try:
-        value = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
-    except OSError as reason:
-        raise DocumentError(f"{path}: expected a readable file, got {reason.strerror}") from reason
-    except (yaml.YAMLError, UnicodeDecodeError) as reason:
-        raise DocumentError(
-            f"{path}: expected YAML, got {' '.join(str(reason).split())}"
-        ) from reason
-    node = Node(str(path), "", value)
+        value, source = read_yaml(text)
+    except yaml.YAMLError as reason:
+        raise DocumentError(_refusal(path, reason)) from reason
+    node = Node(str(path), "", value, source)
     if format_name is not None:
         children = node.mapping()
         if "format" not in children:
-            raise DocumentError(
-                f"{path}: document: expected the key format: {format_name}, got none"
-            )
+            raise node.error(f"the key format: {format_name}", "none")
         children["format"].choice([format_name])
     return node
+
+
+def _text(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as reason:  # a ValueError: a name with a null character
+        got = getattr(reason, "strerror", None) or reason
+        raise DocumentError(f"{path}: expected a readable file, got {got}") from reason
+    if len(content) > LARGEST_FILE:
+        raise DocumentError(f"{path}: expected at most {LARGEST_FILE} bytes, got more")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as reason:
+        line = content.count(b"\n", 0, reason.start) + 1
+        raise DocumentError(
+            f"{path}:{line}: expected text in UTF-8, got byte {content[reason.start]:#04x}"
+        ) from reason
+
+
+def _refusal(path: Path, reason: yaml.YAMLError) -> str:
+    mark = getattr(reason, "problem_mark", None)
+    line = "" if mark is None else f":{mark.line + 1}"
+    told = [getattr(reason, part, None) for part in ("context", "problem")]
+    got = " ".join(filter(None, told)) or " ".join(str(reason).split())
+    said = got if got.startswith("expected") else f"expected YAML, got {got}"
+    return f"{path}{line}: {said}"
 
 
 def data_file(*parts: str) -> Path:
@@ -206,13 +236,17 @@ def find_document(name: str | Path, folder: str, kind: str) -> Path:
     """
     if str(name) in shipped_names(folder):
         return data_file(folder, f"{name}.yaml")
-    path = Path(name)
-    if path.suffix in (".yaml", ".yml") and path.is_file():
-        return path
+    if is_document(name):
+        return Path(name)
     raise ValueError(
         f"{kind}: expected one of {', '.join(shipped_names(folder))} or the path of a YAML file, "
-        f"got {name}"
+        f"got {shortened(str(name))}"
     )
+
+
+def is_document(name: str | Path) -> bool:
+    """Whether there is a YAML file at a path."""
+    return Path(name).suffix in (".yaml", ".yml") and os.path.isfile(name)
 
 
 def is_name(value: Any) -> bool:
@@ -224,9 +258,8 @@ def is_name(value: Any) -> bool:
     return isinstance(value, str) and re.fullmatch(r"[A-Za-z0-9_-]+", value) is not None
 
 
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _range(low: float, high: float, above: float) -> str:
@@ -241,10 +274,7 @@ def named_entries(node: Node) -> dict[str, Node]:
     if isinstance(node.value, dict):
         for key in node.value:
             if not isinstance(key, str):
-                raise DocumentError(
-                    f"{node.file}: {node.key or 'document'}: expected names as text, got {key!r}; "
-                    "put it into quotes"
-                )
+                raise node.error("names as text", f"{quoted(key)}; put it into quotes")
     return node.mapping()
 
 
@@ -261,14 +291,8 @@ def open_fields(
     for key in children:
         meant = get_close_matches(key, absent, n=1, cutoff=ALIKE)
         if meant and key not in required and key not in optional:
-            raise DocumentError(
-                f"{node.file}: {node.key or 'document'}: expected the key {meant[0]}, got {key}; "
-                f"write {meant[0]}"
-            )
+            raise node.error(f"the key {meant[0]}", f"{shortened(key)}; write {meant[0]}")
     for key in required:
         if key not in children:
-            raise DocumentError(
-                f"{node.file}: {node.key or 'document'}: expected the key {key}, "
-                f"got {', '.join(children) or 'nothing'}"
-            )
+            raise node.error(f"the key {key}", listed(children))
     return children

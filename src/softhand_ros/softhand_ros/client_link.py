@@ -27,16 +27,21 @@ class ClientLink:
     Args:
         name: of the node.
         domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
+        namespace: of the nodes that it talks to; empty: the root.
     """
 
-    def __init__(self, name: str, domain: int | None = None) -> None:
+    def __init__(self, name: str, domain: int | None = None, namespace: str = "") -> None:
         self._heard = 0  # messages so far
         self._context = Context()
         rclpy.init(
             context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
         )
         self.node = Node(
-            name, context=self._context, enable_rosout=False, start_parameter_services=False
+            name,
+            context=self._context,
+            namespace=namespace,
+            enable_rosout=False,
+            start_parameter_services=False,
         )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)

@@ -4,17 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from threading import Event, Thread
+from typing import Protocol, Self
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from softhand_ros.topics import RELIABLE
+from softhand_ros.topics import RELIABLE, full_name
 
 REPORT_PERIOD = 1.0  # wall time between reports (REP-107) [s]
-OK, WARN = 0, 1
+OK, WARN, ERROR = 0, 1, 2
+PREPARING = "preparing"  # key of a report whose node does not serve yet
+QUOTED = 200  # characters of what is quoted from outside
+
+
+def cut(text: str) -> str:
+    """What is quoted from outside, short enough for the log and for /diagnostics.
+
+    >>> len(cut("x" * 10_000_000))
+    200
+    """
+    return text if len(text) <= QUOTED else f"{text[: QUOTED - 3]}..."
 
 
 class Status(Protocol):
@@ -39,22 +51,23 @@ class Status(Protocol):
 
 @dataclass(frozen=True)
 class Report:
-    """A status with warnings, which are its sentence; without any it is `well`."""
+    """A status with errors and warnings, which are its sentence; without any it is `well`."""
 
     name: str
     well: str
     warnings: Sequence[str] = ()
     values: Mapping[str, str] = field(default_factory=dict)
+    errors: Sequence[str] = ()
 
     @property
     def level(self) -> int:
-        """WARN when there is a warning."""
-        return WARN if any(self.warnings) else OK
+        """ERROR when there is an error, WARN when there is a warning."""
+        return ERROR if any(self.errors) else WARN if any(self.warnings) else OK
 
     @property
     def message(self) -> str:
-        """The warnings, else that all is well."""
-        return "; ".join(filter(None, self.warnings)) or self.well
+        """The errors and the warnings, else that all is well."""
+        return "; ".join(filter(None, (*self.errors, *self.warnings))) or self.well
 
 
 class Diagnostics:
@@ -63,7 +76,7 @@ class Diagnostics:
     Args:
         node: whose it is.
         name: of the node, before the names of its parts.
-        hardware: what the reports are about.
+        hardware: what the reports are about. Both get the node's namespace in front.
         topic, qos: where they are published.
     """
 
@@ -75,7 +88,8 @@ class Diagnostics:
         topic: str = "/diagnostics",
         qos: QoSProfile = RELIABLE,
     ) -> None:
-        self._node, self._name, self._hardware = node, name, hardware
+        self._node = node
+        self._name, self._hardware = full_name(node, name), full_name(node, hardware)
         self._publisher = node.create_publisher(DiagnosticArray, topic, qos)
 
     def publish(self, reports: Iterable[Status], stamp: Time | None = None) -> None:
@@ -92,3 +106,42 @@ class Diagnostics:
             hardware_id=self._hardware,
             values=[KeyValue(key=key, value=value) for key, value in report.values.items()],
         )
+
+
+class Preparation:
+    """Tells in the log and in /diagnostics what keeps a node from its work; a context.
+
+    Call it with a sentence: until the context ends a thread reports it once a second, as the
+    node's own is busy.
+
+    Args:
+        node: whose log it is.
+        diagnostics: of the node.
+        part: of the node that is prepared.
+    """
+
+    def __init__(self, node: Node, diagnostics: Diagnostics, part: str) -> None:
+        self._node, self._diagnostics, self._part = node, diagnostics, part
+        self._ready = Event()
+        self._thread: Thread | None = None
+
+    def __call__(self, sentence: str) -> None:
+        """Begin to tell it."""
+        self._node.get_logger().info(sentence)
+        report = Report(self._part, "", [sentence], {PREPARING: "yes"})
+
+        def tell() -> None:
+            self._diagnostics.publish([report])
+            while not self._ready.wait(REPORT_PERIOD):
+                self._diagnostics.publish([report])
+
+        self._thread = Thread(target=tell, name="preparation")
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ready.set()
+        if self._thread is not None:
+            self._thread.join()

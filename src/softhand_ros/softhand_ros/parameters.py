@@ -1,11 +1,14 @@
-"""Node parameters: one table a node, for the declaration, the help and the documentation."""
+"""Node parameters: one table a node, for the declaration, the help and the documentation.
+
+The help tells of topics and services, too.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import rclpy
 from rcl_interfaces.msg import (
@@ -87,6 +90,17 @@ class Parameter:
 Table = Sequence[Parameter]
 
 
+class Offer(NamedTuple):
+    """A topic or a service of a node: way (pub, sub or srv), name, kind of message as ROS writes
+    it, and what it means. <channel> in a name stands for each of the hand's.
+    """
+
+    way: str
+    name: str
+    kind: str
+    meaning: str
+
+
 def declare(node: Node, table: Table) -> dict[str, Any]:
     """Declare the parameters of a table on `node`; their values by name.
 
@@ -125,29 +139,47 @@ def follow_simulated_time(node: Node) -> None:
         node.set_parameters([rclpy.Parameter(SIM_TIME, value=True)])
 
 
-def usage(command: str, purpose: str, table: Table) -> str:
-    """What `command --help` prints: every parameter with its description and default.
+def usage(command: str, purpose: str, table: Table, offers: Sequence[Offer]) -> str:
+    """What `command --help` prints: every parameter, topic and service with its meaning.
 
     Args:
         command: its name.
         purpose: what the node does, a sentence.
         table: of its parameters.
+        offers: its topics and services.
     """
     lines = [
-        f"usage: {command} [--ros-args -p NAME:=VALUE ... --params-file FILE]",
+        f"usage: {command} [--ros-args -p NAME:=VALUE ... --params-file FILE -r __ns:=/NAMESPACE]",
         "",
         purpose,
-        "Topics and services stand in docs/reference/topics-and-services.md.",
-        "Parameters, * for those that may change while it runs:",
         "",
+        *parameter_lines(table),
+        "",
+        *offer_lines(offers),
     ]
+    return "\n".join(lines)
+
+
+def parameter_lines(table: Table) -> list[str]:
+    """Parameters for the help, a line each."""
+    lines = ["Parameters, * for those that may change while it runs:", ""]
     width = max(len(row.name) for row in table)
     for row in table:
         mark = " " if row.read_only else "*"
         domain = f"{row.domain}; " if row.domain else ""
         default = f"({domain}default: {json.dumps(row.default)})"
         lines.append(f"{mark} {row.name:<{width}} {row.text} {default}")
-    return "\n".join(lines)
+    return lines
+
+
+def offer_lines(offers: Sequence[Offer]) -> list[str]:
+    """Topics and services for the help, a line each."""
+    lines = ["Topics it publishes (pub) and hears (sub), and services (srv):", ""]
+    names = max(len(row.name) for row in offers)
+    types = max(len(row.kind) for row in offers)
+    for row in offers:
+        lines.append(f"  {row.way} {row.name:<{names}}  {row.kind:<{types}}  {row.meaning}")
+    return lines
 
 
 def markdown(table: Table) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import signal
 import sys
 from collections.abc import Callable
@@ -48,8 +49,7 @@ def run_node(
         Exit status: 0 after a signal, 1 after a failure, 2 for parameters, names or files that
         cannot be used. An error is printed in one line.
     """
-    if usage and {"-h", "--help"} & set(sys.argv[1:] if args is None else args):
-        print(usage)
+    if usage and helped(usage, args):
         return 0
     stop = Event()
     # Event.set from a handler of its own: rclpy's would end the context under the node's feet
@@ -71,6 +71,23 @@ def run_node(
             node.close()
         rclpy.try_shutdown()
     return status
+
+
+def helped(usage: str, args: list[str] | None) -> bool:
+    """Whether the command line asks for help, which is printed then."""
+    asked = bool({"-h", "--help"} & set(sys.argv[1:] if args is None else args))
+    if asked:
+        print(usage)
+    return asked
+
+
+def start_node(usage: str, module: str, args: list[str] | None = None) -> int:
+    """Print the help if it is asked for, else load the module of a node and run its `main`.
+
+    What a node computes with takes a second to load and more on a busy machine; its help does not
+    wait for that.
+    """
+    return 0 if helped(usage, args) else int(importlib.import_module(module).main(args))
 
 
 def _fail(name: str, error: Exception, status: int) -> int:

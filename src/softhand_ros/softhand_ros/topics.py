@@ -25,6 +25,20 @@ def latched(depth: int) -> QoSProfile:
     )
 
 
+def full_name(node: Node, name: str) -> str:
+    """A name of a frame, a part or another node in the namespace of `node`, as in `left/wrist`."""
+    return f"{node.get_namespace()}/{name}".strip("/")
+
+
+def clock_conflict(node: Node) -> str:
+    """What to say when several nodes publish /clock; empty when all is well."""
+    count = node.count_publishers("/clock")
+    if count < 2:
+        return ""
+    told = "two" if count == 2 else count
+    return f"{told} nodes publish /clock: start all but one with publish_clock:=false"
+
+
 def stamp_of(nanoseconds: int) -> Time:
     """Stamp of a time [ns]."""
     sec, nanosec = divmod(nanoseconds, SECOND)

@@ -6,9 +6,9 @@ import pytest
 from grasp_strategies.ros.messages import (
     Feed,
     read_air_state,
-    read_driver_fault,
     read_force,
     read_pose,
+    read_report,
     read_touching,
 )
 
@@ -92,23 +92,42 @@ def test_a_contact_name_that_is_no_pair_is_refused():
 
 
 def status(name, level, message):
-    return Fields(name=name, level=bytes([level]), message=message)
+    return Fields(name=name, level=bytes([level]), message=message, values=[])
 
 
-def test_a_fault_of_the_driver_is_its_errors_only():
-    message = Fields(
-        status=[
-            status("pneumaticbox: sensors", 1, "no sample"),
-            status("pneumaticbox: safety", 2, "vented until reset"),
-            status("hand_sim: simulation", 2, "diverged"),
-        ]
-    )
-    assert read_driver_fault(message) == "vented until reset"
+def report_of(*statuses, node="pneumaticbox"):
+    return read_report(Fields(status=list(statuses)), node, 1.0)
 
 
-def test_a_driver_without_errors_takes_its_fault_back_and_others_say_nothing_of_it():
-    assert read_driver_fault(Fields(status=[status("pneumaticbox: safety", 0, "fine")])) == ""
-    assert read_driver_fault(Fields(status=[status("hand_sim: simulation", 2, "x")])) is None
+def test_what_a_node_says_is_told_from_what_others_say():
+    own = [status("pneumaticbox: sensors", 1, "no sample"), status("pneumaticbox", 0, "well")]
+    others = [status("hand_sim: simulation", 2, "diverged"), status("pneumaticbox2: a", 2, "x")]
+    report = report_of(*others, *own)
+    assert (report.worst, report.fault, report.preparing) == ("no sample", "", False)
+    assert report_of(*others) is None
+
+
+def test_a_fault_is_an_error_or_a_driver_that_is_disabled():
+    warned = status("pneumaticbox: sensors", 1, "no sample")
+    vented = status("pneumaticbox: safety", 2, "vented until reset")
+    disabled = status("pneumaticbox: safety", 1, "disabled: valves are closed")
+    assert report_of(warned, vented).fault == "vented until reset"
+    assert report_of(warned, disabled).fault == "disabled: valves are closed"
+    assert report_of(warned, status("pneumaticbox: safety", 0, "in operation")).fault == ""
+
+
+def test_a_fault_of_another_hand_is_none_of_this_one():
+    vented = status("left/pneumaticbox: safety", 2, "vented until reset")
+    assert report_of(vented, node="left/pneumaticbox").fault == "vented until reset"
+    assert report_of(vented, node="right/pneumaticbox") is None
+    assert report_of(vented) is None
+
+
+def test_a_node_that_prepares_is_known_by_a_key():
+    compiling = status("hand_sim: simulation", 1, "compiling")
+    compiling.values = [Fields(key="preparing", value="yes")]
+    report = report_of(compiling, node="hand_sim")
+    assert (report.worst, report.fault, report.preparing) == ("compiling", "", True)
 
 
 def test_a_feed_keeps_the_last_good_contents_and_why_a_message_was_refused():

@@ -17,6 +17,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
 
 from grasp_strategies.ros.parameters import PARAMETERS
 from softhand_bringup.processes.launcher import Launcher, NodeCommand
@@ -160,6 +161,68 @@ def test_without_lowering_the_hand_goes_on_holding(start, bench, peer):
     assert min(peer.states[-1].position) > 1e-5
 
 
+def test_who_joins_late_reads_the_last_phase_alone(start, bench, peer, domain, tmp_path):
+    bench("--factor", "4")
+    start()
+    assert peer.answer(peer.grasp()).success
+    peer.await_phase("done")
+    late = SequencerPeer(domain, tmp_path)
+    late.await_phase("done")
+    late.spin(0.2)
+    assert late.phases() == ["done"]
+    late.close()
+
+
+# ---------------------------------------------------------------- who commands the air
+def test_the_sequencer_is_a_commander_while_a_strategy_runs_and_not_before_or_after(
+    start, bench, peer
+):
+    bench("--factor", "2")
+    start()
+
+    def commanders():
+        return peer.node.count_publishers("pneumaticbox/command")
+
+    future = peer.grasp()
+    assert commanders() == 0
+    peer.await_phase("close")
+    assert commanders() == 1
+    assert peer.answer(future).success
+    peer.wait(lambda: commanders() == 0, 2.0, "an end of the commander")
+
+
+def test_a_hand_that_holds_on_is_commanded_until_the_sequencer_is_killed(start, bench, peer):
+    bench("--factor", "4", "--command-timeout", "3")
+    process = start(lower_and_release=False)
+    assert peer.answer(peer.grasp()).success
+    peer.diagnosis("holding what was grasped")
+    peer.spin(2.0)  # 8 s of simulated time
+    assert min(peer.states[-1].position) > 1e-5
+    process.send(signal.SIGKILL)
+    peer.wait(lambda: max(peer.states[-1].position) == 0.0, 5.0, "empty channels")
+
+
+def test_what_is_held_is_left_to_another_commander(start, bench, peer):
+    bench("--factor", "4")
+    start(lower_and_release=False)
+    assert peer.answer(peer.grasp()).success
+    peer.diagnosis("holding what was grasped")
+    peer.publish(JointTrajectory, "pneumaticbox/command", JointTrajectory())
+    peer.diagnosis("idle")
+    peer.wait(lambda: peer.node.count_publishers("pneumaticbox/command") == 1, 2.0, "one commander")
+
+
+def test_a_second_sequencer_does_not_start_unless_it_shall(start, launcher, peer, write_strategy):
+    start()
+    peer.wait(peer.listen(String, "grasp/phase", LATCHED).__len__, 10.0, "the first one's phase")
+    module = "grasp_strategies.ros.node"
+    second = launcher.start(NodeCommand("second", module, {"use_sim_time": True}))
+    assert second.wait(20.0) == 2
+    assert "another sequencer publishes /grasp/phase" in second.last_words()
+    launcher.start(NodeCommand("third", module, {"use_sim_time": True, "allow_second": True}))
+    peer.diagnosis("another sequencer publishes /grasp/phase")
+
+
 def test_a_simulator_that_is_started_last_is_waited_for(start, bench, peer):
     start()
     future = peer.grasp()
@@ -258,6 +321,17 @@ def test_a_driver_that_vents_by_itself_ends_the_grasp_with_its_reason(start, ben
     assert "the driver reports: vented until pneumaticbox/reset" in answer.message
 
 
+def test_a_driver_that_is_disabled_ends_the_grasp_at_once_with_that_reason(start, bench, peer):
+    bench("--factor", "0.5")
+    start()
+    future = peer.grasp()
+    peer.await_phase("approach")
+    peer.call(SetBool, "pneumaticbox/enable", data=False)
+    answer = peer.answer(future, limit=0.5)
+    assert not answer.success
+    assert "the driver reports: disabled" in answer.message
+
+
 def test_an_abort_that_the_driver_refuses_is_told(start, bench, peer):
     bench("--factor", "5", "--refuse-vent")
     start()
@@ -311,6 +385,16 @@ def test_a_missing_node_is_named_after_the_time_out(start, bench, peer, parts, t
     for words in ["after 1.5 s of waiting", *missing]:
         assert words in answer.message
     assert f"is {there} running" not in answer.message
+
+
+def test_a_node_that_is_preparing_is_waited_for_and_named_with_its_words(start, bench, peer):
+    start(connect_time_out=1.0)
+    bench("--factor", "4", "--preparing", "4")
+    peer.diagnosis("compiling")
+    future = peer.grasp()
+    status = peer.diagnosis("waiting: ")
+    assert "hand_sim reports: compiling the numerical kernels" in status.message
+    assert peer.answer(future).success
 
 
 def test_a_bench_that_ends_in_mid_grasp_fails_the_grasp_by_name(start, bench, peer):
@@ -462,6 +546,6 @@ def test_the_shipped_configuration_is_accepted_and_names_every_parameter(launche
     arguments = ("--ros-args", "--params-file", str(config))
     launcher.start(NodeCommand("sequencer", "grasp_strategies.ros.node", arguments=arguments))
     assert peer.diagnosis("idle").hardware_id == "rbo_hand_2"
-    shipped = yaml.safe_load(config.read_text())["/**/grasp_sequencer"]["ros__parameters"]
+    shipped = yaml.safe_load(config.read_text())["/**"]["ros__parameters"]
     names = {f"strategy.{name}" for name in shipped.pop("strategy")} | set(shipped)
     assert names == {parameter.name for parameter in PARAMETERS} | {"use_sim_time"}

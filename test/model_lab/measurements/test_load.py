@@ -226,7 +226,7 @@ def test_wrong_headers_are_named(tmp_path, text, part):
 def test_an_experiment_that_the_lab_does_not_know_is_refused_before_its_runs_are_read(tmp_path):
     folder = write_set(tmp_path, document(experiment="pumping", runs={"r1": {"mode": "slow"}}))
     assert _message(folder) == (
-        f"{folder / 'experiment.yaml'}: experiment: expected one of {', '.join(OUTPUTS)}, "
+        f"{folder / 'experiment.yaml'}:2: experiment: expected one of {', '.join(OUTPUTS)}, "
         "got 'pumping'"
     )
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pybullet
 import pytest
+from scipy.integrate import trapezoid
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -84,7 +85,7 @@ def test_volume_of_the_pieces_is_that_of_the_actuator_between_first_joint_and_ti
     x = np.linspace(0.1 * LENGTH, LENGTH, 2001)
     finger = chain.actuators["finger"]
     unit = ConvexHull(hull_section()).volume
-    exact = unit * np.trapezoid(finger.height(x) * finger.width(x), x)
+    exact = unit * trapezoid(finger.height(x) * finger.width(x), x)
     ball = MARGIN * sphere(60)
     total = 0.0
     for piece in collision_hulls(chain, 5):

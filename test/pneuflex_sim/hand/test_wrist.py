@@ -70,6 +70,14 @@ def test_an_unusable_target_is_refused_and_the_last_one_stands(position, orienta
     np.testing.assert_array_equal(wrist.state.target_position, np.zeros(3))
 
 
+@pytest.mark.parametrize("place", [(0, 0, 2.1), (-1e308, 0, 0), (0, np.inf, 0)])
+def test_a_target_outside_of_the_workspace_is_refused(place):
+    wrist = new_wrist()
+    with pytest.raises(ValueError, match="position: expected"):
+        wrist.command(place, UPRIGHT)
+    wrist.command((2.0, -2.0, 2.0), UPRIGHT)
+
+
 def test_parameters_must_be_positive():
     with pytest.raises(ValueError, match="force_limit: expected a positive number, got 0"):
         WristParameters(force_limit=0)

@@ -12,7 +12,7 @@ CONFIG = Path(__file__).parents[3] / "src/pneuflex_sim/config/hand_sim.yaml"
 
 
 def test_the_shipped_configuration_holds_every_parameter_with_its_default():
-    shipped = yaml.safe_load(CONFIG.read_text())["/**/hand_sim"]["ros__parameters"]
+    shipped = yaml.safe_load(CONFIG.read_text())["/**"]["ros__parameters"]
     assert shipped == {parameter.name: parameter.default for parameter in PARAMETERS}
 
 

@@ -209,7 +209,7 @@ def test_a_repeated_stamp_repeats_the_answer():
     rig.command(30 * MG, 30 * MG)
     rig.run(0.02)
     before = rig.box.valves.copy()
-    again = rig.box.on_sample(rig.box.time, np.array([9e5, 9e5, 0.0]))
+    again = rig.box.on_sample(rig.box.time, np.array([9e5, 9e5, 1e5]))
     np.testing.assert_array_equal(again, before)
     assert not rig.box.latch
 

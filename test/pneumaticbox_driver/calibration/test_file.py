@@ -65,7 +65,7 @@ def test_the_file_says_which_box_when_by_what_and_on_what(saved):
 def test_format_1_is_refused_by_name_with_the_command_that_makes_a_new_one(saved):
     saved.write_text(saved.read_text().replace("calibration/2", "calibration/1"))
     with pytest.raises(
-        ValueError, match="box.yaml: format: expected pneumaticbox-calibration/2"
+        ValueError, match="box.yaml:2: format: expected pneumaticbox-calibration/2"
     ) as e:
         load_calibration(saved, 1)
     assert "`calibrate --output FILE`" in str(e.value)
@@ -77,7 +77,11 @@ def test_format_1_is_refused_by_name_with_the_command_that_makes_a_new_one(saved
         ("outlet: 3", "outlt: 3", "outlets[0]: expected a mapping with the key outlet"),
         ("date: ", "day: ", "expected the key date"),
         ("conductance: ", "conductivity: ", "outlets[0].leak: expected the key conductance"),
-        ("volume: 0.0005", "volume: -1.0", "volume: expected a number above 0, got -1.0"),
+        (
+            "volume: 0.0005",
+            "volume: -1.0",
+            "volume: expected a number from 1e-09 to 10 m3, got -1.0",
+        ),
     ],
 )
 def test_a_damaged_file_is_refused_by_key_expected_and_got(saved, old, new, expected):
@@ -85,7 +89,7 @@ def test_a_damaged_file_is_refused_by_key_expected_and_got(saved, old, new, expe
     with pytest.raises(ValueError) as error:
         load_calibration(saved, 1, outlets=(3,))
         load_box_note(saved)
-    assert "box.yaml: " in str(error.value) and expected in str(error.value)
+    assert "box.yaml:" in str(error.value) and expected in str(error.value)
 
 
 def test_an_outlet_that_was_not_calibrated_is_refused(saved):

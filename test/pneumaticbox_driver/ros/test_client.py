@@ -40,10 +40,14 @@ def test_only_messages_refused_since_the_beginning_are_complained_of():
 
 
 @pytest.fixture
-def box(domain, launcher, peer):
-    """A client of a driver with two bottles; `peer` has set the environment."""
-    launcher.start(NodeCommand("driver", MODULE, {**BOX, **EMBEDDED}))
-    with PneumaticboxClient(domain=domain) as box:
+def box(request, domain, launcher, peer):
+    """A client of a driver with two bottles, in the namespace that the test asks for; `peer` has
+    set the environment.
+    """
+    namespace = getattr(request, "param", "")
+    remappings = {"__ns": f"/{namespace}"} if namespace else {}
+    launcher.start(NodeCommand("driver", MODULE, {**BOX, **EMBEDDED}, remappings=remappings))
+    with PneumaticboxClient(domain=domain, namespace=namespace) as box:
         yield box
 
 
@@ -64,6 +68,7 @@ def test_it_brings_the_box_to_masses_and_watches_it(box):
     assert "commands are taken" in box.start()
 
 
+@pytest.mark.parametrize("box", ["left"], indirect=True)
 def test_what_the_box_refuses_is_raised_with_its_sentence(box):
     with pytest.raises(PneumaticboxError, match="got 'force'"):
         box.configure(control_mode="force")

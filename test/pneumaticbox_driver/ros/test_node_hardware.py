@@ -64,6 +64,8 @@ def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer,
     )
     fault.touch()
     peer.diagnosis("safety", "backend hardware: the board's cable is unplugged", keep_going=False)
+    fault.write_text("KeyError")  # a bug of the board's own ends the driver no more than its cable
+    peer.diagnosis("safety", "backend hardware: KeyError: \"the board's cable", keep_going=False)
     refused = peer.call(Trigger, "pneumaticbox/reset")
     assert not refused.success and "no usable sensor sample" in refused.message
     fault.unlink()
@@ -71,4 +73,6 @@ def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer,
     peer.diagnosis("safety", "vented until pneumaticbox/reset", keep_going=False)
     assert peer.call(Trigger, "pneumaticbox/reset").success
     assert peer.diagnosis("safety", "in operation", keep_going=False)
-    assert on_board.output().count("cable is unplugged") == 1
+    assert on_board.output().count("hardware: the board's cable is unplugged") == 1
+    print(on_board.output())
+    assert on_board.output().count("in _check\n") == 1  # the traceback

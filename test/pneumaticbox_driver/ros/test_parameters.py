@@ -40,6 +40,6 @@ def test_outlets_are_one_a_channel_counted_from_one(given):
 
 def test_every_parameter_stands_in_the_shipped_file_with_its_default():
     file = Path(__file__).parents[3] / "src/pneumaticbox_driver/config/pneumaticbox.yaml"
-    shipped = yaml.safe_load(file.read_text())["pneumaticbox"]["ros__parameters"]
+    shipped = yaml.safe_load(file.read_text())["/**"]["ros__parameters"]
     shipped.pop("use_sim_time")
     assert shipped == {parameter.name: parameter.default for parameter in PARAMETERS}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
 from pneuflex_sim.simulation import Simulation, SimulationConfig
@@ -45,7 +46,7 @@ def test_a_finger_of_constant_section_has_the_volume_of_its_curvature():
     parts = [part for chain in hand.chains for part in chain.actuators.values()]
     free = FreeVolumes(hand)
     expected = sum(
-        np.trapezoid(part.chamber_volume_per_length(x, part.free_curvature(20e3, x)), x)
+        trapezoid(part.chamber_volume_per_length(x, part.free_curvature(20e3, x)), x)
         + part.supply_volume
         for part in parts
         for x in [np.linspace(0.0, part.length, 2001)]

@@ -155,7 +155,7 @@ def test_the_code_of_a_model_file_is_run_on_request_alone(file, tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     model = tmp_path / "model.yaml"
     model.write_text(MODEL.format(file="own.py", rest="parameters: {size: 1.0}"))
-    with pytest.raises(ValueError, match=r"model.yaml: effects\[0\].file: .*--allow-effect-files"):
+    with pytest.raises(ValueError, match=r"effects\[0\].file: .*--allow-effect-files"):
         load_model(model)
     assert not (tmp_path / "ran").exists()
     assert load_model(model, allow_effect_files=True).effects[0].values == {"size": 1.0}

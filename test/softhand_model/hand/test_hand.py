@@ -377,7 +377,10 @@ def test_own_actuators_are_of_the_rubber_of_the_shipped_ones_unless_they_say(tmp
         # 11.2 cm3 of rubber
         (own(mass=0.001), "mass: expected a number from 0.00112 to 0.224 kg for this volume of"),
         (own(mass=12), "to 0.224 kg for this volume of rubber, got 12"),
-        (broken(set_in("types", value={"P5": OWN})), "types: expected names other than those of"),
+        (
+            broken(set_in("types", value={"P5": OWN})),
+            "types.P5: expected a name other than those of",
+        ),
         (broken(set_in("types", value=[])), "types: expected a mapping, got []"),
         (
             broken(set_in("types", value={"stub": OWN})).replace("type: P10.thumb", "type: nail"),

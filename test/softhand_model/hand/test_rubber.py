@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.differentiate import derivative
 from scipy.integrate import solve_ivp
 
 from softhand_model.hand import rubber
@@ -58,10 +57,14 @@ def test_strain_invariant_at_three():
     assert rubber.strain_invariant(1.0) == 0.0
 
 
+def derivative(function, x, step=1e-4):
+    return (function(x + step) - function(x - step)) / (2.0 * step)
+
+
 def test_gent_factor_is_the_gradient_ratio_of_the_energies():
     jm, modulus, stretch = 100.0, 67e3, 3.0
-    gent = derivative(lambda lam: rubber.gent_energy(lam, modulus, jm), stretch).df
-    neo = derivative(lambda lam: modulus / 2 * rubber.strain_invariant(lam), stretch).df
+    gent = derivative(lambda lam: rubber.gent_energy(lam, modulus, jm), stretch)
+    neo = derivative(lambda lam: modulus / 2 * rubber.strain_invariant(lam), stretch)
     assert gent / neo == pytest.approx(rubber.gent_factor(stretch, jm))
     assert gent / neo == pytest.approx(1.0765, abs=1e-4)
 
@@ -81,7 +84,7 @@ def test_mooney_rivlin_bounds_at_three():
 
     j1 = rubber.strain_invariant(3.0)
     assert energy(j1) / (c10 * j1) - 1 == pytest.approx(rubber.mooney_rivlin_energy_error(3.0))
-    assert derivative(energy, j1).df / c10 - 1 == pytest.approx(
+    assert derivative(energy, j1) / c10 - 1 == pytest.approx(
         rubber.mooney_rivlin_stiffness_error(3.0)
     )
     assert rubber.mooney_rivlin_energy_error(3.0) == pytest.approx(0.034, abs=5e-4)

@@ -14,11 +14,12 @@ import numpy as np
 
 from grasp_strategies.pose import Pose
 from grasp_strategies.scene import Array
+from softhand_ros.diagnostics import PREPARING
 
 WORLD = "world"
 OBJECT = "object"
-DRIVER_STATUS = "pneumaticbox:"  # how the names of the driver's diagnostics begin
-ERROR = b"\x02"  # diagnostic_msgs/DiagnosticStatus.ERROR
+SAFETY = ": safety"  # how the name of the driver's report ends that tells whether it works
+OK, ERROR = b"\x00", b"\x02"  # levels of diagnostic_msgs/DiagnosticStatus
 ADD = 0  # visualization_msgs/Marker.ADD; others delete
 
 
@@ -83,14 +84,36 @@ def read_touching(message: Any) -> frozenset[str]:
     return frozenset(body for pair in pairs if OBJECT in pair for body in pair if body != OBJECT)
 
 
-def read_driver_fault(message: Any) -> str | None:
-    """What the driver's part of a DiagnosticArray says is in error; empty when nothing is.
+@dataclass(frozen=True)
+class NodeReport:
+    """What a node said of itself last.
 
-    None when the message is not the driver's.
+    `worst`: its worst sentence; `fault`: why it does not do its work, empty when it does;
+    `preparing`: not at work yet; `heard`: at which wall time [s].
     """
-    own = [status for status in message.status if status.name.startswith(DRIVER_STATUS)]
-    faults = [status.message for status in own if status.level >= ERROR]
-    return "; ".join(faults) if own else None
+
+    worst: str
+    fault: str
+    preparing: bool
+    heard: float
+
+
+def read_report(message: Any, node: str, heard: float) -> NodeReport | None:
+    """A node's part of a DiagnosticArray; None when the message is not that node's.
+
+    Its name has its namespace, as in `left/hand_sim`. A fault is what it calls an error, or that
+    its safety is not in operation: a driver that is disabled.
+    """
+    own = [s for s in message.status if s.name == node or s.name.startswith(f"{node}:")]
+    if not own:
+        return None
+    faults = [s for s in own if s.level >= ERROR or (s.name.endswith(SAFETY) and s.level > OK)]
+    return NodeReport(
+        worst=str(max(own, key=lambda status: status.level).message),
+        fault="; ".join(status.message for status in faults),
+        preparing=any(pair.key == PREPARING for status in own for pair in status.values),
+        heard=heard,
+    )
 
 
 @dataclass

@@ -19,6 +19,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from grasp_strategies.judge import GraspResult
+from grasp_strategies.ros.interface import HELP
 from grasp_strategies.ros.parameters import (
     GRASP_SERVICES,
     LOWER_AND_RELEASE,
@@ -31,14 +32,16 @@ from grasp_strategies.sequencer import FAILED, VENT, Sequencer, abort_scene
 from grasp_strategies.strategy import Strategy, load_strategy
 from softhand_model.hand.hand import load_hand
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
-from softhand_ros.parameters import declare, follow_simulated_time, usage
+from softhand_ros.parameters import declare, follow_simulated_time
 from softhand_ros.run_node import run_node
-from softhand_ros.topics import latched
+from softhand_ros.single import ALLOW_SECOND, Single
+from softhand_ros.topics import clock_conflict, latched
 
-PURPOSE = "Offers grasp services, each of which runs a strategy."
-IDLE = "idle"
+IDLE, HOLDING = "idle", "holding what was grasped"
+PHASE = "grasp/phase"
 UNEXPECTED = "ended by an error; see the log"
-LATCHED = latched(10)  # ten deep, so that phases that follow each other quickly all arrive
+LATCHED = latched(1)
+HOLD_PERIOD = 0.2  # [s] of wall time after which what is held is commanded again
 STILL = 5.0  # [s] of wall time without a tick that is worth a warning
 Result = TypeVar("Result")
 
@@ -118,14 +121,17 @@ class SequencerNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("grasp_sequencer", **options)
         declare(self, PARAMETERS)
+        self._single = Single(self, "sequencer", PHASE)
         follow_simulated_time(self)
         self._hand = load_hand(self.get_parameter("hand").value)
         hand_bodies = hand_body_names(chain.name for chain in self._hand.chains)
+        self._single.claim(self.get_parameter(ALLOW_SECOND.name).value)
         self._scene = TopicScene(self, hand_bodies)
+        self._holding = False
         self._run: Run | None = None
         self._last_result: GraspResult | None = None
         self._background = Background()
-        self._phase_topic = self.create_publisher(String, "grasp/phase", LATCHED)
+        self._phase_topic = self.create_publisher(String, PHASE, LATCHED)
         name, hand = self.get_name(), self._hand.name
         self._result_topic = Diagnostics(self, name, hand, "grasp/result", LATCHED)
         self._diagnostics = Diagnostics(self, name, hand)
@@ -134,6 +140,7 @@ class SequencerNode(Node):
         # on steady time: it must go on when simulated time stands still
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(REPORT_PERIOD, self._publish_diagnostics, clock=steady)
+        self.create_timer(HOLD_PERIOD, self._hold, clock=steady)
         self._phase_topic.publish(String(data=IDLE))
 
     def _create_services(self) -> None:
@@ -167,6 +174,7 @@ class SequencerNode(Node):
             )
         run = Run(self._strategy_of(service))
         self._run = run
+        self._scene.take_air()
         self._scene.resume()
         self._begin(lambda: self._work(run), run.ended, GraspResult.not_begun(UNEXPECTED))
         return run
@@ -235,7 +243,8 @@ class SequencerNode(Node):
     def _run_strategy(self, run: Run) -> GraspResult:
         action = self.get_parameter("abort_action").value
         try:
-            self._scene.connect(self.get_parameter("connect_time_out").value)
+            time_out = self.get_parameter("connect_time_out").value
+            self._scene.connect(time_out, functools.partial(self._wait_for, run))
             sequencer = Sequencer(
                 self._scene,
                 run.strategy,
@@ -262,6 +271,16 @@ class SequencerNode(Node):
         wanted = {LOWER_AND_RELEASE} if self.get_parameter(LOWER_AND_RELEASE).value else set()
         return frozenset(wanted) & strategy.options
 
+    def _wait_for(self, run: Run, what: str) -> None:
+        phase = f"waiting: {what}"
+        if phase != run.phase:
+            run.phase = phase
+            self.get_logger().info(f"{run.strategy.name}: {phase}", throttle_duration_sec=1.0)
+
+    def _hold(self) -> None:
+        if self._run is None:
+            self._holding = self._scene.go_on_holding()
+
     def _enter_phase(self, run: Run, phase: str) -> None:
         run.phase = phase
         self._phase_topic.publish(String(data=phase))
@@ -277,13 +296,16 @@ class SequencerNode(Node):
     def _publish_diagnostics(self) -> None:
         run, last, feeds = self._run, self._last_result, self._scene.feeds
         refusals = [f"refused {f.topic}: {f.last_refusal}" for f in feeds if f.last_refusal]
-        phase = f"{run.strategy.name}: {run.phase}" if run else IDLE
+        idle = HOLDING if self._holding else IDLE
+        phase = f"{run.strategy.name}: {run.phase}" if run else idle
         values = {"phase": phase, "last_result": f"{last.outcome}: {last.reason}" if last else ""}
         values |= {f"refused {feed.topic}": str(feed.refused) for feed in feeds}
-        warnings = (self._clock_warning(), *refusals)
+        warnings = (self._single.warning(), self._clock_warning(), *refusals)
         self._diagnostics.publish([Report("sequencer", phase, warnings, values)])
 
     def _clock_warning(self) -> str:
+        if conflict := clock_conflict(self):
+            return conflict
         if self.get_clock().ros_time_is_active:
             return self._clock_watch.warning(self.get_clock().now().nanoseconds, time.monotonic())
         if self.count_publishers("/clock"):
@@ -327,8 +349,7 @@ def run(node: SequencerNode, stop: threading.Event) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; `run_node` tells the exit status."""
-    help_text = usage("sequencer", PURPOSE, PARAMETERS)
-    return run_node("sequencer", SequencerNode, run, usage=help_text, args=args)
+    return run_node("sequencer", SequencerNode, run, usage=HELP, args=args)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from grasp_strategies.sequencer import ABORT_ACTIONS, CONTROL_STEP, VENT
 from softhand_ros.parameters import Parameter
+from softhand_ros.single import ALLOW_SECOND
 
 STRATEGY_PREFIX = "strategy."
 GRASP_SERVICES = ("push", "surface_constrained", "edge", "slide_to_wall")
@@ -47,5 +48,6 @@ PARAMETERS = (
         (0.1, 120.0),
         read_only=False,
     ),
+    ALLOW_SECOND,
     *map(_strategy_parameter, GRASP_SERVICES),
 )

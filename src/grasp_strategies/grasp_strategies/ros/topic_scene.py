@@ -24,22 +24,25 @@ from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import MarkerArray
 
+from grasp_strategies.ros.air_command import AirCommand
 from grasp_strategies.ros.messages import (
     WORLD,
     Feed,
+    NodeReport,
     read_air_state,
-    read_driver_fault,
     read_force,
     read_pose,
+    read_report,
     read_touching,
 )
 from grasp_strategies.scene import Array, Observation, SceneError
 from softhand_ros.topics import (
     NEWEST,
     TakenByHand,
+    clock_conflict,
+    full_name,
     seconds,
     stamp_of_seconds,
     subscribe_by_hand,
@@ -47,6 +50,8 @@ from softhand_ros.topics import (
 )
 
 SIMULATOR, DRIVER = "hand_sim", "driver"
+# by who publishes what is missing: name in /diagnostics, and in a sentence
+REPORTERS = {SIMULATOR: ("hand_sim", "the simulator"), DRIVER: ("pneumaticbox", "the driver")}
 SILENCE = 0.5  # [s] of scene time without a message of a topic ...
 SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
 FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken back stands
@@ -79,9 +84,9 @@ class TopicScene:
         self._air = self._feed(JointState, "pneumaticbox/state", DRIVER, read_air_state)
         self.feeds = (self._wrist, self._object, self._force, self._contacts, self._air)
         self._wrist_target = node.create_publisher(PoseStamped, "wrist/target_pose", 10)
-        self._air_command = node.create_publisher(JointTrajectory, "pneumaticbox/command", 10)
-        self._driver_fault = ""
-        node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_driver, 10)
+        self._air_command = AirCommand(node)
+        self._reports: dict[str, NodeReport] = {}
+        node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_others, 10)
         self._vent: Client = node.create_client(Trigger, "pneumaticbox/vent")
 
     def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
@@ -89,34 +94,59 @@ class TopicScene:
         return Feed(topic, source, read)
 
     # ---------------------------------------------------------------- waiting for the others
-    def connect(self, time_out: float) -> None:
+    def connect(self, time_out: float, on_wait: Callable[[str], None] = lambda what: None) -> None:
         """Wait until every topic delivers and every command has a listener.
 
-        Raises SceneError after `time_out` [s] of wall time, which names what is missing and who
-        should provide it, and when interrupted.
+        `on_wait` is told what is waited for. Raises SceneError after `time_out` [s] of wall time,
+        which names what is missing and who should provide it, and when interrupted. The time in
+        which a node reports that it is preparing does not count.
         """
         for feed in self.feeds:
             self._take(feed)  # what lies there may be from a simulator that has ended
             feed.forget()
         self._take_clock()
         self._simulated_time = None
-        self._await_end_of(self._missing, time_out)
-        # the driver tells once a second that a fault is over
-        self._await_end_of(lambda: self._driver_fault, FAULT_MEMORY)
+        self._await_end_of(self._missing, time_out, on_wait)
+        # both tell once a second that a fault is over
+        self._await_end_of(lambda: self._fault, FAULT_MEMORY, on_wait)
         self.channels = self._air.value.channels
 
-    def _await_end_of(self, obstacle: Callable[[], str], time_out: float) -> None:
+    def _await_end_of(
+        self, obstacle: Callable[[], str], time_out: float, on_wait: Callable[[str], None]
+    ) -> None:
         end = time.monotonic() + time_out
         while what := obstacle():
+            on_wait(what)
             if self._interrupted.wait(LOOK_PERIOD):
                 raise SceneError(f"aborted while waiting: {what}")
+            if self._preparing():
+                end = time.monotonic() + time_out
             if time.monotonic() > end:
                 raise SceneError(f"after {time_out:g} s of waiting: {what}")
 
-    def _hear_driver(self, message: DiagnosticArray) -> None:
-        fault = read_driver_fault(message)
-        if fault is not None:
-            self._driver_fault = fault and f"the driver reports: {fault}"
+    def _preparing(self) -> bool:
+        reports = filter(None, map(self._last_report, REPORTERS))
+        return any(report.preparing for report in reports)
+
+    def _last_report(self, source: str) -> NodeReport | None:
+        """What a node has said of itself last, if it was of late."""
+        report = self._reports.get(source)
+        recent = report is not None and time.monotonic() - report.heard < FAULT_MEMORY
+        return report if recent else None
+
+    def _hear_others(self, message: DiagnosticArray) -> None:
+        for source, (name, _) in REPORTERS.items():
+            report = read_report(message, full_name(self._node, name), time.monotonic())
+            if report is not None:
+                self._reports[source] = report
+        if self._fault:
+            self._guard.trigger()  # a strategy that sleeps ends at once
+
+    @property
+    def _fault(self) -> str:
+        """What driver and simulator report; empty when all is well."""
+        faults = {s: report.fault for s, report in self._reports.items() if report.fault}
+        return "; ".join(f"{REPORTERS[s][1]} reports: {fault}" for s, fault in faults.items())
 
     def _missing(self) -> str:
         """What is not there yet, by who should provide it; empty when all is there."""
@@ -129,15 +159,23 @@ class TopicScene:
         for feed in self.feeds:
             if feed.arrived is None:
                 absent.setdefault(feed.source, []).append(_complaint(feed))
-        for publisher, source in ((self._wrist_target, SIMULATOR), (self._air_command, DRIVER)):
-            if not publisher.get_subscription_count():
-                absent.setdefault(source, []).append(f"a subscriber of {publisher.topic_name}")
+        if not self._wrist_target.get_subscription_count():
+            topic = self._wrist_target.topic_name
+            absent.setdefault(SIMULATOR, []).append(f"a subscriber of {topic}")
+        if listener := self._air_command.missing():
+            absent.setdefault(DRIVER, []).append(listener)
         if not self._vent.service_is_ready():  # no motion before it can be aborted
             absent.setdefault(DRIVER, []).append(f"the service {self._vent.srv_name}")
         return "; ".join(
-            f"{', '.join(parts)} (is {source} running, and not paused?)"
-            for source, parts in absent.items()
+            f"{', '.join(parts)} ({self._reason(source)})" for source, parts in absent.items()
         )
+
+    def _reason(self, source: str) -> str:
+        """Why something of a node is missing: what it says of itself, or a guess."""
+        report = self._last_report(source)
+        if report is None:
+            return f"is {source} running, and not paused?"
+        return f"{source} reports: {report.sentence}"
 
     # ---------------------------------------------------------------- time
     @property
@@ -155,28 +193,29 @@ class TopicScene:
         """Sleep until the scene's time has gone on by `duration` [s] or `interrupt` was called.
 
         Simulated time may stand still as long as somebody publishes `/clock` (a paused simulation).
-        Raises SceneError when nobody does any more, and when time jumps back because the simulator
-        was reset.
+        Raises SceneError when nobody does any more, when time jumps back because the simulator was
+        reset, and at once when driver or simulator report a fault.
         """
         start = self.time
+        self._air_command.repeat(start)
         while (left := start + duration - self.time) > 1e-9 and not self._interrupted.is_set():
+            self._refuse_fault()
             if self._simulated:
                 self._await_clock()
             else:
                 self._wait(left, clock=False)
             if self.time < start - 1e-9:
                 raise SceneError(
-                    f"time jumped back from {start:.3f} s to {self.time:.3f} s: simulator reset"
+                    f"time jumped back from {start:.3f} s to {self.time:.3f} s: "
+                    f"{clock_conflict(self._node) or 'simulator reset'}"
                 )
 
     def _await_clock(self) -> None:
         ticked = self._wait(STILL_PERIOD, clock=True)
-        if (
-            not ticked
-            and not self._interrupted.is_set()
-            and not self._node.count_publishers("/clock")
-        ):
-            raise SceneError("/clock has no publisher any more (has hand_sim ended?)")
+        if not ticked and not self._interrupted.is_set():
+            self._refuse_fault()
+            if not self._node.count_publishers("/clock"):
+                raise SceneError("/clock has no publisher any more (has hand_sim ended?)")
         self._take_clock()
 
     def _wait(self, time_out: float, *, clock: bool) -> bool:
@@ -210,8 +249,15 @@ class TopicScene:
 
     def command_air(self, masses: Array) -> None:
         """Publish target air masses (channels,) [kg above rest], valid at once."""
-        point = JointTrajectoryPoint(positions=[float(mass) for mass in masses])
-        self._air_command.publish(JointTrajectory(joint_names=list(self.channels), points=[point]))
+        self._air_command.send(self.channels, masses.tolist(), self.time)
+
+    def take_air(self) -> None:
+        """Become a commander of the air; this and the next are for the executor's thread."""
+        self._air_command.begin()
+
+    def go_on_holding(self) -> bool:
+        """After a strategy: keep the air in the hand, if there is any; whether there is."""
+        return self._air_command.hold(obeyed=not self._fault)
 
     def vent(self) -> None:
         """Call the driver's vent.
@@ -219,7 +265,9 @@ class TopicScene:
         When it does not confirm, all air is commanded out and SceneError raised.
         """
         refusal = self._call_vent()
-        if refusal:
+        if not refusal:
+            self._air_command.forget()
+        else:
             if self.channels:
                 self.command_air(np.zeros(len(self.channels)))
             raise SceneError(refusal)
@@ -239,8 +287,7 @@ class TopicScene:
     # ---------------------------------------------------------------- observation
     def observe(self) -> Observation:
         """Return the newest of every topic; raises SceneError that names one that fell silent."""
-        if self._driver_fault:
-            raise SceneError(self._driver_fault)
+        self._refuse_fault()
         now, wall = self.time, time.monotonic()
         for feed in self.feeds:
             self._take(feed)
@@ -265,6 +312,10 @@ class TopicScene:
             air.pressure,
             self._contacts.value,
         )
+
+    def _refuse_fault(self) -> None:
+        if fault := self._fault:
+            raise SceneError(fault)
 
     def _take(self, feed: Feed) -> None:
         message = take(self._subscriptions[feed.topic])

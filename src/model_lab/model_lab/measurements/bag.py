@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from model_lab.aliases import Array, IntArray
+from softhand_model.quoted import listed, quoted, shortened
 from softhand_model.yaml_document import DocumentError
 
 SHOWN_FIELDS = 24  # of those a message has, in an error
@@ -42,7 +43,9 @@ class MessageField:
         while place < len(text) or not steps:
             step = _STEP.match(text, place)
             if step is None or (place == 0 and not step.group(1)):
-                raise ValueError(f"expected a field such as effort[a] or pose.x, got {text!r}")
+                raise ValueError(
+                    f"expected a field such as effort[a] or pose.x, got {quoted(text)}"
+                )
             steps.append((step.group(1) or step.group(2), step.group(1) is None))
             place = step.end()
         return cls(text, tuple(steps))
@@ -151,7 +154,7 @@ def read_bag_columns(
     with _opened(folder) as reader:
         for columns in by_topic.values():
             _check_topic(folder, reader, sources[columns[0]])
-        clock = _Clock(reader)
+        clock = _Clock(folder, reader)
         total = sum(reader.topics[topic].msgcount for topic in by_topic)
         counted = _counted(told, total)
         series = [
@@ -167,7 +170,7 @@ def _opened(folder: Path) -> Iterator[AnyReader]:
     if not folder.is_dir():
         raise DocumentError(f"{expected}, got {'a file' if folder.exists() else 'nothing there'}")
     if not (folder / "metadata.yaml").is_file():
-        files = ", ".join(sorted(path.name for path in folder.iterdir())) or "an empty folder"
+        files = listed(sorted(path.name for path in folder.iterdir()))
         raise DocumentError(
             f"{expected} with metadata.yaml, got {files}; `repair_bag` or `ros2 bag reindex` mends "
             "a recording that was cut off"
@@ -177,8 +180,7 @@ def _opened(folder: Path) -> Iterator[AnyReader]:
         reader.open()
     # besides its own errors rosbags raises those of the database or decompression below it
     except Exception as reason:
-        got = " ".join(str(reason).split())
-        raise DocumentError(f"{expected}, got one that cannot be read: {got}") from reason
+        raise DocumentError(f"{expected}, got one that cannot be read: {_said(reason)}") from reason
     try:
         yield reader
     finally:
@@ -188,10 +190,9 @@ def _opened(folder: Path) -> Iterator[AnyReader]:
 def _check_topic(folder: Path, reader: AnyReader, source: Source) -> None:
     topics = {name: topic.msgcount for name, topic in reader.topics.items()}
     if source.topic not in topics:
-        listed = ", ".join(sorted(topics)) or "none"
         raise DocumentError(
-            f"{source.place}.topic: expected a topic of the bag {folder}, got {source.topic}; "
-            f"it holds {listed}"
+            f"{source.place}.topic: expected a topic of the bag {folder}, "
+            f"got {shortened(source.topic)}; it holds {listed(sorted(topics))}"
         )
     if topics[source.topic] == 0:
         raise DocumentError(
@@ -216,8 +217,10 @@ def _counted(told: Callable[[float], None], total: int) -> Callable[[], None]:
 class _Clock:
     """Simulated time of stamps of reception, from /clock; the stamps themselves without it."""
 
-    def __init__(self, reader: AnyReader) -> None:
-        ticks = [(received, _stamp(message.clock)) for received, message in _all(reader, CLOCK)]
+    def __init__(self, folder: Path, reader: AnyReader) -> None:
+        ticks = [
+            (received, _stamp(message.clock)) for received, message in _all(folder, reader, CLOCK)
+        ]
         self._received = np.array([received for received, _ in ticks], dtype=np.int64)
         self._time = np.array([time for _, time in ticks], dtype=np.int64)
 
@@ -230,13 +233,35 @@ class _Clock:
         return first + passed.round().astype(np.int64)
 
 
-def _all(reader: AnyReader, topic: str) -> Iterator[tuple[int, Any]]:
-    """(stamp of reception [ns], message) of a topic, in the order of reception."""
+def _all(folder: Path, reader: AnyReader, topic: str) -> Iterator[tuple[int, Any]]:
+    """(stamp of reception [ns], message) of a topic, in the order of reception; DocumentError for
+    what cannot be read.
+    """
     connections = [connection for connection in reader.connections if connection.topic == topic]
     if not connections:  # to the reader, an empty list means all
         return
+    messages = _read(reader, connections)
+    while True:
+        try:
+            read = next(messages, None)
+        # besides its own errors rosbags raises those of database, decompression and bytes below it
+        except Exception as reason:
+            raise DocumentError(
+                f"{folder}: topic {shortened(topic)}: expected messages that can be read, "
+                f"got {_said(reason)}"
+            ) from reason
+        if read is None:
+            return
+        yield read
+
+
+def _read(reader: AnyReader, connections: list[Any]) -> Iterator[tuple[int, Any]]:
     for connection, stamp, data in reader.messages(connections=connections):
         yield stamp, reader.deserialize(data, connection.msgtype)
+
+
+def _said(reason: Exception) -> str:
+    return f"{type(reason).__name__}: {shortened(' '.join(str(reason).split()))}"
 
 
 def _stamp(stamp: Any) -> int:
@@ -255,17 +280,11 @@ def _read_topic(
     rows: list[list[float]] = []
     fields = [(source, source.field.value) for source in sources.values()]
     first = next(iter(sources.values()))
-    try:
-        for stamp, message in _all(reader, first.topic):
-            count()
-            received.append(stamp)
-            stamps.append(_stamp(message.header.stamp) if hasattr(message, "header") else 0)
-            rows.append([_value(source, read, message, len(rows)) for source, read in fields])
-    except (AnyReaderError, KeyError) as reason:  # a type without definition is a KeyError
-        raise DocumentError(
-            f"{folder}: topic {first.topic}: expected messages of a type that can be read, "
-            f"got {reason}"
-        ) from reason
+    for stamp, message in _all(folder, reader, first.topic):
+        count()
+        received.append(stamp)
+        stamps.append(_stamp(message.header.stamp) if hasattr(message, "header") else 0)
+        rows.append([_value(source, read, message, len(rows)) for source, read in fields])
     time = np.array(stamps, dtype=np.int64)
     if not time.any():  # no header, or one that was never filled in
         time = clock.time(np.array(received, dtype=np.int64))

@@ -9,15 +9,16 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from model_lab.aliases import Array
+from softhand_model.quoted import listed, quoted, shortened
 from softhand_model.yaml_document import DocumentError
 
-SHOWN_CELL = 40  # characters of a cell in an error
+LONGEST_CELL = 131_072  # characters
 
 
 def read_columns(
@@ -65,10 +66,24 @@ def _text(path: Path) -> str:
 
 def _header(path: Path, text: str) -> list[str]:
     first = text.split("\n", 1)[0].rstrip("\r")
-    header = [name.strip() for name in next(csv.reader([first], skipinitialspace=True), [])]
+    header = [name.strip() for name in next(_lines(path, first), (1, []))[1]]
     if not any(header):
-        raise DocumentError(f"{path}: expected a line of column names first, got {first!r}")
+        raise DocumentError(f"{path}: expected a line of column names first, got {quoted(first)}")
     return header
+
+
+def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
+    """Number and cells of every line; DocumentError where quotes or cells are none."""
+    csv.field_size_limit(LONGEST_CELL)
+    reader = csv.reader(io.StringIO(text), skipinitialspace=True)
+    try:
+        for cells in reader:
+            yield reader.line_num, cells
+    except csv.Error as reason:
+        raise DocumentError(
+            f"{path}: line {reader.line_num + 1}: expected cells of at most {LONGEST_CELL} "
+            f"characters, in quotes where they hold line ends, got {reason}"
+        ) from reason
 
 
 def _place(path: Path, header: list[str], name: str) -> int:
@@ -77,7 +92,7 @@ def _place(path: Path, header: list[str], name: str) -> int:
     if name in header:
         return header.index(name)
     raise DocumentError(
-        f"{path}: header: expected the column {name}, got {', '.join(header)}{_mend(header, name)}"
+        f"{path}: header: expected the column {name}, got {listed(header)}{_mend(header, name)}"
     )
 
 
@@ -128,18 +143,18 @@ Reader = Callable[[str], float]
 def _read_cell_by_cell(
     path: Path, text: str, header: list[str], places: list[int], readers: list[Reader]
 ) -> Array:
-    lines = csv.reader(io.StringIO(text), skipinitialspace=True)
+    lines = _lines(path, text)
     next(lines)
     rows: list[list[float]] = []
-    for cells in lines:
+    for line, cells in lines:
         if not any(cell.strip() for cell in cells) and len(cells) < 2:
             continue
-        where = f"{path}: row {len(rows) + 1} (line {lines.line_num} of the file)"
+        where = f"{path}: row {len(rows) + 1} (line {line} of the file)"
         if len(cells) != len(header):
             raise DocumentError(f"{where}: expected {len(header)} cells, got {len(cells)}")
         rows.append(
             [
-                _cell(f"{where}, column {header[place]}", cells[place], reader)
+                _cell(f"{where}, column {shortened(header[place])}", cells[place], reader)
                 for place, reader in zip(places, readers, strict=True)
             ]
         )
@@ -150,7 +165,7 @@ def _cell(where: str, cell: str, reader: Reader) -> float:
     try:
         return reader(cell.strip())
     except ValueError as reason:
-        shown = repr(cell[:SHOWN_CELL]) if cell.strip() else "an empty cell"
+        shown = quoted(cell) if cell.strip() else "an empty cell"
         raise DocumentError(f"{where}: expected {reason}, got {shown}") from None
 
 

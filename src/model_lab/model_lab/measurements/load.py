@@ -23,7 +23,8 @@ from model_lab.measurements.measurement_set import (
     Specimen,
 )
 from model_lab.measurements.specimens import document_of, read_specimens
-from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit
+from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit, largest
+from softhand_model.quoted import listed, shortened
 from softhand_model.yaml_document import (
     DocumentError,
     Node,
@@ -96,7 +97,7 @@ def _unit(node: Node, column: str) -> Unit:
     try:
         return column_unit(column, node.value)
     except ValueError as reason:
-        raise DocumentError(f"{node.file}: {node.key}: {reason}") from reason
+        raise DocumentError(f"{node.place}: {reason}") from reason
 
 
 def _noise(node: Node, units: Mapping[str, Unit]) -> dict[str, float]:
@@ -104,10 +105,11 @@ def _noise(node: Node, units: Mapping[str, Unit]) -> dict[str, float]:
     entries = named_entries(node)
     for name, entry in entries.items():
         if name not in units:
-            raise DocumentError(
-                f"{entry.file}: {entry.key}: expected a column ({', '.join(units)}), got {name}"
-            )
-    return {name: entry.positive() * units[name].scale for name, entry in entries.items()}
+            raise entry.error(f"a column ({listed(units)})", shortened(name))
+    return {
+        name: entry.number(above=0.0, high=units[name].largest) * units[name].scale
+        for name, entry in entries.items()
+    }
 
 
 class _RunReader:
@@ -145,19 +147,16 @@ class _RunReader:
 
     def _columns(self, node: Node, fields: Mapping[str, Node], told: Told) -> dict[str, Array]:
         if ("file" in fields) == ("bag" in fields):
-            raise DocumentError(
-                f"{node.file}: {node.key}: expected either file (CSV) or bag (rosbag2), "
-                f"got {'both' if 'file' in fields else 'neither'}"
-            )
+            got = "both" if "file" in fields else "neither"
+            raise node.error("either file (CSV) or bag (rosbag2)", got)
         if "file" in fields:
             path = self._folder / fields["file"].text()
             columns = self._csv(fields["file"], path)
             check_rows(path, columns)
             return columns
         if "topics" not in fields:
-            raise DocumentError(
-                f"{node.file}: {node.key}: expected the key topics beside bag, got none; add "
-                "topics: {column: {topic: ..., field: ...}}"
+            raise node.error(
+                "the key topics beside bag", "none; add topics: {column: {topic: ..., field: ...}}"
             )
         path = self._folder / fields["bag"].text()
         columns = self._bag(path, fields["topics"], told)
@@ -169,9 +168,10 @@ class _RunReader:
         names = self._csv_columns(node)
         other = self._files.setdefault(path.resolve(), node.key)
         if other != node.key:
-            raise DocumentError(
-                f"{node.file}: {node.key}: expected a file of its own, got {node.value} as in "
-                f"{other}; a run that is given twice looks like a perfect repeat"
+            raise node.error(
+                "a file of its own",
+                f"{shortened(node.value)} as in {shortened(other)}; a run that is given twice "
+                "looks like a perfect repeat",
             )
         columns = read_columns(path, names, WORDS)
         return {
@@ -185,7 +185,7 @@ class _RunReader:
             if name not in self._units and name not in WORDS:
                 raise DocumentError(
                     f"{node.file}: columns: expected the column {name}, which {self._experiment} "
-                    f"needs, got {', '.join(self._units) or 'none'}; "
+                    f"needs, got {listed(self._units)}; "
                     f"add {name}: {{unit: {COLUMN_UNITS[name] or repr('')}}}, or the unit it has"
                 )
         words = [name for name in self._needed() if name in WORDS and name not in self._units]
@@ -199,15 +199,11 @@ class _RunReader:
         topics = named_entries(node)
         for name in self._needed():
             if name not in topics and name != "time":
-                raise DocumentError(
-                    f"{node.file}: {node.key}: expected the column {name}, which "
-                    f"{self._experiment} needs, got {', '.join(topics) or 'none'}"
+                raise node.error(
+                    f"the column {name}, which {self._experiment} needs", listed(topics)
                 )
         if "time" in topics:
-            raise DocumentError(
-                f"{node.file}: {node.key}: expected no time, got time; "
-                "it is that of the messages, take it out"
-            )
+            raise node.error("no time", "time; it is that of the messages, take it out")
         entries = {
             name: open_fields(entry, ["topic", "field"], ["unit"]) for name, entry in topics.items()
         }
@@ -232,9 +228,9 @@ def _source(node: Node, entry: Mapping[str, Node]) -> Source:
     try:
         field = MessageField.parse(entry["field"].text())
     except ValueError as reason:
-        raise DocumentError(f"{node.file}: {entry['field'].key}: {reason}") from reason
+        raise DocumentError(f"{entry['field'].place}: {reason}") from reason
     topic = entry["topic"].text()
-    return Source(f"/{topic.lstrip('/')}", field, f"{node.file}: {node.key}")
+    return Source(f"/{topic.lstrip('/')}", field, node.place)
 
 
 def _temperature(fields: Mapping[str, Node]) -> float:
@@ -243,9 +239,9 @@ def _temperature(fields: Mapping[str, Node]) -> float:
     node = fields["temperature"]
     value = node.number()
     if not TEMPERATURES[0] <= value <= TEMPERATURES[1]:
-        raise DocumentError(
-            f"{node.file}: {node.key}: expected a temperature in K from {TEMPERATURES[0]:g} to "
-            f"{TEMPERATURES[1]:g}, got {value:g}; 20 degC are 293.15"
+        low, high = TEMPERATURES
+        raise node.error(
+            f"a temperature in K from {low:g} to {high:g}", f"{value:g}; 20 degC are 293.15"
         )
     return value
 
@@ -266,17 +262,26 @@ def check_rows(path: Path, columns: Mapping[str, Array]) -> None:
         path: the file, for the error.
         columns: (rows,) in SI units by name.
     """
+    for name, values in columns.items():
+        most = largest(COLUMN_UNITS.get(name))
+        _refuse_wrong(path, name, values, np.abs(values) > most, f"{most:g} at most in size")
     if "time" in columns:
         _check_time(path, columns["time"])
     for name in columns.keys() & _RANGES.keys():
         is_wrong, expected, mend = _RANGES[name]
-        wrong = is_wrong(columns[name])
-        if wrong.any():
-            index = int(np.argmax(wrong))
-            raise DocumentError(
-                f"{path}: {row_name(index)}, column {name}: expected {expected} in SI units, "
-                f"got {columns[name][index]:g}; {mend}"
-            )
+        values = columns[name]
+        _refuse_wrong(path, name, values, is_wrong(values), expected, f"; {mend}")
+
+
+def _refuse_wrong(
+    path: Path, name: str, values: Array, wrong: Mask, expected: str, mend: str = ""
+) -> None:
+    if wrong.any():
+        index = int(np.argmax(wrong))
+        raise DocumentError(
+            f"{path}: {row_name(index)}, column {shortened(name)}: expected {expected} in SI "
+            f"units, got {values[index]:g}{mend}"
+        )
 
 
 def _check_time(path: Path, time: Array) -> None:

@@ -9,7 +9,9 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
+from model_lab.measurements.units import largest
 from softhand_model.hand.actuator import read_profile
+from softhand_model.quoted import listed
 from softhand_model.yaml_document import DocumentError, Node, named_entries, open_fields
 
 DOCUMENT = "experiment.yaml"
@@ -44,7 +46,7 @@ def require_keys(data: MeasurementSet, specimen: Specimen, keys: Iterable[str], 
             unit = f" [{KNOWN[key][0]}]" if key in KNOWN else ""
             raise DocumentError(
                 f"{data.folder / DOCUMENT}: specimens.{specimen.name}: expected the key {key}{unit}"
-                f", which {why} needs, got {', '.join(specimen.values) or 'none'}; {_mend(key)}"
+                f", which {why} needs, got {listed(specimen.values)}; {_mend(key)}"
             )
 
 
@@ -61,7 +63,7 @@ def require_columns(data: MeasurementSet, columns: Iterable[str], why: str) -> N
             if column not in run.columns:
                 raise DocumentError(
                     f"{data.folder / DOCUMENT}: runs.{run.name}: expected the column {column}, "
-                    f"which {why} needs, got {', '.join(run.columns)}; record it, and name it "
+                    f"which {why} needs, got {listed(run.columns)}; record it, and name it "
                     "under `columns` (CSV) or `topics` (bag)"
                 )
 
@@ -94,7 +96,8 @@ def _known(key: str, node: Node, length: Node | None) -> float | Array:
         return _taper(node, length.positive())
     if key in PROFILES:
         return _size(node)
-    return node.number(low=0.0) if key in MAY_VANISH else node.positive()
+    most = largest(KNOWN[key][0])
+    return node.number(0.0, most) if key in MAY_VANISH else node.number(above=0.0, high=most)
 
 
 def _is_number(value: object) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,6 +12,7 @@ import numpy as np
 import pint
 
 from model_lab.aliases import Array
+from softhand_model.quoted import quoted
 
 COLUMN_UNITS = {
     **dict.fromkeys(("time", "duration"), "s"),
@@ -24,7 +26,30 @@ COLUMN_UNITS = {
     "tip_force": "N",
     "mass": "kg",
 }  # those whose quantity is known; any other column may have any unit
+LARGEST = {
+    "s": 1e11,
+    "Pa": 1e12,
+    "Pa s": 1e15,
+    "N": 1e7,
+    "N m": 1e7,
+    "m": 1e4,
+    "rad": 1e5,
+    "kg": 1e5,
+    "K": 1e5,
+}  # of a measured value in SI units: what is larger is a slip of the recording
+LARGEST_OTHER = 1e15
+LONGEST_UNIT, LONGEST_EXPONENT = 60, 3  # characters
+_NUMBER = re.compile(r"(?<![\w.])[\d.]+")  # that is not part of a name
 REMEMBERED = 256  # units of a set, looked up once
+
+
+def largest(unit: str | None) -> float:
+    """The largest value that is believed in an SI unit; None for one that is not known.
+
+    >>> largest("Pa")
+    1000000000000.0
+    """
+    return LARGEST.get(unit or "", LARGEST_OTHER)
 
 
 @dataclass(frozen=True)
@@ -37,7 +62,13 @@ class Unit:
 
     def to_si(self, values: Array) -> Array:
         """Values (n,) in SI units."""
-        return self.scale * values + self.offset
+        with np.errstate(over="ignore"):  # who reads the values refuses what is too large
+            return self.scale * values + self.offset
+
+    @property
+    def largest(self) -> float:
+        """The largest value in this unit, without regard to the offset."""
+        return largest(self.si) / self.scale
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -52,15 +83,27 @@ def column_unit(column: str, text: str) -> Unit:
     >>> column_unit("temperature", "degC").to_si(np.array([20.0])).tolist()
     [293.15]
     """
-    unit = _parsed(text)
-    wanted = COLUMN_UNITS.get(column)
+    if len(text) > LONGEST_UNIT or not _is_simple(text):
+        raise ValueError(
+            "expected a unit such as kPa, deg or m/s**2, without numbers but 1 and exponents of "
+            f"one or two digits, got {quoted(text)}"
+        )
+    try:
+        return _unit(_parsed(text), COLUMN_UNITS.get(column), text)
+    except ArithmeticError as reason:  # km**99
+        raise ValueError(f"expected a unit of a usual size, got {quoted(text)}") from reason
+
+
+def _unit(unit: Any, wanted: str | None, text: str) -> Unit:
     target = _registry().Unit(wanted) if wanted is not None else _base_unit(unit)
     if unit.dimensionality != target.dimensionality:
         raise ValueError(
             f"expected a unit of the same quantity as {wanted or 'a number without unit'}, "
-            f"got {text!r} ({unit}){_meant(text, target)}"
+            f"got {quoted(text)} ({unit}){_meant(text, target)}"
         )
     zero, one = (_registry().Quantity(value, unit).to(target).magnitude for value in (0.0, 1.0))
+    if not 0.0 < abs(one - zero) < np.inf:
+        raise OverflowError
     return Unit(one - zero, zero, wanted if wanted is not None else f"{target:~}")
 
 
@@ -69,13 +112,24 @@ def _registry() -> pint.UnitRegistry:
     return pint.UnitRegistry()
 
 
+def _is_simple(text: str) -> bool:
+    """Whether its numbers are 1 or short exponents; pint calculates 9**9**9, however long."""
+    for number in _NUMBER.finditer(text):
+        before = text[: number.start()].rstrip(" (+-")
+        after = text[number.end() :].lstrip(" )")
+        exponent = before.endswith(("**", "^")) and len(number.group()) <= LONGEST_EXPONENT
+        if after.startswith(("**", "^")) or not (exponent or number.group() == "1"):
+            return False
+    return True
+
+
 def _parsed(text: str) -> Any:
     try:
         return _registry().Unit(text)
     # pint raises what its tokenizer and evaluator happen to raise, assertions among them
     except Exception as reason:
         raise ValueError(
-            f"expected a unit that pint knows, such as kPa, deg or mg, got {text!r}"
+            f"expected a unit that pint knows, such as kPa, deg or mg, got {quoted(text)}"
             f"{_other_case(text)}"
         ) from reason
 

@@ -16,39 +16,16 @@ from sensor_msgs.msg import JointState
 
 from model_lab.live.prediction import Comparison, LivePrediction, Settling, angles_of, pressures_of
 from model_lab.live.watch import ANGLE, PRESSURE, Limits, Watch
+from model_lab.ros.interface import HELP, PARAMETERS
 from softhand_model.effects.guard import EffectError
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
-from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, cut
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import Parameter, declare, usage
+from softhand_ros.parameters import declare
 from softhand_ros.run_node import run_node
 from softhand_ros.topics import nanoseconds, stamp_of, subscribe_by_hand, take
 
-PARAMETERS = (
-    Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
-    Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
-    Parameter("allow_effect_files", False, "run the Python files that the model file names"),
-    Parameter("temperature", 293.15, "of the rubber", "K", (200.0, 500.0)),
-    Parameter(
-        "window", 5.0, "measured time over which the residual is averaged", "s", (0.1, 600.0)
-    ),
-    Parameter("warn_above", 0.05, "rms residual that is worth a warning", "rad", (0.0, 10.0)),
-    Parameter(
-        "stale_after", 2.0, "wall time without a comparison that is stale", "s", (0.1, 600.0)
-    ),
-    Parameter(
-        "settle_time",
-        0.1,
-        "for which the pressure must have stood for a sample to count; 0: all count",
-        "s",
-        (0.0, 4.0),
-    ),
-    Parameter(
-        "settle_band", 1000.0, "within which a pressure counts as standing", "Pa", (0.0, 1e5)
-    ),
-)
-PURPOSE = "Compares the tip angles of a hand with those that a model predicts, live."
 POLL_PERIOD = 0.01  # wall time between looks at what has come [s]
 QUEUED = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)  # between two looks
 
@@ -95,8 +72,9 @@ class Monitor(Node):
             except EffectError:
                 raise  # the model's, not the message's
             except ValueError as reason:
-                self.watch.refuse(f"{topic}: {reason}", now)
-                self.get_logger().warning(f"refused {topic}: {reason}", throttle_duration_sec=1.0)
+                refused = cut(f"{topic}: {reason}")
+                self.watch.refuse(refused, now)
+                self.get_logger().warning(f"refused {refused}", throttle_duration_sec=1.0)
                 continue
             except RuntimeError as reason:
                 self.prediction.reset()
@@ -149,8 +127,7 @@ def run(node: Monitor, stop: threading.Event) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; `run_node` tells the exit status."""
-    help_text = usage("monitor", PURPOSE, PARAMETERS)
-    return run_node("monitor", Monitor, run, usage=help_text, args=args)
+    return run_node("monitor", Monitor, run, usage=HELP, args=args)
 
 
 if __name__ == "__main__":

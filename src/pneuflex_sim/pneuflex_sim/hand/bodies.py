@@ -29,7 +29,7 @@ from pneuflex_sim.hand.layout import Body, HandLayout
 from pneuflex_sim.hand.palm_pad import PalmPad
 from pneuflex_sim.hand.step import Carrier, HandArrays, drive_hand, joint_torques, plain
 from pneuflex_sim.hand.wrist import Wrist
-from pneuflex_sim.world import World
+from pneuflex_sim.world import Diverged, World
 from softhand_model.effects.load import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
@@ -239,16 +239,14 @@ class HandBodies:
         self.read()
 
     def read(self) -> None:
-        """Take joint orientations and velocities from PyBullet; raises RuntimeError when the run
-        has diverged.
-        """
+        """Take joint orientations and velocities from PyBullet; raises Diverged when it has."""
         self._states.read()
         if not self.rigid:
             self.bases.read()
         fastest = look_at_joints(self._rest, self.q, self.v, self.rotations)
         self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
         if not math.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
-            raise RuntimeError(self._diverged(fastest))
+            raise Diverged(self._diverged(fastest))
 
     def _diverged(self, fastest: float) -> str:
         """What to say of a joint that stays fast; a blow may make one fast for an instant."""

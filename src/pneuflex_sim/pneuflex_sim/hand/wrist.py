@@ -28,7 +28,8 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class WristParameters:
     """Stiffness [N/m, N m/rad], limits [N, N m], effective mass [kg] and inertia [kg m2] of the
-    arm; critically damped.
+    arm, which is critically damped, and its workspace: how far a target may lie from the world's
+    origin along each axis [m].
 
     Raises ValueError for a value that is not positive.
     """
@@ -39,6 +40,7 @@ class WristParameters:
     torque_limit: float = 4.0
     mass: float = 2.0
     inertia: float = 0.02
+    workspace: float = 2.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -109,12 +111,17 @@ class Wrist:
 
     def command(self, position: Array, orientation: Array) -> None:
         """Set the target pose in the world: position (3,) [m], quaternion (4,); raises ValueError
-        for unusable numbers.
+        for unusable numbers, and for a position outside of the workspace.
         """
         place, quaternion = np.array(position, float), np.array(orientation, float)
         if place.shape != (3,) or not np.isfinite(place).all():
             raise ValueError(
                 f"wrist target position: expected three finite numbers, got {position}"
+            )
+        reach = self.parameters.workspace
+        if np.abs(place).max() > reach:
+            raise ValueError(
+                f"wrist target position: expected a workspace of +-{reach:g} m, got {position}"
             )
         if quaternion.shape != (4,) or not abs(np.linalg.norm(quaternion) - 1) < 1e-2:
             raise ValueError(

@@ -13,23 +13,34 @@ import pybullet
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, PoseArray, PoseStamped, WrenchStamped
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from pneuflex_sim.ros.clock import Pace, shared_clock
+from pneuflex_sim.ros.interface import HELP
 from pneuflex_sim.ros.markers import SeenScene
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
+from pneuflex_sim.ros.transforms import Transforms
 from pneuflex_sim.simulation import Simulation
 from pneuflex_sim.urdf import joint_names, joint_positions, write_urdf
+from pneuflex_sim.world import Diverged
+from softhand_model.numerics.compiled import compilation_told
 from softhand_model.pneumatics.valves import CommandWatch
-from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation, Report, cut
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import declare, usage
+from softhand_ros.parameters import declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
-from softhand_ros.topics import RELIABLE, Inbox, latched, nanoseconds, stamp_of_seconds
+from softhand_ros.topics import (
+    RELIABLE,
+    Inbox,
+    clock_conflict,
+    full_name,
+    latched,
+    nanoseconds,
+    stamp_of_seconds,
+)
 
-PURPOSE = "Simulates a soft hand, its valves and an object, and publishes what is sensed."
 LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
 SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
@@ -37,34 +48,6 @@ STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
 SENSOR_PERIOD = 0.002  # shortest time between sensor samples [s]
 SLOW_PERIOD = 0.02  # joint states, contacts, fingertips [s]
 FAST_PERIOD = 0.01  # clock, wrist, object [s]
-
-
-class Pace:
-    """Sleeps so that simulated over wall time stays at `limit` or below; 0 never sleeps."""
-
-    def __init__(self, limit: float) -> None:
-        self.limit = limit
-        self.restart(0.0)
-
-    def restart(self, simulated: float) -> None:
-        """Begin to count at this simulated time [s]."""
-        self._wall, self._simulated, self._now = time.monotonic(), simulated, simulated
-
-    def wait(self, simulated: float) -> None:
-        """Sleep until the wall clock has caught up; time that was lost is not made up for."""
-        self._now = simulated
-        if not self.limit:
-            return
-        ahead = (simulated - self._simulated) / self.limit - (time.monotonic() - self._wall)
-        if ahead > 0:
-            time.sleep(ahead)
-        elif ahead < -0.1:
-            self.restart(simulated)
-
-    def factor(self) -> float:
-        """Simulated over wall time since the last restart."""
-        wall = time.monotonic() - self._wall
-        return (self._now - self._simulated) / wall if wall > 0 else 0.0
 
 
 def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:
@@ -81,19 +64,24 @@ class HandSim(Node):
     def __init__(self) -> None:
         super().__init__("hand_sim")
         value = declare(self, PARAMETERS)
-        self.simulation = Simulation(configuration(value))
-        self._compile()
+        self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
+        with Preparation(self, self.diagnostics, "simulation") as tell, compilation_told(tell):
+            self.simulation = Simulation(configuration(value))
+            self._compile()
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.driver_seen = False
         self.answered_stamp, self.missed_answers = -1, 0
         self.refused: list[str] = []
+        self.refusals, self.diverged = 0, ""
         self.pace = Pace(value["real_time_factor"])
+        self.clock = shared_clock(self, value["publish_clock"])
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self._create_topics()
         self._create_services()
         self._prepare_messages()
         self.seen = SeenScene(self, self.simulation, RELIABLE)
+        self.transforms = Transforms(self, self.simulation)
         self.marker_period = 1.0 / value["marker_rate"]
         self._executor = RoundRobin(self)
         layout = self.simulation.bodies.layout
@@ -115,7 +103,6 @@ class HandSim(Node):
 
     def _create_topics(self) -> None:
         make = self.create_publisher
-        self.clock_out = make(Clock, "/clock", RELIABLE)
         self.sensors = make(JointState, "pneumaticbox/sensors", RELIABLE)
         self.joints = make(JointState, "hand/joint_states", RELIABLE)
         self.description = make(String, "robot_description", latched(1))
@@ -124,7 +111,6 @@ class HandSim(Node):
         self.wrench = make(WrenchStamped, "wrist/wrench", RELIABLE)
         self.wrist_pose = make(PoseStamped, "wrist/pose", RELIABLE)
         self.object_pose = make(PoseStamped, "scene/object_pose", RELIABLE)
-        self.diagnostics = Diagnostics(self, "hand_sim", "pneuflex_sim")
         self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
         self.create_subscription(PoseStamped, "wrist/target_pose", self._on_target, RELIABLE)
 
@@ -135,9 +121,10 @@ class HandSim(Node):
 
     def _prepare_messages(self) -> None:
         """Messages that are sent hundreds of times a second are made once."""
+        self.wrist_frame = full_name(self, "wrist")
         self._sensor_message = JointState(name=[*self.simulation.channels, "supply"])
         self._joint_message = JointState(name=joint_names(self.simulation.bodies.layout))
-        self._joint_message.header.frame_id = "wrist"
+        self._joint_message.header.frame_id = self.wrist_frame
         self._wrist_message, self._object_message = PoseStamped(), PoseStamped()
         self._wrist_message.header.frame_id = self._object_message.header.frame_id = "world"
         self._wrench_message = WrenchStamped()
@@ -146,8 +133,9 @@ class HandSim(Node):
     # ---------------------------------------------------------------- what comes in
     def _refuse(self, reason: str) -> None:
         """A message that cannot be used is refused whole, named in the log and in /diagnostics."""
-        self.refused = [reason]
-        self.get_logger().warning(reason, throttle_duration_sec=1.0)
+        self.refused = [cut(reason)]
+        self.refusals += 1
+        self.get_logger().warning(f"refused {self.refused[0]}", throttle_duration_sec=1.0)
 
     def _take_valves(self, timeout: float = 0.0) -> None:
         """Obey the valves that have come; wait up to `timeout` [s] for the first."""
@@ -182,19 +170,30 @@ class HandSim(Node):
             self._refuse(f"wrist/target_pose: {error}")
 
     def _reset(self) -> str:
+        now = self.simulation.time
         self.simulation.reset()
-        self.watch.reset(0.0)
+        self.diverged = ""
+        self._set_time(now if self.clock.follows else 0.0)
+        return f"the simulation is back at its start, time {self.simulation.time:g}"
+
+    def _set_time(self, now: float) -> None:
+        """Have the simulation go on at another time [s]."""
+        self.simulation.start += now - self.simulation.time
+        self.watch.reset(now)
         self.answered_stamp = -1
-        self.pace.restart(self.simulation.time)
-        return "the simulation is back at its start, time 0"
+        self.pace.restart(now)
 
     def _step(self) -> str:
+        if self.diverged:
+            raise ValueError(f"{self.diverged}: call sim/reset first")
         if not self.paused:
             raise ValueError("pause the simulation first (sim/pause)")
         self.single_steps += 1
         return "one sample further"
 
     def _pause(self, on: bool) -> str:
+        if self.clock.follows:
+            raise ValueError("it follows /clock: pause the simulation that publishes it")
         self.paused = on
         self.pace.restart(self.simulation.time)
         return "paused" if on else "running"
@@ -209,8 +208,8 @@ class HandSim(Node):
         return nanoseconds(message.header.stamp)
 
     def publish_clock(self) -> None:
-        """Publish the simulated time; while paused it goes on to be published, standing still."""
-        self.clock_out.publish(Clock(clock=stamp_of_seconds(self.simulation.time)))
+        """Tell the simulated time; while paused it goes on to be told, standing still."""
+        self.clock.tell(self.simulation.time)
 
     def _publish_fast(self, stamp: Time) -> None:
         simulation = self.simulation
@@ -241,13 +240,13 @@ class HandSim(Node):
         poses = PoseArray(
             poses=[_fill_pose(Pose(), *tip) for tip in simulation.fingertips().values()]
         )
-        poses.header.stamp, poses.header.frame_id = stamp, "wrist"
+        poses.header.stamp, poses.header.frame_id = stamp, self.wrist_frame
         self.fingertips.publish(poses)
         self.seen.publish_contacts(stamp)
 
     def _warnings(self) -> list[str]:
         """What a user should know now; refused messages are named once."""
-        warnings, self.refused = self.refused, []
+        warnings, self.refused = [*self.refused, self.clock.warning(), clock_conflict(self)], []
         if self.watch.silent(self.simulation.time):
             warnings.append("no pneumaticbox/valves: outlets are open")
         if self.count_publishers("pneumaticbox/sensors") > 1:
@@ -264,11 +263,13 @@ class HandSim(Node):
             "simulated time [s]": f"{self.simulation.time:.3f}",
             "real-time factor": f"{self.pace.factor():.3f}",
             "answers missed in lockstep": str(self.missed_answers),
+            "refused messages": str(self.refusals),
             "hand": self.simulation.hand.name,
         }
         state = "paused" if self.paused else "running"
+        errors = [f"{self.diverged}: it stands until sim/reset"] if self.diverged else []
         self._executor.serve_rest()
-        report = Report("simulation", state, self._warnings(), values)
+        report = Report("simulation", state, self._warnings(), values, errors)
         self.diagnostics.publish([report], stamp_of_seconds(self.simulation.time))
 
     def close(self) -> None:
@@ -293,6 +294,7 @@ class HandSim(Node):
         if _crossed(before, simulation.time, FAST_PERIOD):
             self.publish_clock()
             self._publish_fast(stamp)
+            self.transforms.publish(stamp)
         if _crossed(before, simulation.time, SLOW_PERIOD):
             self._publish_slow(stamp)
         if _crossed(before, simulation.time, self.marker_period):
@@ -311,17 +313,33 @@ class HandSim(Node):
                 return
             self._take_valves(left)
 
+    def halt(self, reason: str) -> None:
+        """Stand still with a simulation that has diverged; without clock and samples its driver
+        vents.
+        """
+        self.diverged = reason
+        self.get_logger().error(f"{reason}: it stands until sim/reset")
+        self.publish_diagnostics()
+
     def stand(self) -> None:
-        """Serve what comes while the simulation is paused, and go on telling its time."""
-        self.publish_clock()
+        """Serve what comes while the simulation stands; paused, it goes on telling its time."""
+        if not self.diverged:
+            self.publish_clock()
         end = time.monotonic() + STANDING_PERIOD
         while self.stands and time.monotonic() < end:
-            self._take_valves(SERVE_PERIOD)
+            self.clock.wait(SERVE_PERIOD)
+            self._take_valves()
             self._executor.serve(SERVE_SLICE)
+        if change := self.clock.jump(self.simulation.time):
+            self._set_time(self.simulation.time + change)
 
     @property
     def stands(self) -> bool:
-        """Whether the simulation is paused, and no single step is wanted."""
+        """Whether the simulation has diverged, waits for the clock that it follows, or is paused
+        and no single step is wanted.
+        """
+        if self.diverged or not self.clock.allows(self.simulation.time):
+            return True
         return self.paused and not self.single_steps
 
 
@@ -331,14 +349,17 @@ def _crossed(before: float, after: float, period: float) -> bool:
 
 
 def run(node: HandSim, stop: threading.Event) -> None:
-    """Step and serve until `stop`; raises RuntimeError when the simulation diverges."""
+    """Step and serve until `stop`."""
     told = 0.0
     while not stop.is_set():
         if node.stands:
             node.stand()
         else:
             node.single_steps = max(0, node.single_steps - 1)
-            node.advance()
+            try:
+                node.advance()
+            except Diverged as reason:
+                node.halt(str(reason))
             node.pace.wait(node.simulation.time)
         if time.monotonic() - told >= REPORT_PERIOD:
             node.publish_diagnostics()
@@ -351,9 +372,9 @@ def main(args: list[str] | None = None) -> int:
         "hand_sim",
         HandSim,
         run,
-        usage=usage("hand_sim", PURPOSE, PARAMETERS),
+        usage=HELP,
         args=args,
-        failures=(RuntimeError, pybullet.error),  # diverged, or the window was closed
+        failures=(RuntimeError, pybullet.error),  # no display, or the window was closed
     )
 
 

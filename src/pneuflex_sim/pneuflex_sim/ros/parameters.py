@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pneuflex_sim.hand.wrist import WristParameters
-from pneuflex_sim.simulation import SimulationConfig
-from pneuflex_sim.world import SETTINGS, solver_settings
 from softhand_ros.parameters import Parameter
 
+if TYPE_CHECKING:
+    from pneuflex_sim.simulation import SimulationConfig
+
+SOLVERS = ("fast", "default", "stable")  # pneuflex_sim.world.SETTINGS
 PARAMETERS = (
     Parameter("hand", "rbo_hand_2", "hand by name or path of its YAML"),
     Parameter("scene", "table", "scene by name or path of its YAML"),
@@ -27,12 +28,13 @@ PARAMETERS = (
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
     Parameter("allow_effect_files", False, "run the Python files that the model file names"),
     Parameter("step", 0.002, "physics step", "s", (0.0001, 0.01)),
-    Parameter("solver", "default", "settings of the contact solver", choices=tuple(SETTINGS)),
+    Parameter("solver", "default", "settings of the contact solver", choices=SOLVERS),
     Parameter("finger_contact", False, "neighbouring fingers touch each other"),
     Parameter("segments", 5, "segments an actuator", bounds=(1, 15)),
     Parameter("seed", 0, "seed of sensors and valves", bounds=(0, 2**31 - 1)),
     Parameter("gui", False, "open PyBullet's window"),
     Parameter("lockstep", True, "wait for the driver's answer to each sensor sample"),
+    Parameter("publish_clock", True, "publish /clock; false: follow another simulator's"),
     Parameter(
         "real_time_factor",
         1.0,
@@ -43,6 +45,13 @@ PARAMETERS = (
     Parameter("marker_rate", 10.0, "rate of hand/markers in simulated time", "Hz", (0.1, 100.0)),
     Parameter("wrist_stiffness", 1000.0, "stiffness of the compliant wrist", "N/m", (1.0, 1e6)),
     Parameter("wrist_force_limit", 20.0, "largest force of the wrist's spring", "N", (0.1, 1e4)),
+    Parameter(
+        "workspace",
+        2.0,
+        "how far targets of the wrist may lie from the world's origin along each axis",
+        "m",
+        (0.1, 100.0),
+    ),
 )
 
 
@@ -51,6 +60,11 @@ def configuration(value: Mapping[str, Any]) -> SimulationConfig:
 
     Raises ValueError for values that cannot be used.
     """
+    # loaded here: the help prints the parameters, and need not wait for the physics
+    from pneuflex_sim.hand.wrist import WristParameters
+    from pneuflex_sim.simulation import SimulationConfig
+    from pneuflex_sim.world import solver_settings
+
     return SimulationConfig(
         hand=value["hand"],
         object=value["object"],
@@ -64,7 +78,9 @@ def configuration(value: Mapping[str, Any]) -> SimulationConfig:
         object_offset=tuple(value["object_offset"]),
         object_mass_scale=value["object_mass_scale"],
         wrist=WristParameters(
-            stiffness=value["wrist_stiffness"], force_limit=value["wrist_force_limit"]
+            stiffness=value["wrist_stiffness"],
+            force_limit=value["wrist_force_limit"],
+            workspace=value["workspace"],
         ),
         solver=solver_settings(value["solver"]),
         wall_inclination=value["wall_inclination"] or None,

@@ -14,10 +14,12 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from softhand_model.yaml_document import DocumentError, Node, read_document
+from softhand_model.quoted import listed
+from softhand_model.yaml_document import Node, read_document
 
 FORMAT = "pneuflex-friction/1"
 RUBBER = "rubber"
+LEAST = 1e-3  # less than any pair of dry materials has
 LARGEST = 10.0  # PyBullet cuts off above
 
 
@@ -43,14 +45,14 @@ class FrictionTable:
         if found is None:
             raise ValueError(
                 f"friction: expected a table with the pair {first} and {second}, got one of "
-                f"{', '.join(self.materials)} without it ({self.source})"
+                f"{listed(self.materials)} without it ({self.source})"
             )
         return found
 
     def check_material(self, node: Node) -> None:
         """Raise DocumentError for what is no material of the table."""
         if node.text() not in self.materials:
-            raise node.error(f"one of {', '.join(self.materials)} (of {self.source})")
+            raise node.error(f"one of {listed(self.materials)} (of {self.source})")
 
     @property
     def hand(self) -> float:
@@ -95,5 +97,5 @@ def _pairs(path: Path) -> dict[frozenset[str], float]:
 
 def _add(pairs: dict[frozenset[str], float], pair: frozenset[str], value: Node) -> None:
     if pair in pairs:
-        raise DocumentError(f"{value.file}: {value.key}: expected every pair once, got it twice")
-    pairs[pair] = value.number(high=LARGEST, above=0.0)
+        raise value.error("every pair once", "it twice")
+    pairs[pair] = value.number(high=LARGEST, low=LEAST)

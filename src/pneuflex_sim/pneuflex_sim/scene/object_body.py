@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from pneuflex_sim.hand.collision import ENVIRONMENT
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.solids import box_solid
-from pneuflex_sim.world import World
+from pneuflex_sim.world import Diverged, World
 
 Array = NDArray[np.float64]
 
@@ -238,10 +238,10 @@ class ObjectBody:
         return bool(self._axes[3] == 1.0)
 
     def pose(self) -> tuple[Array, Array]:
-        """Position (3,) [m] and quaternion (4,); raises RuntimeError when it has diverged."""
+        """Position (3,) [m] and quaternion (4,); raises Diverged when it has."""
         place, found = pybullet.getBasePositionAndOrientation(self.id, physicsClientId=self._client)
         if not np.isfinite(place).all():
-            raise RuntimeError(f"the simulation diverged: the object is at {place}")
+            raise Diverged(f"the simulation diverged: the object is at {place}")
         if self._own_axes:
             return np.array(place), np.array(found)
         return np.array(place), (Rotation.from_quat(found) * self._to_own).as_quat()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,11 +17,19 @@ from pneuflex_sim.hand.collision import MARGIN
 from pneuflex_sim.scene.friction import FrictionTable
 from pneuflex_sim.scene.mesh import SUFFIXES
 from pneuflex_sim.scene.object_shapes import Geometry, geometry
-from softhand_model.yaml_document import DocumentError, Node, read_document
+from softhand_model.hand import plausible
+from softhand_model.quoted import quoted
+from softhand_model.yaml_document import Bounds, DocumentError, Node, is_document, read_document
 
 FORMAT, ALL_FORMAT = "pneuflex-object/1", "pneuflex-objects/1"
 MESH_DENSITY, MESH_MATERIAL = 500.0, "polyolefin"  # [kg/m3], of a mesh file without YAML
 PIECES = ("decomposed", "hull")
+SIZE = Bounds(1e-5, 10.0, "m")
+MASS = Bounds(1e-6, 1e3, "kg")
+STIFFNESS, DAMPING = Bounds(0.1, 1e9, "N/m"), Bounds(0.0, 1e6, "N s/m")
+HINGE_FRICTION = Bounds(1e-12, 10.0, "N m")
+SCALE = Bounds(1e-6, 1e6, "")
+MOST_STRIPS = 99
 
 REQUIRED = {
     "cylinder": ("diameter", "length"),
@@ -110,9 +119,9 @@ def load_object(name: str | Path, friction: FrictionTable | None = None) -> Obje
     if str(name) in objects:
         return objects[str(name)]
     path = Path(name)
-    if path.suffix.lower() in SUFFIXES and path.is_file():
+    if path.suffix.lower() in SUFFIXES and os.path.isfile(path):
         return _of_mesh_file(path)
-    if path.suffix in (".yaml", ".yml") and path.is_file():
+    if is_document(path):
         document = read_document(path, FORMAT)
         fields = document.mapping()
         fields.pop("format")
@@ -122,7 +131,7 @@ def load_object(name: str | Path, friction: FrictionTable | None = None) -> Obje
         return _checked(_parse(own, document, fields), document)
     raise ValueError(
         f"object: expected one of {', '.join(objects)}, or the path of a file .yaml, "
-        f"{', '.join(SUFFIXES)}; got {str(name)!r}"
+        f"{', '.join(SUFFIXES)}; got {quoted(str(name))}"
     )
 
 
@@ -139,7 +148,7 @@ def _checked(description: ObjectDescription, document: Node) -> ObjectDescriptio
     try:
         _ = description.geometry
     except ValueError as reason:
-        raise DocumentError(f"{document.file}: {key}: {reason}") from reason
+        raise DocumentError(f"{document.mapping()[key].place}: {reason}") from reason
     return description
 
 
@@ -149,8 +158,8 @@ def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescripti
         raise entry.error(f"the key shape: one of {', '.join(REQUIRED)}")
     shape = children["shape"].choice(REQUIRED)
     sizes, more = REQUIRED[shape], OPTIONAL.get(shape, ())
-    keys = Node(entry.file, entry.key, {key: child.value for key, child in children.items()})
-    fields = keys.fields(
+    keys = {key: child.value for key, child in children.items()}
+    fields = Node(entry.file, entry.key, keys, entry.source).fields(
         ["shape", *sizes, "mass", "material"], [*more, "rpy", "compliance", "note"]
     )
     if shape == "sheet" and "compliance" in fields:
@@ -159,9 +168,9 @@ def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescripti
         name,
         shape,
         {key: READERS[key](fields[key]) for key in (*sizes, *more) if key in fields},
-        fields["mass"].positive(),
+        fields["mass"].within(MASS),
         fields["material"].text(),
-        fields["rpy"].vector() if "rpy" in fields else (0.0, 0.0, 0.0),
+        fields["rpy"].vector(bounds=plausible.ANGLE) if "rpy" in fields else (0.0, 0.0, 0.0),
         _compliance(fields["compliance"]) if "compliance" in fields else None,
         fields["note"].text() if "note" in fields else "",
     )
@@ -169,29 +178,34 @@ def _parse(name: str, entry: Node, children: dict[str, Node]) -> ObjectDescripti
 
 def _compliance(node: Node) -> Compliance:
     fields = node.fields(["stiffness", "damping"])
-    return Compliance(fields["stiffness"].positive(), fields["damping"].number(low=0.0))
+    return Compliance(fields["stiffness"].within(STIFFNESS), fields["damping"].within(DAMPING))
+
+
+def _length(node: Node) -> float:
+    return node.within(SIZE)
 
 
 def _size(node: Node) -> tuple[float, ...]:
-    if not all(length > 0 for length in node.vector()):
-        raise node.error("3 numbers above 0")
-    return node.vector()
+    return node.vector(bounds=SIZE)
 
 
 def _parts(node: Node) -> list[dict[str, tuple[float, ...]]]:
     if not node.items():
         raise node.error("at least one box")
     parts = [item.fields(["size", "position"]) for item in node.items()]
-    return [{"size": _size(part["size"]), "position": part["position"].vector()} for part in parts]
+    return [
+        {"size": _size(part["size"]), "position": part["position"].vector(bounds=plausible.OFFSET)}
+        for part in parts
+    ]
 
 
 def _neck(node: Node) -> dict[str, float]:
-    return {k: value.positive() for k, value in node.fields(["diameter", "length"]).items()}
+    return {k: value.within(SIZE) for k, value in node.fields(["diameter", "length"]).items()}
 
 
 def _odd(node: Node) -> int:
-    if not isinstance(node.value, int) or node.value < 3 or node.value % 2 == 0:
-        raise node.error("an odd whole number, 3 or more")
+    if node.whole(3, MOST_STRIPS) % 2 == 0:
+        raise node.error("an odd number")
     return node.value
 
 
@@ -201,13 +215,9 @@ def _file(node: Node) -> str:
 
 
 READERS: dict[str, Callable[[Node], Any]] = {
-    "diameter": Node.positive,
-    "base_diameter": Node.positive,
-    "length": Node.positive,
-    "wall": Node.positive,
-    "contact_thickness": Node.positive,
-    "hinge_friction": Node.positive,
-    "scale": Node.positive,
+    **dict.fromkeys(("diameter", "base_diameter", "length", "wall", "contact_thickness"), _length),
+    "hinge_friction": lambda node: node.within(HINGE_FRICTION),
+    "scale": lambda node: node.within(SCALE),
     "size": _size,
     "boxes": _parts,
     "neck": _neck,

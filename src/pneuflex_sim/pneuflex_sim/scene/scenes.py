@@ -16,12 +16,16 @@ import pybullet
 
 from pneuflex_sim.hand.collision import ENVIRONMENT
 from pneuflex_sim.scene.friction import FrictionTable
-from softhand_model.yaml_document import Node, read_document
+from softhand_model.hand import plausible
+from softhand_model.quoted import quoted
+from softhand_model.yaml_document import Bounds, Node, is_document, read_document
 
 FORMAT, ALL_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
 # beyond the latter the wall is where the hand starts [deg]
 LEAST_INCLINATION, MOST_INCLINATION = 5.0, 120.0
 HAND = ~ENVIRONMENT  # all groups of the hand
+PLACE = Bounds(-10.0, 10.0, "m")
+ROLLING_RESISTANCE = Bounds(0.0, 0.1, "m")
 TABLE_SIZE = (1.2, 1.2, 0.04)  # [m] of a table with an edge
 
 
@@ -106,10 +110,10 @@ def load_scene(name: str | Path, friction: FrictionTable | None = None) -> Scene
     if str(name) in scenes:
         return scenes[str(name)]
     path = Path(name)
-    if path.suffix in (".yaml", ".yml") and path.is_file():
+    if is_document(path):
         document = read_document(path, FORMAT)
         own = {key: value for key, value in document.value.items() if key != "format"}
-        node = Node(document.file, "", own)
+        node = Node(document.file, "", own, document.source)
         found = _parse(path.stem, node)
         if friction is not None:
             for part in (node.mapping().get(key) for key in ("table", "wall")):
@@ -117,7 +121,8 @@ def load_scene(name: str | Path, friction: FrictionTable | None = None) -> Scene
                     friction.check_material(part.mapping()["material"])
         return found
     raise ValueError(
-        f"scene: expected one of {', '.join(scenes)}, or the path of a YAML file; got {str(name)!r}"
+        f"scene: expected one of {', '.join(scenes)}, or the path of a YAML file; "
+        f"got {quoted(str(name))}"
     )
 
 
@@ -129,14 +134,14 @@ def _parse(name: str, entry: Node) -> SceneDescription:
         _wall(fields["wall"]) if "wall" in fields else None,
         fields["object"].choice([True, False]),
         fields["wrist"].choice(["compliant", "rigid"]) == "rigid",
-        fields["wrist_position"].vector(),
-        fields["wrist_rpy"].vector(),
+        fields["wrist_position"].vector(bounds=PLACE),
+        fields["wrist_rpy"].vector(bounds=plausible.ANGLE),
     )
 
 
 def _table(node: Node) -> Table:
     fields = node.fields(["material"], ["edge", "rolling_resistance"])
-    edge = fields["edge"].number() if "edge" in fields else None
+    edge = fields["edge"].within(PLACE) if "edge" in fields else None
     return Table(fields["material"].text(), edge, _rolling_resistance(fields))
 
 
@@ -144,14 +149,16 @@ def _wall(node: Node) -> Wall:
     fields = node.fields(["material", "distance", "inclination"], ["rolling_resistance"])
     return Wall(
         fields["material"].text(),
-        fields["distance"].number(),
+        fields["distance"].within(PLACE),
         fields["inclination"].number(LEAST_INCLINATION, MOST_INCLINATION),
         _rolling_resistance(fields),
     )
 
 
 def _rolling_resistance(fields: dict[str, Node]) -> float:
-    return fields["rolling_resistance"].number(low=0.0) if "rolling_resistance" in fields else 0.0
+    if "rolling_resistance" not in fields:
+        return 0.0
+    return fields["rolling_resistance"].within(ROLLING_RESISTANCE)
 
 
 def build_scene(

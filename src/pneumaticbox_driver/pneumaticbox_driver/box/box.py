@@ -6,14 +6,21 @@ what is broken, `control` says what the setpoints need, and `guard` and `latch` 
 """
 
 import math
+import traceback
 from collections.abc import Sequence
 
 import numpy as np
 
 from pneumaticbox_driver.arrays import Counts, Flags, Floats, Valves
 from pneumaticbox_driver.box.commands import CommandIntake, Trajectory, TrajectoryPoint
+from pneumaticbox_driver.box.ranges import target_ranges
 from pneumaticbox_driver.calibration.run import CalibrationRun, CalibrationSession
-from pneumaticbox_driver.control.channels import PRESENT, ChannelControl, PulseTiming
+from pneumaticbox_driver.control.channels import (
+    PRESENT,
+    ChannelControl,
+    ControlError,
+    PulseTiming,
+)
 from pneumaticbox_driver.control.interface import BoxView
 from pneumaticbox_driver.faults.fault_watch import FaultView, FaultWatch
 from pneumaticbox_driver.modes import MODES
@@ -21,10 +28,11 @@ from pneumaticbox_driver.observer.coefficients import ChannelCalibration
 from pneumaticbox_driver.observer.observer import MassObserver
 from pneumaticbox_driver.observer.volume_model import VolumeModel, make_volume_model
 from pneumaticbox_driver.observer.zeroing import Zeroing
-from pneumaticbox_driver.safety import SILENCE_LIMIT, PressureGuard, VentLatch
+from pneumaticbox_driver.safety import SILENCE_LIMIT, PressureGuard, VentLatch, one_line
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
+LEAST_ABS, MOST_ABS = 0.0, 10e6  # between which a reading can be an absolute pressure [Pa]
 FRESH_CLOCK = 1.0  # set back to less, the clock is that of a simulation that was reset [s]
 
 
@@ -37,6 +45,8 @@ class PneumaticBox:
 
     A channel emptied while its actuator is held away from rest keeps the estimate of what is left
     in it; by its pressure it shows when the actuator is free, and is emptied again.
+
+    Whatever goes wrong in answering a sample opens the outlets and latches.
 
     `valves` (n,) are those commanded last, `openings` (n,) counts how often each has opened,
     `notes` are warnings for the user, oldest first.
@@ -71,7 +81,7 @@ class PneumaticBox:
         self.supply_abs = settings.ambient  # absolute [Pa]
         self.valves: Valves = np.zeros(n, dtype=np.int8)
         self.openings: Counts = np.zeros(n, dtype=np.int64)
-        self.commands = CommandIntake(settings)
+        self.commands = CommandIntake(settings, target_ranges(settings, model))
         self.observer = MassObserver(calibrations, settings.ambient)
         self.zeroing = Zeroing(settings, self.observer, model, self.notes)
         self.faults = FaultWatch(settings)
@@ -131,8 +141,16 @@ class PneumaticBox:
         dt = time - self.time
         if dt < 0:
             self._clock_set_back(time, -dt)
-        if not math.isfinite(pressures_abs.sum()):
-            return self._sensor_fault(time, pressures_abs)
+        try:
+            return self._switch(self._step(time, dt, pressures_abs))
+        except Exception as error:  # noqa: BLE001 whatever it is, no valve stays as it stands
+            self._break_down(time, error)
+            return self._switch(self._venting)
+
+    def _step(self, time: float, dt: float, pressures_abs: Floats) -> Valves:
+        sound = (pressures_abs > LEAST_ABS) & (pressures_abs < MOST_ABS)  # and no NaN
+        if not sound.all():
+            return self._sensor_fault(time, pressures_abs, int(np.argmin(sound)))
         if dt == 0:
             return self.valves
         if dt > SILENCE_LIMIT:
@@ -140,7 +158,7 @@ class PneumaticBox:
         dt = max(0.0, dt)  # NaN at the first sample
         self._sense(time, dt, pressures_abs)
         self._look_for_faults(dt, pressures_abs)
-        return self._switch(self._answer(dt, pressures_abs))
+        return self._answer(dt, pressures_abs)
 
     def command(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float, now: float
@@ -168,8 +186,7 @@ class PneumaticBox:
     def _take(self, trajectory: Trajectory, now: float) -> None:
         self._refuse_unless_active("no command is taken")
         self.calibration.refuse_under_way()
-        self.commands.take(trajectory, now)
-        self.guard.unblock(trajectory.channels)
+        self.guard.unblock(self.commands.take(trajectory, now))
 
     def _refuse_unless_active(self, what: str) -> None:
         """Raise ValueError, saying `what` is not done, while vented or disabled."""
@@ -210,21 +227,36 @@ class PneumaticBox:
                 self.zeroing.doubt()
             self.latch.set(reason)
 
-    def _sensor_fault(self, time: float, pressures_abs: Floats) -> Valves:
-        bad = int(np.argmin(np.isfinite(pressures_abs)))
-        name = (*self.settings.channels, "supply")[bad]
-        self.latch.set(f"sensor {name}: not a number")
+    def _sensor_fault(self, time: float, pressures_abs: Floats, bad: int) -> Valves:
+        name, value = (*self.settings.channels, "supply")[bad], pressures_abs[bad]
+        what = "not a number" if np.isnan(value) else f"no absolute pressure is {value:.3g} Pa"
+        self.latch.set(f"sensor {name}: {what}")
         self.sensors_sound = False
         self.time = time
         self.zeroing.doubt()
         self._look_for_faults(0.0, pressures_abs)
-        return self._switch(self._venting)
+        return self._venting
+
+    def _break_down(self, time: float, error: Exception) -> None:
+        """Latch for what should never happen; the first time the traceback is noted."""
+        where = "control step"
+        if isinstance(error, ControlError):
+            names = ", ".join(self.settings.channels[channel] for channel in error.channels)
+            where, error = f"channels {names}, mode {error.mode}", error.__cause__ or error
+        reason = f"{where}: {one_line(error)}"
+        if reason not in self.latch.reasons:
+            lines = traceback.format_tb(error.__traceback__)
+            self.notes.append(f"the control step failed: {reason}\n{''.join(lines)}")
+        self.time = time
+        self.zeroing.doubt()
+        self.calibration.abort(reason)
+        self.vent(reason)
 
     # what it answers
 
     def _answer(self, dt: float, readings: Floats) -> Valves:
         setpoints = self.commands.setpoints.at(self.time, dt)
-        if self.commands.silent(self.time):
+        if self.commands.silent(self.time) and self._holds_air(setpoints):
             self.latch.set(f"no command for {self.settings.command_timeout} s")
         pressures = self.pressures
         burst = self.guard.burst(pressures)
@@ -242,6 +274,11 @@ class PneumaticBox:
             wanted = self._timing.follow(self.time, self.valves, wanted)
         # the limits come last: they do not wait for a pulse to end
         return self.guard.apply(pressures, setpoints, wanted)
+
+    def _holds_air(self, setpoints: Floats) -> bool:
+        """Whether a channel has air, and no target (n,) that lets it out."""
+        let_out = np.array([MODES[mode].absolute for mode in self.control.modes]) & (setpoints <= 0)
+        return not (self.zeroing.empty | let_out).all()
 
     def _calibrated(self, readings: Floats) -> Valves:
         wanted = self.calibration.answer(self.time, readings, self.guard)
@@ -338,6 +375,7 @@ class PneumaticBox:
         if not self.sensors_sound:
             raise ValueError("no usable sensor sample: still vented")
         self.latch.release()
+        self.control.restart()
         self.guard.restart()
         self.faults.restart()
         self.zeroing.settle_doubts()

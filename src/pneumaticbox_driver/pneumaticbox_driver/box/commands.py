@@ -9,7 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from pneumaticbox_driver.arrays import Floats
+from pneumaticbox_driver.box.ranges import Range, refusal
 from pneumaticbox_driver.modes import MODES
+from pneumaticbox_driver.safety import cut
 from pneumaticbox_driver.settings import BoxSettings
 
 
@@ -40,13 +42,15 @@ class Trajectory:
 class CommandRules:
     """Checks commands against the channels' names and their control modes, in order.
 
-    `shortest_pulse` and `shortest_pause` [s] are the least times between the events of a schedule.
+    `shortest_pulse` and `shortest_pause` [s] are the least times between the events of a schedule,
+    `ranges` (`target_ranges`) are those of the targets; a mode without one takes all numbers.
     """
 
     channels: tuple[str, ...]
     modes: tuple[str, ...]
     shortest_pulse: float = 0.0
     shortest_pause: float = 0.0
+    ranges: dict[str, Range] = field(default_factory=dict)
 
     def check(
         self, names: Sequence[str], points: Sequence[TrajectoryPoint], stamp: float = 0.0
@@ -142,21 +146,30 @@ class CommandRules:
         for name in names:
             if name not in self.channels:
                 known = list(self.channels)
-                raise ValueError(f"joint_names: expected channels of {known}, got {name!r}")
+                raise ValueError(
+                    f"joint_names: expected channels of {known}, got {cut(repr(name))}"
+                )
         if len(set(names)) < len(names):
-            raise ValueError(f"joint_names: expected each channel once, got {list(names)}")
+            raise ValueError(f"joint_names: expected each channel once, got {cut(list(names))}")
         return tuple(self.channels.index(name) for name in names)
 
     def _values(self, key: str, indices: Sequence[int], point: TrajectoryPoint) -> list[float]:
         row = []
         for column, index in enumerate(indices):
-            name = MODES[self.modes[index]].field
+            mode = self.modes[index]
+            name = MODES[mode].field
             given = getattr(point, name)
             if len(given) != len(indices):
                 raise ValueError(f"{key}.{name}: expected {len(indices)} values, got {len(given)}")
             value = float(given[column])
             if not math.isfinite(value):
                 raise ValueError(f"{key}.{name}[{column}]: expected a finite number, got {value}")
+            expected = refusal(mode, index, value, self.ranges)
+            if expected:
+                raise ValueError(
+                    f"{key}.{name}[{column}]: channel {self.channels[index]} in mode {mode}: "
+                    f"expected {expected}, got {value:.6g}"
+                )
             row.append(value)
         return row
 
@@ -291,15 +304,17 @@ class CommandIntake:
 
     Args:
         settings: of the box; its modes are those at the start.
+        ranges: of the targets, by mode.
     """
 
-    def __init__(self, settings: BoxSettings) -> None:
+    def __init__(self, settings: BoxSettings, ranges: dict[str, Range]) -> None:
         modes = settings.control_modes
         self.setpoints = Setpoints(len(modes))
         self.rules = CommandRules(
-            settings.channels, modes, settings.shortest_pulse, settings.shortest_pause
+            settings.channels, modes, settings.shortest_pulse, settings.shortest_pause, ranges
         )
         self._timeout = settings.command_timeout
+        self._lead, self._span = settings.command_lead, settings.command_span
         self._last = math.nan  # when the last command was taken [s]
         for channel, mode in enumerate(modes):
             self.setpoints.set(channel, math.nan, MODES[mode].scheduled)
@@ -316,10 +331,38 @@ class CommandIntake:
         self.rules = replace(self.rules, modes=tuple(modes))
         return changed
 
-    def take(self, trajectory: Trajectory, now: float) -> None:
-        """Follow a checked command from its start, or from `now` [s]."""
+    def take(self, trajectory: Trajectory, now: float) -> tuple[int, ...]:
+        """Follow a checked command from its start, or from `now` [s].
+
+        Returns:
+            Indices of its channels, but for those that it tells to go on holding what they hold.
+
+        Raises:
+            ValueError: it begins too far ahead, or ends too long after that.
+        """
+        self._refuse_far_ahead(trajectory, now)
+        changed = trajectory.channels
+        if len(trajectory.times) == 1:
+            held = self.setpoints.at(now)
+            pairs = zip(trajectory.channels, trajectory.values[0], strict=True)
+            changed = tuple(channel for channel, value in pairs if held[channel] != value)
         self.setpoints.take(trajectory, now)
         self._last = now
+        return changed
+
+    def _refuse_far_ahead(self, trajectory: Trajectory, now: float) -> None:
+        lead = 0.0 if trajectory.start is None else trajectory.start - now
+        if lead > self._lead:
+            raise ValueError(
+                f"header.stamp: expected at most {self._lead:g} s ahead (command_lead), "
+                f"got {lead:.6g} s"
+            )
+        span = float(trajectory.times[-1])
+        if span > self._span:
+            raise ValueError(
+                f"points[{len(trajectory.times) - 1}].time_from_start: expected at most "
+                f"{self._span:g} s (command_span), got {span:.6g} s"
+            )
 
     def drop(self) -> None:
         """Drop all plans and setpoints; the silence of commands begins with the next one."""

@@ -21,13 +21,18 @@ from pneumaticbox_driver.observer.coefficients import (
     flow_rates,
 )
 from softhand_model.gas import AMBIENT_PRESSURE
-from softhand_model.yaml_document import DocumentError, Node, read_document
+from softhand_model.quoted import listed
+from softhand_model.yaml_document import Bounds, DocumentError, Node, read_document
 
 SHIPPED = Path(str(resources.files("pneumaticbox_driver"))) / "data" / "calibration.yaml"
 FORMAT = "pneumaticbox-calibration/2"
 OLD_FORMAT = "pneumaticbox-calibration/1"
 HEAD = ("format", "box", "date", "version", "ambient", "volume", "outlets")
 PER_DIRECTION = ("residual", "jitter", "delays", "covariance")
+MOST_OUTLET, MOST_POINTS = 64, 10**9
+AMBIENT, PRESSURE = Bounds(1e4, 2e5, "Pa"), Bounds(-1e6, 1e8, "Pa")
+VOLUME, DELAY = Bounds(1e-9, 10.0, "m3"), Bounds(0.0, 1.0, "s")
+LARGEST_TERM = 1.0  # of equation 4.1: a pulse moves milligrams
 MARGIN = 5e3  # of pressures beyond what was calibrated: compressor's cycle, droop, noise [Pa]
 
 
@@ -132,22 +137,23 @@ def load_calibration(
     wanted = list(range(1, channels + 1)) if outlets is None else list(outlets)
     if len(wanted) != channels:
         raise ValueError(f"outlets must have {channels} entries, one a channel, got {len(wanted)}")
-    listed = _read(path)["outlets"]
-    nodes = {int(node.mapping()["outlet"].number(low=1.0)): node for node in _with_outlets(listed)}
+    listing = _read(path)["outlets"]
+    nodes = _by_outlet(listing)
     lacking = [outlet for outlet in wanted if outlet not in nodes]
     if lacking:
-        held = ", ".join(str(outlet) for outlet in nodes)
-        raise DocumentError(
-            f"{listed.file}: {listed.key}: expected outlet {lacking[0]}, got {held or 'none'}"
-        )
+        raise listing.error(f"outlet {lacking[0]}", listed(nodes))
     return [_read_channel(outlet, nodes[outlet]) for outlet in wanted]
 
 
-def _with_outlets(listed: Node) -> list[Node]:
-    nodes = listed.items()
-    for node in nodes:
+def _by_outlet(listing: Node) -> dict[int, Node]:
+    nodes: dict[int, Node] = {}
+    for node in listing.items():
         if "outlet" not in node.mapping():
             raise node.error("a mapping with the key outlet")
+        number = node.mapping()["outlet"]
+        if number.whole(1, MOST_OUTLET) in nodes:
+            raise number.error("every outlet once")
+        nodes[number.value] = node
     return nodes
 
 
@@ -156,7 +162,7 @@ def load_box_note(path: str | Path | None) -> BoxNote:
     content = _read(path)
     texts = {name: content[name].text() for name in ("box", "date", "version")}
     return BoxNote(
-        ambient=content["ambient"].positive(), volume=content["volume"].positive(), **texts
+        ambient=content["ambient"].within(AMBIENT), volume=content["volume"].within(VOLUME), **texts
     )
 
 
@@ -166,7 +172,7 @@ def _read(path: str | Path | None) -> dict[str, Node]:
     told = document.mapping().get("format")
     if told is not None and told.value == OLD_FORMAT:
         raise DocumentError(
-            f"{source}: format: expected {FORMAT}, got {OLD_FORMAT}, which has no uncertainties: "
+            f"{told.place}: expected {FORMAT}, got {OLD_FORMAT}, which has no uncertainties: "
             "make a new file with the command `calibrate --output FILE`"
         )
     if told is not None:
@@ -180,8 +186,8 @@ def _read_channel(outlet: int, node: Node) -> ChannelCalibration:
     )
     leak = content["leak"].fields(["conductance", "error"])
     return ChannelCalibration(
-        points=int(content["points"].number(low=0.0)),
-        leak=Leak(leak["conductance"].number(low=0.0), leak["error"].number(low=0.0)),
+        points=content["points"].whole(0, MOST_POINTS),
+        leak=Leak(leak["conductance"].number(0.0, 1.0), leak["error"].number(0.0, 1.0)),
         supply_range=_read_range(content["supply_range"]),
         pressure_range=_read_range(content["pressure_range"]),
         outlet=outlet,
@@ -195,16 +201,23 @@ def _read_direction(node: Node) -> PulseCoefficients:
     if len(rows) != len(TERMS):
         raise content["covariance"].error(f"{len(TERMS)} rows")
     return PulseCoefficients(
-        **{term: content[term].number() for term in TERMS},
-        residual=content["residual"].number(low=0.0),
-        jitter=content["jitter"].number(low=0.0),
-        delays=content["delays"].vector(2),
-        covariance=np.array([row.vector(len(TERMS)) for row in rows]),
+        **{term: content[term].number(-LARGEST_TERM, LARGEST_TERM) for term in TERMS},
+        residual=content["residual"].number(0.0, LARGEST_TERM),
+        jitter=content["jitter"].within(DELAY),
+        delays=content["delays"].vector(2, DELAY),
+        covariance=_covariance(content["covariance"], rows),
     )
 
 
+def _covariance(node: Node, rows: list[Node]) -> np.ndarray:
+    found = np.array([row.vector(len(TERMS)) for row in rows])
+    if np.any(np.diag(found) < 0.0):
+        raise node.error("variances of at least 0 on the diagonal")
+    return found
+
+
 def _read_range(node: Node) -> Range:
-    low, high = node.vector(2)
+    low, high = node.vector(2, PRESSURE)
     if low > high:
         raise node.error("[smallest, largest]")
     return low, high

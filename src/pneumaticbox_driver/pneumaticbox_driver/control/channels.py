@@ -15,6 +15,14 @@ from pneumaticbox_driver.control.pulsewise import Pressure, PulsewiseController,
 from pneumaticbox_driver.modes import check_mode
 
 
+class ControlError(RuntimeError):
+    """The controller of a `mode` has failed; `channels` are the indices of those in it."""
+
+    def __init__(self, mode: str, channels: list[int]) -> None:
+        super().__init__(f"controller of mode {mode}")
+        self.mode, self.channels = mode, channels
+
+
 class TimeController:
     """Commands what the schedule says: setpoints +1 inflate, -1 deflate, 0 or none closed."""
 
@@ -67,12 +75,25 @@ class ChannelControl:
         self.modes, self._controllers = tuple(modes), controllers
         self._masks = {mode: np.array([m == mode for m in modes]) for mode in controllers}
 
+    def restart(self) -> None:
+        """Forget what the controllers have learnt: the user has reset the box."""
+        self._controllers = {}
+        self.switch(self.modes)
+
     def update(self, view: BoxView) -> Valves:
-        """Return the wanted valves (n,): +1 inflate, -1 deflate, 0 closed."""
-        wanted = self._closed
+        """Return the wanted valves (n,): +1 inflate, -1 deflate, 0 closed.
+
+        Raises:
+            ControlError: a controller has failed; its cause says how.
+        """
+        wanted, setpoints = self._closed, view.setpoints
         for mode, controller in self._controllers.items():
             view.mine = self._masks[mode]
-            wanted = np.where(view.mine, controller.update(view), wanted)
+            view.setpoints = np.where(view.mine, setpoints, np.nan)
+            try:
+                wanted = np.where(view.mine, controller.update(view), wanted)
+            except Exception as error:
+                raise ControlError(mode, np.flatnonzero(view.mine).tolist()) from error
         return wanted
 
 

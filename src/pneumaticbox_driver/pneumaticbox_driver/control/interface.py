@@ -20,7 +20,8 @@ class BoxView:
     `direction` is what the valves are commanded to now, `empty` marks channels known to be at
     ambient pressure since their outlet was last open, `shortest_pulse` [s] is what the valves
     can follow, `dt` [s] the time from sample to sample, `mine` marks the channels that the asked
-    controller decides on; the box sets these anew for each sample. `gas` is the product of gas
+    controller decides on; the box sets these anew for each sample. `setpoints` are NaN where there
+    is none, and on channels that are not the asked controller's. `gas` is the product of gas
     constant and temperature [J/kg].
     """
 

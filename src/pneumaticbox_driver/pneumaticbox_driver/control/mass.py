@@ -90,7 +90,7 @@ class MassFlowController:
     def update(self, view: BoxView) -> Valves:
         """Return the wanted valves (n,)."""
         flow, mass = view.setpoints, view.observer.mass
-        following = view.mine & ~np.isnan(flow)
+        following = ~np.isnan(flow)
         if not len(self._reference):
             self._reference, self._following = mass.copy(), np.zeros_like(following)
         begun = following & ~self._following

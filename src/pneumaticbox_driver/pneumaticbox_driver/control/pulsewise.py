@@ -32,7 +32,7 @@ class Quantity(Protocol):
         ...
 
     def goal(self, view: BoxView, pressures: Floats, volume: Floats) -> tuple[Floats, Floats]:
-        """State at the setpoint, as seen from the present one."""
+        """State at the setpoint, as seen from the present one, which it is without a setpoint."""
         ...
 
     def passed(self, view: BoxView, margin: float) -> Flags:
@@ -170,7 +170,7 @@ class Pressure:
 
     def goal(self, view: BoxView, pressures: Floats, volume: Floats) -> tuple[Floats, Floats]:
         """Gauge pressures [Pa] and volumes [m3] at the setpoint (n,)."""
-        target = np.maximum(view.setpoints, 0.0)
+        target = np.where(np.isnan(view.setpoints), pressures, np.maximum(view.setpoints, 0.0))
         model = view.volume_model
         return target, volume + model.volumes(target) - model.volumes(pressures)
 
@@ -189,7 +189,8 @@ class Volume:
 
     def goal(self, view: BoxView, pressures: Floats, volume: Floats) -> tuple[Floats, Floats]:
         """Gauge pressures [Pa] and volumes [m3] at the setpoint (n,)."""
-        target = np.maximum(view.setpoints, 0.0) + view.rest_volumes
+        wanted = np.maximum(view.setpoints, 0.0) + view.rest_volumes
+        target = np.where(np.isnan(wanted), volume, wanted)
         return pressure_after(view.volume_model, pressures, target - volume), target
 
     def passed(self, view: BoxView, margin: float) -> Flags:

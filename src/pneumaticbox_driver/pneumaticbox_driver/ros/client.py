@@ -31,10 +31,9 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from pneumaticbox_driver.modes import MODES as CONTROL_MODES
 from softhand_ros.client_link import ClientLink
 from softhand_ros.parameters import SIM_TIME
-from softhand_ros.topics import seconds, stamp_of_seconds
+from softhand_ros.topics import full_name, seconds, stamp_of_seconds
 
 MODES = "control_mode"
-PREFIX = "pneumaticbox: "  # of the driver's names in /diagnostics
 KEPT = 5000  # states that wait for `monitor`, 10 s at 500 Hz
 TRIGGERS = ("vent", "tare", "reset", "calibrate", "calibrate_next")
 COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
@@ -99,15 +98,22 @@ class PneumaticboxClient:
         patience: for the driver to be found and to answer [s].
         domain: ROS domain; None for ROS_DOMAIN_ID of the environment.
         name: of the client's node.
+        namespace: of the driver; empty: the root.
 
     Raises:
         PneumaticboxError: no driver is found.
     """
 
     def __init__(
-        self, patience: float = 10.0, domain: int | None = None, name: str = "pneumaticbox_client"
+        self,
+        patience: float = 10.0,
+        domain: int | None = None,
+        name: str = "pneumaticbox_client",
+        namespace: str = "",
     ) -> None:
-        self._link, self._patience = ClientLink(name, domain), patience
+        self._link, self._patience = ClientLink(name, domain, namespace), patience
+        # how the driver's names in /diagnostics begin
+        self._prefix = f"{full_name(self._link.node, 'pneumaticbox')}: "
         self._states: deque[BoxState] = deque(maxlen=KEPT)
         self._state: BoxState | None = None
         self._complaints = Complaints()
@@ -323,11 +329,11 @@ class PneumaticboxClient:
         self._states.append(self._state)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        own = [status for status in message.status if status.name.startswith(PREFIX)]
+        own = [status for status in message.status if status.name.startswith(self._prefix)]
         for status in own:
             values = {pair.key: pair.value for pair in status.values}
             level = int.from_bytes(status.level, "little")
-            name = status.name.removeprefix(PREFIX)
+            name = status.name.removeprefix(self._prefix)
             self.diagnostics[name] = Diagnosis(level, status.message, values)
         if own:
             self._complaint = self._complaints.of(self.diagnostics) or self._complaint

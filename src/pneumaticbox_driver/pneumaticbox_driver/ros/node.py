@@ -8,6 +8,7 @@ import math
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -25,6 +26,7 @@ from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.diagnostics import LinkState, NoteThrottle, ValveActivity, box_reports
 from pneumaticbox_driver.ros.box_topics import COMMAND, SCHEDULE, Commands, StateTopics
 from pneumaticbox_driver.ros.calibration_service import Calibrating, calibrations_of
+from pneumaticbox_driver.ros.interface import HELP
 from pneumaticbox_driver.ros.parameters import (
     PARAMETERS,
     box_settings,
@@ -32,14 +34,15 @@ from pneumaticbox_driver.ros.parameters import (
     sim_time_ignored,
 )
 from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
-from pneumaticbox_driver.safety import SampleWatch
+from pneumaticbox_driver.safety import SampleWatch, cut, one_line
 from pneumaticbox_driver.settings import per_channel
-from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics
+from softhand_model.numerics.compiled import compilation_told
+from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation
 from softhand_ros.executor import RoundRobin
-from softhand_ros.parameters import SIM_TIME, declare, usage
+from softhand_ros.parameters import SIM_TIME, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
-from softhand_ros.topics import RELIABLE, Inbox, seconds
+from softhand_ros.topics import RELIABLE, Inbox, clock_conflict, seconds
 
 # after which a calibration's fit, in a thread, lets the control step run [s]
 SWITCH_INTERVAL = 0.001
@@ -49,7 +52,6 @@ WAIT = 0.01  # for a sample, before others are served [s]
 # part of the box that a parameter of the name of its attribute switches
 SWITCHES = {"drift_correction": "zeroing", "leak_model": "observer"}
 VALVES_PERIOD = 0.1  # from message to message while nothing changes, without a plant on topics [s]
-PURPOSE = "Controls the air of a soft hand's channels over ROS 2."
 FAREWELL = 0.3  # wall time for the last valves to arrive [s]
 
 
@@ -63,7 +65,10 @@ class PneumaticBoxNode(Node):
         settings = box_settings(self._value)
         channels = settings.channels
         calibrations = calibrations_of(self._value, len(channels))
-        self.box = PneumaticBox(settings, calibrations)
+        hardware = f"pneumaticbox/{self.backend}"
+        self._diagnostics = Diagnostics(self, "pneumaticbox", hardware)
+        with Preparation(self, self._diagnostics, "control") as tell, compilation_told(tell):
+            self.box = PneumaticBox(settings, calibrations)
         self._calibrating = Calibrating(self.box, calibrations, self._value)
         for name, part in SWITCHES.items():
             setattr(getattr(self.box, part), name, self._value(name))
@@ -78,6 +83,7 @@ class PneumaticBoxNode(Node):
         self._told_at = -math.inf
         self._board_begin = math.nan  # of the board's clock, on the steady one [s]
         self._next_look = self._reported = 0.0
+        self._told_safety: tuple[bool, int] = (True, 0)  # enabled, and reasons of the vent
         self._create_topics(channels)
         self._create_services()
         self._take_priority()
@@ -100,7 +106,6 @@ class PneumaticBoxNode(Node):
         self._clock_pulse = ClockPulse(self) if self._value(SIM_TIME) else None
         deviations = self._value("channel_deviation"), self._value("supply_deviation")
         self._state = StateTopics(self, self.box, *deviations)
-        self._diagnostics = Diagnostics(self, "pneumaticbox", f"pneumaticbox/{self.backend}")
         obey = {COMMAND: self.box.command, SCHEDULE: self.box.schedule_valves}
         self._commands = Commands(
             self, obey, self._box_time, self._of_stamp, self._refuse, self.link.accept
@@ -203,7 +208,9 @@ class PneumaticBoxNode(Node):
             stamp = self.get_clock().now().to_msg()
             board.command(self.on_sample(self._board_begin + board.time, stamp, pressures))
         except (ValueError, OSError) as error:
-            self._fault(f"backend {self.backend}: {error}")
+            self._fault(f"backend {self.backend}: {cut(error)}")
+        except Exception as error:  # noqa: BLE001 boards are not ours
+            self._break_down(f"backend {self.backend}", error)
 
     def on_sample(
         self, now: float, stamp: Time, pressures_abs: NDArray[np.float64]
@@ -231,7 +238,7 @@ class PneumaticBoxNode(Node):
 
     # everything else
 
-    def serve_others(self, slack: float = SERVE_SLICE) -> None:
+    def serve_others(self, slack: float) -> None:
         """Serve commands, services and parameters, watch the sensors, report: when it is time.
 
         Args:
@@ -245,8 +252,9 @@ class PneumaticBoxNode(Node):
         self._watch_sensors(now)
         self._calibrating.look()
         self._activity.note(self.box.time, self.box.openings)
-        if now - self._reported >= REPORT_PERIOD:
-            self._reported = now
+        safety = self.box.enabled, len(self.box.latch.reasons)
+        if now - self._reported >= REPORT_PERIOD or safety != self._told_safety:
+            self._reported, self._told_safety = now, safety
             self._executor.serve_rest()
             self._report(now)
             gc.collect(1)
@@ -270,20 +278,35 @@ class PneumaticBoxNode(Node):
             self.get_logger().error(text, throttle_duration_sec=1.0)
             self.command_vent()
 
+    def keep_serving(self, what: str, step: Callable[[float], None], time_left: float) -> None:
+        """Do a `step` of the loop in the `time_left` [s]; whatever goes wrong in it vents."""
+        try:
+            step(time_left)
+        except Exception as error:  # noqa: BLE001 no valve stays as it stands, and services go on
+            self._break_down(what, error)
+
+    def _break_down(self, what: str, error: Exception) -> None:
+        """Vent for an error that should not be; the first time with its traceback in the log."""
+        reason = f"{what}: {one_line(error)}"
+        if reason not in self.box.latch.reasons:
+            lines = "".join(traceback.format_tb(error.__traceback__))
+            self.get_logger().error(f"{reason}\n{lines}", throttle_duration_sec=5.0)
+        self._fault(reason)
+
     def command_vent(self) -> None:
         """Command open outlets at once, without a sample to answer."""
         valves = np.full(len(self.box.settings.channels), -1, dtype=np.int8)
         self._valves.answer(self._stamp, valves)
         if self.board is not None:
             # a board that cannot be commanded has said so already
-            with contextlib.suppress(ValueError, OSError):
+            with contextlib.suppress(Exception):
                 self.board.command(valves)
 
     def close(self) -> None:
         """Leave the outlets open and go."""
         self.command_vent()
         if self.board is not None:
-            with contextlib.suppress(ValueError, OSError):
+            with contextlib.suppress(Exception):
                 self.board.close()
         self._valves.flush(FAREWELL)
         self._executor.close()
@@ -296,6 +319,8 @@ class PneumaticBoxNode(Node):
         self.link.forget_refused(now)
         if self._sensors is not None:
             self.link.simulators = self._sensors.publishers()
+        if self._clock_pulse is not None:
+            self.link.clock_warning = clock_conflict(self)
         self._commands.count_commanders()
         self.link.storm = self._commands.traffic.storm(now)
         reports = box_reports(self.box, self.link, self._activity)
@@ -305,8 +330,8 @@ class PneumaticBoxNode(Node):
 def run_topic(node: PneumaticBoxNode, stop: threading.Event) -> None:
     """Answer the samples of the topic backend until `stop` is set."""
     while not stop.is_set():
-        node.serve_samples(WAIT)
-        node.serve_others()
+        node.keep_serving("sample", node.serve_samples, WAIT)
+        node.keep_serving("service", node.serve_others, SERVE_SLICE)
 
 
 def run_board(
@@ -320,7 +345,7 @@ def run_board(
 
     def step() -> None:
         node.serve_board(board)
-        node.serve_others(loop.slack)
+        node.keep_serving("service", node.serve_others, loop.slack)
 
     loop.run(step, stop)
 
@@ -338,8 +363,7 @@ def run(node: PneumaticBoxNode, stop: threading.Event) -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node; `run_node` tells the exit status."""
-    help_text = usage("driver", PURPOSE, PARAMETERS)
-    return run_node("pneumaticbox", PneumaticBoxNode, run, usage=help_text, args=args)
+    return run_node("pneumaticbox", PneumaticBoxNode, run, usage=HELP, args=args)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import rclpy
 from rclpy.node import Node
 
 from pneumaticbox_driver.modes import MODES
-from pneumaticbox_driver.settings import VOLUME_MODELS, BoxSettings, per_channel
+from pneumaticbox_driver.settings import NOT_NEGATIVE, VOLUME_MODELS, BoxSettings, per_channel
 from softhand_model.hand.hand import load_hand
 from softhand_ros.parameters import SIM_TIME, Parameter, follow_simulated_time
 
@@ -85,6 +85,8 @@ PARAMETERS = (
     Parameter(
         "command_timeout", 0.0, "silence of commands that vents; 0: hold", "s", (0.0, 3600.0)
     ),
+    Parameter("command_lead", 60.0, "how far ahead a stamp may lie", "s", (0.0, 86400.0)),
+    Parameter("command_span", 3600.0, "longest trajectory of a command", "s", (0.1, 86400.0)),
     Parameter("shortest_pulse", 0.045, "least time that a valve stays open", "s", (0.001, 1.0)),
     Parameter("shortest_pause", 0.06, "least time that a valve stays closed", "s", (0.0, 1.0)),
     Parameter("zero_band", 5000.0, "largest offset of a channel's sensor", "Pa", (0.0, 50000.0)),
@@ -132,7 +134,7 @@ def box_settings(value: Callable[[str], Any]) -> BoxSettings:
         channels = hand.channels if channels == ("",) else channels
         volumes = tuple(hand.rest_volumes().tolist()) if volumes == (0.0,) else volumes
         limits = tuple(hand.max_pressures().tolist()) if limits == (0.0,) else limits
-    same = ("command_timeout", "shortest_pulse", "shortest_pause", "zero_band", "start_enabled")
+    same = (*NOT_NEGATIVE, "start_enabled")
     return BoxSettings(
         channels=channels,
         rest_volumes=volumes,

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 
 from softhand_bringup.processes.launcher import NodeCommand, ParameterValue
 
 RECORDER = "recorder"  # the node's name, too
+COMMAND_TIMEOUT = 5.0  # [s] after which the driver lets go what the sequencer commands no more
 
 
 def discovery_profile() -> Path:
@@ -58,6 +59,8 @@ class SuiteOptions:
         step: physics step [s].
         real_time_factor: upper bound of simulated over wall time; 0: as fast as it goes.
         gui: open PyBullet's window.
+        publish_clock: the simulator publishes /clock; False: it follows another's.
+        namespace: of the nodes; empty: the root.
     """
 
     hand: str = "rbo_hand_2"
@@ -74,6 +77,8 @@ class SuiteOptions:
     step: float = 0.002
     real_time_factor: float = 0.0
     gui: bool = False
+    publish_clock: bool = True
+    namespace: str = ""
 
 
 def simulator(options: SuiteOptions) -> NodeCommand:
@@ -88,6 +93,7 @@ def simulator(options: SuiteOptions) -> NodeCommand:
         "step": float(options.step),
         "real_time_factor": float(options.real_time_factor),
         "gui": options.gui,
+        "publish_clock": options.publish_clock,
     }
     if options.model:
         parameters["model_file"] = options.model
@@ -99,9 +105,11 @@ def simulator(options: SuiteOptions) -> NodeCommand:
     return NodeCommand("hand_sim", "pneuflex_sim.ros.node", parameters)
 
 
-def driver(options: SuiteOptions) -> NodeCommand:
-    """The node `pneumaticbox`, on the simulator's plant."""
+def driver(options: SuiteOptions, command_timeout: float = 0.0) -> NodeCommand:
+    """The node `pneumaticbox`, on the simulator's plant; `command_timeout` [s], 0 for none."""
     parameters: dict[str, ParameterValue] = {"hand": options.hand, "use_sim_time": True}
+    if command_timeout:
+        parameters["command_timeout"] = command_timeout
     return NodeCommand("driver", "pneumaticbox_driver.ros.node", parameters)
 
 
@@ -146,5 +154,18 @@ def figures(options: SuiteOptions, bag: Path, folder: Path) -> NodeCommand:
 
 
 def three_nodes(options: SuiteOptions) -> list[NodeCommand]:
-    """Simulator, driver and sequencer, in the order in which they are started."""
-    return [simulator(options), driver(options), sequencer(options)]
+    """Simulator, driver and sequencer, in the order in which they are started; in a namespace, the
+    names of their processes begin with it.
+    """
+    commands = [simulator(options), driver(options, COMMAND_TIMEOUT), sequencer(options)]
+    space = options.namespace.strip("/")
+    if not space:
+        return commands
+    return [
+        replace(
+            command,
+            name=f"{space.replace('/', '_')}_{command.name}",
+            remappings={**command.remappings, "__ns": f"/{space}"},
+        )
+        for command in commands
+    ]

@@ -1,5 +1,7 @@
 """The node `recorder`: writes all topics of a domain, or chosen ones, to a bag.
 
+In a namespace it writes those of the namespace and those that have none, as /clock.
+
 It finds topics as they appear and takes their messages in serialised form straight from the
 middleware's queues, fifty times a second. No executor and no wait set: at 2000 messages a second
 these would cost more than the recording itself. Stamps are the middleware's own stamps of
@@ -19,6 +21,7 @@ from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.utilities import remove_ros_args
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -39,7 +42,9 @@ from softhand_ros.topics import SECOND, unused
 POLL_PERIOD = 0.02  # [s]
 DISCOVERY_PERIOD = 0.1  # [s]
 QUEUE_DEPTH = 2000  # messages of one topic that may wait between two polls
-BULKY = ("/hand/markers",)  # 1.6 MB a second of what joint states and pressures tell as well
+BULKY = (
+    "/hand/markers"  # of any hand: 1.6 MB a second of what joint states and pressures tell as well
+)
 LAST_MESSAGES = 0.2  # [s] to wait for what is still under way when asked to stop
 
 
@@ -75,7 +80,7 @@ class Recorder(Node):
     def __init__(self, bag: BagWriter, chosen: Collection[str] = ()) -> None:
         super().__init__(RECORDER, enable_rosout=False, start_parameter_services=False)
         self._bag = bag
-        self._chosen = {f"/{topic.lstrip('/')}" for topic in chosen}
+        self._chosen = {self.resolve_topic_name(topic) for topic in chosen}
         self._sources: dict[str, tuple[Any, Connection]] = {}
         self._refused: set[str] = set()
         self._diagnostics = Diagnostics(self, RECORDER, "")
@@ -104,11 +109,21 @@ class Recorder(Node):
         for topic, types in self.get_topic_names_and_types():
             if topic in self._sources or topic in self._refused:
                 continue
-            if not is_recorded(topic, self._chosen):
+            if not is_recorded(topic, self._chosen, self.get_namespace()):
                 continue
-            publishers = self.get_publishers_info_by_topic(topic)
-            if publishers:
-                self._subscribe(topic, types[0], [info.qos_profile for info in publishers])
+            profiles = self._profiles(topic)
+            if profiles:
+                self._subscribe(topic, types[0], profiles)
+
+    def _profiles(self, topic: str) -> list[QoSProfile]:
+        """What is offered on a topic. While nobody publishes it, what others ask for there, so that
+        commands are recorded from the first one on; but not when they ask for what was before.
+        """
+        if publishers := self.get_publishers_info_by_topic(topic):
+            return [info.qos_profile for info in publishers]
+        asked = [info.qos_profile for info in self.get_subscriptions_info_by_topic(topic)]
+        latched = any(p.durability is DurabilityPolicy.TRANSIENT_LOCAL for p in asked)
+        return [] if latched else asked
 
     def _subscribe(self, topic: str, type_name: str, profiles: list[QoSProfile]) -> None:
         try:
@@ -139,14 +154,19 @@ class Recorder(Node):
         self._diagnostics.publish([Report("", "recording", warnings, values)])
 
 
-def is_recorded(topic: str, chosen: Collection[str]) -> bool:
-    """Whether a topic goes into the bag: it is among the chosen ones, or none are and it is not
-    bulky.
+def is_recorded(topic: str, chosen: Collection[str], namespace: str = "/") -> bool:
+    """Whether a topic goes into the bag: it is among the chosen ones, or none are, it is not bulky,
+    and it belongs to no other namespace.
 
     >>> is_recorded("/hand/markers", ()), is_recorded("/hand/markers", ("/hand/markers",))
     (False, True)
+    >>> [is_recorded(t, (), "/left") for t in ("/left/wrist/pose", "/right/wrist/pose", "/clock")]
+    [True, False, True]
     """
-    return topic in chosen if chosen else topic not in BULKY
+    if chosen:
+        return topic in chosen
+    own = topic.startswith(f"{namespace.rstrip('/')}/") or topic.count("/") == 1
+    return own and not topic.endswith(BULKY)
 
 
 def _import_message(type_name: str) -> type:
@@ -178,15 +198,22 @@ def _open_bag(folder: Path) -> BagWriter:
 
 def main(arguments: list[str] | None = None) -> int:
     """Record until SIGINT or SIGTERM; 0 when the bag was closed in order."""
-    parser = argparse.ArgumentParser(prog="softhand record", description="Record topics to a bag.")
+    words = sys.argv[1:] if arguments is None else arguments
+    parser = argparse.ArgumentParser(
+        prog="softhand record",
+        description="Record topics to a bag.",
+        epilog="Options of ROS stand behind --ros-args, as -r __ns:=/left: there it records the "
+        "topics below /left and those without a namespace. It hears every topic that it records, "
+        "publishes /diagnostics once a second, and has neither services nor parameters.",
+    )
     parser.add_argument("folder", type=Path, help="the bag's folder, which must not exist yet")
     parser.add_argument(
         "--topics", nargs="+", default=(), help="these alone; else all there are but hand/markers"
     )
-    parsed = parser.parse_args(arguments)
+    parsed = parser.parse_args(remove_ros_args(words))
     bag = _open_bag(parsed.folder)
     try:
-        status = run_node(RECORDER, lambda: Recorder(bag, parsed.topics), Recorder.run, args=[])
+        status = run_node(RECORDER, lambda: Recorder(bag, parsed.topics), Recorder.run, args=words)
     finally:
         bag.close()
     print(f"recorder: {bag.message_count} messages", flush=True)

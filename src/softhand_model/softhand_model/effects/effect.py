@@ -10,6 +10,8 @@ from typing import Any, ClassVar, Self, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_model.quoted import quoted, shortened
+
 STAGES = ("input", "load", "elastic", "structure", "output", "flow")
 BASES = ("pneuflex", "linear")
 EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_torque")
@@ -93,12 +95,13 @@ class Effect:
 
     values: Mapping[str, Any]
 
-    def __init__(self, **values: float) -> None:
+    def __init__(self, /, **values: float) -> None:
         known = {parameter.name: parameter for parameter in self.parameters}
         for name in values:
             if name not in known:
                 raise ValueError(
-                    f"effect {self.name}: parameters: expected only {_listed(known)}, got {name}"
+                    f"effect {self.name}: parameters: expected only {_listed(known)}, "
+                    f"got {shortened(name)}"
                 )
         for name, parameter in known.items():
             if name not in values:
@@ -135,7 +138,7 @@ class Effect:
             unit = f" {parameter.unit}" if parameter.unit else ""
             raise ValueError(
                 f"effect {self.name}: {parameter.name}: expected a number from "
-                f"{parameter.low:g} to {parameter.high:g}{unit}, got {value!r}"
+                f"{parameter.low:g} to {parameter.high:g}{unit}, got {quoted(value)}"
             )
 
     def __repr__(self) -> str:

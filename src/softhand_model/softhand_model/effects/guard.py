@@ -22,9 +22,9 @@ import numpy as np
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.numerics.arrays import Array
+from softhand_model.quoted import quoted, shortened
 
 CALL_LIMIT = 5.0  # wall time of one call [s]
-LONGEST_QUOTE = 200  # characters
 
 
 class EffectError(ValueError):
@@ -87,14 +87,16 @@ def told(place: str) -> Iterator[None]:
     except EffectError:
         raise
     except SystemExit as reason:
-        raise EffectError(f"{place}: expected it to return, got sys.exit({reason})") from reason
+        raise EffectError(
+            f"{place}: expected it to return, got sys.exit({quoted(reason.code)})"
+        ) from reason
     except _TooLong:
         raise EffectError(f"{place}: expected an end within {CALL_LIMIT:g} s, got none") from None
     except BaseException as reason:
         if isinstance(reason, ValueError) and "read-only" in str(reason):
             wanted, got = "arguments left as they are", "a change in place"
         else:
-            wanted, got = "it to run", _quoted(f"{type(reason).__name__}: {reason}")
+            wanted, got = "it to run", shortened(f"{type(reason).__name__}: {reason}")
         raise EffectError(f"{place}: expected {wanted}, got {got}") from reason
 
 
@@ -133,7 +135,7 @@ def _check_numbers(found: Any, effect: Effect, given: list[Any], place: str) -> 
         np.asarray(found) if isinstance(found, np.ndarray | np.generic | int | float) else None
     )
     if numbers is None or numbers.dtype.kind not in "iuf":
-        raise EffectError(f"{place}: expected numbers, got {_quoted(repr(found))}")
+        raise EffectError(f"{place}: expected numbers, got {quoted(found)}")
     arrays = [*_arrays(given), *_values(effect)]
     shape = np.broadcast_shapes(*(array.shape for array in arrays))
     if not _fits(numbers.shape, shape):
@@ -172,7 +174,7 @@ def _values(effect: Effect) -> list[Array]:
 
 def _check_pulse(found: Any, effect: Effect, given: list[Any], place: str) -> Pulse:
     if not isinstance(found, Pulse):
-        raise EffectError(f"{place}: expected a Pulse, got {_quoted(repr(found))}")
+        raise EffectError(f"{place}: expected a Pulse, got {quoted(found)}")
     for field in fields(found):
         if field.name != "inflating":
             _check_numbers(getattr(found, field.name), effect, given, f"{place}: {field.name}")
@@ -181,18 +183,13 @@ def _check_pulse(found: Any, effect: Effect, given: list[Any], place: str) -> Pu
 
 def _check_flags(found: Any, effect: Effect, given: list[Any], place: str) -> Any:
     if np.asarray(found).dtype.kind != "b":
-        raise EffectError(f"{place}: expected true or false, got {_quoted(repr(found))}")
+        raise EffectError(f"{place}: expected true or false, got {quoted(found)}")
     return found
 
 
 def _check_nothing(found: Any, effect: Effect, given: list[Any], place: str) -> None:
     if found is not None:
-        raise EffectError(f"{place}: expected nothing returned, got {_quoted(repr(found))}")
+        raise EffectError(f"{place}: expected nothing returned, got {quoted(found)}")
 
 
 CHECKS = {"act_on_pulse": _check_pulse, "allows": _check_flags, "remember": _check_nothing}
-
-
-def _quoted(text: str) -> str:
-    line = " ".join(text.split())
-    return line if len(line) <= LONGEST_QUOTE else line[:LONGEST_QUOTE] + " ..."

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from softhand_model.hand import plausible, section
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
 from softhand_model.numerics.arrays import Array
-from softhand_model.yaml_document import Bounds, DocumentError, Node, data_file, read_document
+from softhand_model.quoted import shortened
+from softhand_model.yaml_document import Bounds, Node, data_file, read_document
 
 FORMAT = "softhand-actuators/1"
 GAUSS_POINTS = 8  # on each of PANELS pieces: the tip angle of a P10 finger is exact to 1e-9
@@ -32,6 +33,7 @@ OPTIONAL = (
     "density",
 )
 
+TAPER_ROOT = Bounds(0.1, 100.0, "")
 BOUNDS = {
     "wall": plausible.WALL,
     "side_wall": plausible.SIDE_WALL,
@@ -177,7 +179,7 @@ def load_actuator(name: str, path: Path | None = None) -> Actuator:
     """
     actuators = _load_all(path or data_file("actuators.yaml"))[2]
     if name not in actuators:
-        raise ValueError(f"actuator: expected one of {', '.join(actuators)}, got {name}")
+        raise ValueError(f"actuator: expected one of {', '.join(actuators)}, got {shortened(name)}")
     return actuators[name]
 
 
@@ -196,9 +198,8 @@ def own_actuators(node: Node) -> dict[str, Actuator]:
     found = {}
     for name, entry in node.mapping().items():
         if name in shipped:
-            raise DocumentError(
-                f"{node.file}: {node.key}: expected names other than those of shipped actuators "
-                f"({', '.join(shipped)}), got {name}"
+            raise entry.error(
+                f"a name other than those of shipped actuators ({', '.join(shipped)})", name
             )
         found[name] = _actuator(name, entry, modulus, density)
     return found
@@ -278,9 +279,7 @@ def _mass(node: Node, fields: dict[str, Node], density: float, volume: float) ->
     if "mass" not in fields:
         return density * volume
     if "density" in fields:
-        raise DocumentError(
-            f"{node.file}: {node.key}: expected either mass or density, got both of them"
-        )
+        raise node.error("either mass or density", "both of them")
     low, high = plausible.DENSITY.low * volume, plausible.DENSITY.high * volume
     return fields["mass"].within(Bounds(low, high, "kg for this volume of rubber"))
 
@@ -289,10 +288,8 @@ def _length(node: Node, fields: dict[str, Node]) -> tuple[float, float | None, f
     """Length [m], and radius [m] and angle [rad] of an arc: either is given."""
     arc = [key for key in ("arc_radius", "arc_angle") if key in fields]
     if ("length" in fields) == bool(arc) or len(arc) == 1:
-        raise DocumentError(
-            f"{node.file}: {node.key}: expected length, or arc_radius and arc_angle, "
-            f"got {', '.join(key for key in ['length', *arc] if key in fields) or 'none of them'}"
-        )
+        got = ", ".join(key for key in ["length", *arc] if key in fields)
+        raise node.error("length, or arc_radius and arc_angle", got or "none of them")
     if not arc:
         return fields["length"].within(plausible.LENGTH), None, None
     radius, angle = (
@@ -312,7 +309,7 @@ def read_profile(node: Node, length: float, bounds: Bounds = plausible.SECTION) 
             taper["maximum"].within(bounds),
             length,
             taper["taper"].number(0.0, 1.0),
-            taper["root"].positive(),
+            taper["root"].within(TAPER_ROOT),
         )
     if isinstance(node.value, list):
         return _table(node, length, bounds)

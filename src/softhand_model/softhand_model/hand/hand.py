@@ -19,9 +19,9 @@ from softhand_model.hand.actuator import Actuator, actuator_names, load_actuator
 from softhand_model.hand.palm_sheet import PalmSheet
 from softhand_model.numerics.arrays import Array
 from softhand_model.numerics.rotations import from_rpy, rotate
+from softhand_model.quoted import listed, shortened
 from softhand_model.yaml_document import (
     Bounds,
-    DocumentError,
     Node,
     find_document,
     read_document,
@@ -151,7 +151,8 @@ class HandDescription:
             if chain.name == name:
                 return chain
         raise ValueError(
-            f"chain: expected one of {', '.join(chain.name for chain in self.chains)}, got {name}"
+            f"chain: expected one of {listed(chain.name for chain in self.chains)}, "
+            f"got {shortened(name)}"
         )
 
     @property
@@ -165,7 +166,7 @@ class HandDescription:
             if actuator in chain.channels:
                 return self.channels.index(chain.channels[actuator])
         raise ValueError(
-            f"actuator: expected one of {', '.join(self.actuator_names)}, got {actuator}"
+            f"actuator: expected one of {listed(self.actuator_names)}, got {shortened(actuator)}"
         )
 
     def rest_volumes(self) -> Array:
@@ -252,10 +253,7 @@ def _chain(
     _check_shape(node, fields, parts)
     arc = parts[0].arc_radius is not None
     if arc != ("turn" in fields):
-        raise DocumentError(
-            f"{node.file}: {node.key}: expected the key turn for arcs and for them alone, "
-            f"got {', '.join(fields)}"
-        )
+        raise node.error("the key turn for arcs and for them alone", listed(fields))
     return ChainDescription(
         name,
         actuators,
@@ -279,15 +277,14 @@ def _check_shape(node: Node, fields: dict[str, Node], actuators: list[Actuator])
     if curved == [True, True]:
         good = arcs[0][1] == arcs[1][1] and arcs[0][0] < arcs[1][0]  # type: ignore[operator]
     if not good:
-        raise DocumentError(
-            f"{node.file}: {fields['actuators'].key}: expected one actuator, or two straight ones "
-            "of one length, or two arcs of one angle, inner first, "
-            f"got {', '.join(actuator.name for actuator in actuators) or 'none'}"
+        raise fields["actuators"].error(
+            "one actuator, or two straight ones of one length, or two arcs of one angle, inner "
+            "first",
+            listed(actuator.name for actuator in actuators),
         )
     if pair != ("pitch" in fields):
-        raise DocumentError(
-            f"{node.file}: {node.key}: expected the key pitch for a pair of straight actuators and "
-            f"for it alone, got {', '.join(fields)}"
+        raise node.error(
+            "the key pitch for a pair of straight actuators and for it alone", listed(fields)
         )
     if any(curved) and "web" in fields:
         raise fields["web"].error("no web on arcs")
@@ -373,9 +370,7 @@ def _sheet(node: Node) -> PalmSheet:
 def _refuse_repeated(node: Node, seen: set[str], chain: ChainDescription) -> None:
     for name in chain.actuators:
         if name in seen:
-            raise DocumentError(
-                f"{node.file}: {node.key}.actuators: expected names not used before, got {name}"
-            )
+            raise node.mapping()["actuators"].error("names not used before", shortened(name))
         seen.add(name)
 
 
@@ -383,6 +378,4 @@ def _refuse_idle_channels(node: Node, chains: dict[str, ChainDescription]) -> No
     used = {channel for chain in chains.values() for channel in chain.channels.values()}
     for channel in node.names():
         if channel not in used:
-            raise DocumentError(
-                f"{node.file}: {node.key}: expected channels that feed an actuator, got {channel}"
-            )
+            raise node.error("channels that feed an actuator", shortened(channel))

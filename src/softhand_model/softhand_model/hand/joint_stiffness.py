@@ -221,4 +221,4 @@ def read_springs(node: Node) -> SpringModel:
 def _sideways(node: Node) -> float | str:
     if isinstance(node.value, str) and node.value != SECTION:
         raise node.error(f"a number above 0 or {SECTION}")
-    return SECTION if node.value == SECTION else node.positive()
+    return SECTION if node.value == SECTION else node.number(above=0.0, high=1e3)

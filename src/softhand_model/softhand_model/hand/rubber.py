@@ -59,7 +59,7 @@ def _rubber(name: str, node: Node) -> Rubber:
         name,
         fields["maker"].text(),
         fields["chemistry"].text(),
-        fields["max_stretch"].number(above=1.0),
+        fields["max_stretch"].number(above=1.0, high=100.0),
         fields["shear_modulus"].within(plausible.SHEAR_MODULUS),
         fields["density"].within(plausible.DENSITY),
     )

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from numba import njit
+from numba.core import event
+
+COMPILING = "compiling the numerical kernels: about a minute, at the first start only"
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -32,3 +36,26 @@ def kernels_stamp(folder: Path) -> tuple[float, int]:
     """Time of the latest change [s] and size [bytes] of all files with kernels below a folder."""
     stats = [file.stat() for file in folder.rglob("*.py") if "@compiled" in file.read_text("utf-8")]
     return max((s.st_mtime for s in stats), default=0.0), sum(s.st_size for s in stats)
+
+
+class _BeforeCompiling(event.Listener):
+    """Tells that a kernel is about to be compiled, of the first one only."""
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        self._tell, self._told = tell, False
+
+    def on_start(self, event: event.Event) -> None:
+        """Called by numba before a kernel that is not in the cache."""
+        if not self._told:
+            self._told = True
+            self._tell(COMPILING)
+
+    def on_end(self, event: event.Event) -> None:
+        """Called by numba after it."""
+
+
+@contextmanager
+def compilation_told(tell: Callable[[str], None]) -> Iterator[None]:
+    """Have `tell` called with a sentence before the first kernel is compiled, if one has to be."""
+    with event.install_listener("numba:compile", _BeforeCompiling(tell)):
+        yield

@@ -1,6 +1,5 @@
 """Constants of the pretended Pneumaticbox, read from one YAML file and checked."""
 
-import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from softhand_model.numerics.arrays import Array
-from softhand_model.yaml_document import Node, data_file, read_document
+from softhand_model.yaml_document import Bounds, Node, data_file, read_document
 
 FORMAT = "softhand-pneumatics/1"
 Range = tuple[float, float]
@@ -151,7 +150,29 @@ SECTIONS: dict[str, type] = {
     "supply_sensor": Sensor,
 }
 MAY_BE_ZERO = ("delay_jitter", "noise", "accuracy", "droop", "conductance", "thermal_time_constant")
-BOUNDS = {"bits": (1.0, 24.0), "passed": (0.0, 1.0), "margin": (1.0, math.inf)}
+DELAY, SIZE = Bounds(0.0, 1.0, "s"), Bounds(1e-5, 0.1, "m")
+PRESSURE = Bounds(1e3, 1e8, "Pa")
+BOUNDS = {
+    **dict.fromkeys(("opening_delay", "closing_delay", "delay_jitter"), DELAY),
+    **dict.fromkeys(("diameter", "inlet_diameter", "outlet_diameter"), SIZE),
+    **dict.fromkeys(("pressure", "cut_in", "cut_out", "range"), PRESSURE),
+    **dict.fromkeys(("dead_volume", "volume", "tank_volume"), Bounds(1e-10, 10.0, "m3")),
+    "discharge_coefficient": Bounds(0.01, 2.0, ""),
+    "length": Bounds(1e-3, 1e3, "m"),
+    "droop": Bounds(0.0, 1e12, "Pa s/kg"),
+    "delivery": Bounds(1e-9, 10.0, "kg/s"),
+    "passed": Bounds(0.0, 1.0, ""),
+    "conductance": Bounds(0.0, 1e-3, "kg/(s Pa)"),
+    "thermal_time_constant": Bounds(0.0, 1e5, "s"),
+    "margin": Bounds(1.0, 100.0, ""),
+    "accumulation": Bounds(1e-6, 100.0, ""),
+    "accuracy": Bounds(0.0, 1.0, "of full scale"),
+    "noise": Bounds(0.0, 1e6, "Pa"),
+    "bits": Bounds(1.0, 24.0, ""),
+    "time_constant": Bounds(1e-9, 10.0, "s"),
+}  # what each constant can be; wider than any box
+MOST_SEED = 2**63 - 1
+AMBIENT, TEMPERATURE = Bounds(1e4, 2e5, "Pa"), Bounds(200.0, 500.0, "K")
 
 
 def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
@@ -170,15 +191,12 @@ def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
     source = data_file("pneumatics.yaml") if path is None else Path(path)
     scalars = ("box_seed", "ambient_pressure", "temperature")
     content = read_document(source, FORMAT).fields(["format", *scalars, *SECTIONS])
-    seed = content["box_seed"]
-    if not isinstance(seed.value, int) or seed.value < 0:
-        raise seed.error("a whole number of at least 0")
     sections = {key: _section(content[key], kind) for key, kind in SECTIONS.items()}
     _check_compressor(content["compressor"], sections["compressor"])
     return Pneumatics(
-        box_seed=seed.value,
-        ambient_pressure=content["ambient_pressure"].positive(),
-        temperature=content["temperature"].positive(),
+        box_seed=content["box_seed"].whole(0, MOST_SEED),
+        ambient_pressure=content["ambient_pressure"].within(AMBIENT),
+        temperature=content["temperature"].within(TEMPERATURE),
         **sections,
     )
 
@@ -198,12 +216,12 @@ def _section(node: Node, kind: type) -> Any:
 
 def _scalar(name: str, node: Node) -> float:
     if name in BOUNDS:
-        return node.number(*BOUNDS[name])
+        return node.within(BOUNDS[name])
     return node.number(low=0.0) if name in MAY_BE_ZERO else node.positive()
 
 
 def _range(name: str, node: Node) -> Range:
-    low, high = node.vector(2)
+    low, high = node.vector(2, BOUNDS.get(name))
     if name in MAY_BE_ZERO and not 0 <= low <= high:
         raise node.error("[smallest, largest] of at least 0")
     if name not in MAY_BE_ZERO and not 0 < low <= high:

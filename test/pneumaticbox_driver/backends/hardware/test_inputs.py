@@ -111,7 +111,7 @@ def test_a_device_is_found_by_its_name_or_its_folder(tree):
 def test_a_device_that_is_not_there_is_named_with_those_that_are(tree):
     with pytest.raises(HardwareError) as error:
         open_inputs(tree, device="ads1115")
-    assert "hardware.yaml: converter.device: expected one IIO device" in str(error.value)
+    assert "hardware.yaml:24: converter.device: expected one IIO device" in str(error.value)
     assert "TI-am335x-adc.0.auto (iio:device0)), got ads1115" in str(error.value)
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from softhand_model.yaml_document import Node, read_document
+from softhand_model.quoted import quoted
+from softhand_model.yaml_document import Bounds, Node, read_document
 
 FORMAT = "pneumaticbox-hardware/1"
 LINUX = "linux"
@@ -13,6 +14,9 @@ ALLOW_BOARD_MODULE = "--allow-board-module"  # option of `softhand hardware`
 REFERENCES = ("gauge", "absolute")
 MOST_OUTLETS = 8
 LONGEST_VENT = 10.0  # [s]
+MOST_LINE = 10_000  # numbers of GPIO lines and analog inputs
+GAIN, OFFSET = Bounds(1.0, 1e9, "Pa/V"), Bounds(-1e9, 1e9, "Pa")
+VOLTAGE, DIVIDER = Bounds(1e-9, 1e3, "V"), Bounds(1e-4, 1.0, "")
 
 
 class HardwareError(ValueError):
@@ -160,12 +164,12 @@ def _vent_time(node: Node) -> float:
 
 def _sensor_type(node: Node) -> SensorType:
     content = node.fields(["gain", "offset", "reference", "output"])
-    low, high = content["output"].vector(2)
+    low, high = content["output"].vector(2, VOLTAGE)
     if not 0 < low < high:
         raise content["output"].error("[smallest, largest] above 0 V")
     return SensorType(
-        gain=content["gain"].positive(),
-        offset=content["offset"].number(),
+        gain=content["gain"].within(GAIN),
+        offset=content["offset"].within(OFFSET),
         reference=content["reference"].choice(REFERENCES),
         output=(low, high),
     )
@@ -174,11 +178,11 @@ def _sensor_type(node: Node) -> SensorType:
 def _converter(node: Node) -> Converter:
     content = node.fields(["sysfs", "device", "full_scale"], ["scale"])
     return Converter(
-        place=f"{node.file}: {node.key}",
+        place=node.place,
         sysfs=Path(content["sysfs"].text()),
         device=content["device"].text(),
-        scale=content["scale"].positive() if "scale" in content else None,
-        full_scale=content["full_scale"].positive(),
+        scale=content["scale"].within(VOLTAGE) if "scale" in content else None,
+        full_scale=content["full_scale"].within(VOLTAGE),
     )
 
 
@@ -189,7 +193,7 @@ def _outlet(
     chip = content["chip"].text() if "chip" in content else chip
     active_low = _flag(content["active_low"]) if "active_low" in content else active_low
     coils = {
-        name: Coil(f"{node.file}: {content[name].key}", chip, _line(content[name]), active_low)
+        name: Coil(content[name].place, chip, _line(content[name]), active_low)
         for name in ("inflate", "deflate")
     }
     return Outlet(sensor=_sensor(content["sensor"], types, converter), **coils)
@@ -198,26 +202,22 @@ def _outlet(
 def _sensor(node: Node, types: dict[str, SensorType], converter: Converter) -> Sensor:
     content = node.fields(["type", "input", "divider"])
     kind = types[content["type"].choice(types)]
-    divider = content["divider"].positive()
+    divider = content["divider"].within(DIVIDER)
     most = min(1.0, converter.full_scale / kind.output[1])
     if divider > most:
         raise content["divider"].error(
             f"at most {most:.4g}, so that {kind.output[1]:g} V of the sensor stay within "
             f"{converter.full_scale:g} V of the input"
         )
-    place = f"{node.file}: {node.key}"
-    return Sensor(place, kind, _whole(content["input"]), divider)
+    return Sensor(node.place, kind, content["input"].whole(0, MOST_LINE), divider)
 
 
 def _line(node: Node) -> int | str:
-    return node.text() if isinstance(node.value, str) else _whole(node, "or a line's name")
-
-
-def _whole(node: Node, alternative: str = "") -> int:
-    value = node.value
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise node.error(f"a whole number of at least 0 {alternative}".rstrip())
-    return value
+    return (
+        node.text()
+        if isinstance(node.value, str)
+        else node.whole(0, MOST_LINE, " or a line's name")
+    )
 
 
 def _flag(node: Node) -> bool:
@@ -231,5 +231,7 @@ def _refuse_twice(kind: str, used: Iterable[tuple[str, Hashable]]) -> None:
     for place, what in used:
         if what in seen:
             first = seen[what].rpartition(": ")[2]
-            raise ValueError(f"{place}: expected another {kind}, got that of {first}: {what}")
+            raise ValueError(
+                f"{place}: expected another {kind}, got that of {first}: {quoted(what)}"
+            )
         seen[what] = place

@@ -1,0 +1,126 @@
+"""One clock for several simulators, on real nodes: who waits for whom, and for how long."""
+
+import time
+
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from ros_domain import held_domain
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Header
+
+from pneuflex_sim.ros.clock import ALONE, FOLLOWERS, LEAD, MEMORY, PATIENCE, shared_clock
+from softhand_ros.topics import RELIABLE, clock_conflict, stamp_of_seconds
+
+pytestmark = pytest.mark.system
+LIMIT = 10.0  # [s]
+
+
+@pytest.fixture
+def node():
+    """Makes nodes in namespaces of a ROS domain of their own."""
+    with held_domain() as domain:
+        context, made = Context(), []
+        rclpy.init(
+            context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
+        )
+
+        def make(namespace):
+            settings = {"enable_rosout": False, "start_parameter_services": False}
+            made.append(Node("hand_sim", namespace=namespace, context=context, **settings))
+            return made[-1]
+
+        yield make
+        for one in made:
+            one.destroy_node()
+        rclpy.try_shutdown(context=context)
+
+
+@pytest.fixture
+def pair(node):
+    """The clock that leads and one that follows, once they have found each other."""
+    leading, following = node("left"), node("right")
+    pair = shared_clock(leading, publish=True), shared_clock(following, publish=False)
+    until(lambda: leading.count_publishers(FOLLOWERS) and following.count_publishers("/clock"))
+    until(lambda: leading.count_subscribers("/clock"))
+    time.sleep(0.2)  # until the readers are matched, too
+    return pair
+
+
+def until(condition):
+    end = time.monotonic() + LIMIT
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def tick(leading, following, now):
+    """A tick that has reached the one that follows."""
+    leading.tell(now)
+    until(lambda: following.wait(0.05) or following.allows(now - 1e-6))
+
+
+def duration(call, *arguments):
+    begin = time.monotonic()
+    call(*arguments)
+    return time.monotonic() - begin
+
+
+def test_who_follows_waits_for_a_tick_and_never_goes_beyond_the_newest(pair):
+    leading, following = pair
+    assert not following.allows(0.0)
+    assert following.warning() == ALONE
+    tick(leading, following, 7.0)
+    assert following.warning() == ""
+    assert following.jump(0.0) == 7.0  # it begins where the clock is
+    assert following.jump(6.99) == 0.0
+    assert following.allows(6.99)
+    assert not following.allows(7.0)
+
+
+def test_a_clock_that_was_set_back_takes_who_follows_along(pair):
+    leading, following = pair
+    tick(leading, following, 7.0)
+    leading.tell(0.5)
+    until(lambda: following.wait(0.05) or following.jump(7.0))
+    assert following.jump(7.0) == -6.5
+
+
+def test_who_leads_waits_for_who_is_behind_and_forgets_who_falls_silent(pair):
+    leading, following = pair
+    tick(leading, following, 1.0)
+    following.tell(1.0)
+    until(lambda: leading.wait(0.05) or leading._followers)
+    assert duration(leading.tell, 1.0 + 0.5 * LEAD) < 0.5 * PATIENCE
+    assert duration(leading.tell, 2.0) >= PATIENCE
+    following.tell(2.0)
+    time.sleep(0.1)
+    assert duration(leading.tell, 2.01) < 0.5 * PATIENCE
+    time.sleep(MEMORY)
+    assert duration(leading.tell, 9.0) < 0.5 * PATIENCE
+
+
+def test_names_that_come_in_masses_are_cut_and_forgotten(pair, node):
+    leading, _ = pair
+    stranger = node("stranger")
+    hostile = stranger.create_publisher(Header, FOLLOWERS, RELIABLE)
+    until(lambda: hostile.get_subscription_count())
+    for number in range(50):
+        stamp = stamp_of_seconds(100.0)
+        hostile.publish(Header(stamp=stamp, frame_id=f"{number}" + 100_000 * "x"))
+        leading.wait(0.1)
+    assert 0 < max(map(len, leading._followers)) <= 200
+    time.sleep(1.1 * MEMORY)
+    leading.wait(0.0)
+    assert not leading._followers
+
+
+def test_a_second_publisher_of_the_clock_is_told(pair, node):
+    third = node("third")
+    until(lambda: third.count_publishers("/clock") == 1)
+    assert clock_conflict(third) == ""
+    third.create_publisher(Clock, "/clock", 10)
+    until(lambda: third.count_publishers("/clock") == 2)
+    assert clock_conflict(third).startswith("two nodes publish /clock: start all but one")

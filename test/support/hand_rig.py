@@ -1,0 +1,62 @@
+"""The box on the pretended bench with the actuators of a hand, as with `volume_model: hand`."""
+
+import numpy as np
+
+from pneumaticbox_driver.backends.embedded import EmbeddedBench
+from pneumaticbox_driver.box.box import PneumaticBox
+from pneumaticbox_driver.box.commands import TrajectoryPoint
+from pneumaticbox_driver.calibration.file import load_calibration
+from pneumaticbox_driver.modes import MODES
+from pneumaticbox_driver.settings import BoxSettings
+from softhand_model.chain.volumes import FreeActuators
+from softhand_model.hand.hand import load_hand
+
+
+class HandRig:
+    """Runs the box and a bench with the channels of `hand`, free or loaded by `load(...)`."""
+
+    def __init__(self, hand="rbo_hand_2", mode="mass", seed=1, **settings):
+        described = load_hand(hand)
+        self.names = described.channels
+        self.actuators = FreeActuators(described)
+        self.bench = EmbeddedBench(self.names, self.actuators, seed=seed)
+        self.box = PneumaticBox(
+            BoxSettings(
+                channels=self.names,
+                rest_volumes=tuple(described.rest_volumes().tolist()),
+                pressure_limits=tuple(described.max_pressures().tolist()),
+                control_modes=(mode,) * len(self.names),
+                volume_model="hand",
+                hand=hand,
+                **settings,
+            ),
+            load_calibration(None, len(self.names)),
+        )
+
+    def run(self, duration, dt=4e-3):
+        """Samples for `duration` [s], dt [s] apart."""
+        for _ in range(round(duration / dt)):
+            readings = self.bench.advance(dt)
+            self.bench.command(self.box.on_sample(self.bench.time, readings))
+
+    def started(self):
+        """The rig, once the box has averaged its sensors."""
+        self.run(1.0)
+        return self
+
+    def command(self, names, values, after=0.0):
+        """Send targets of the channels' own mode, in which all of them are."""
+        mode = MODES[self.box.control.modes[self.names.index(names[0])]]
+        point = TrajectoryPoint(after, **{mode.field: values})
+        take = self.box.schedule_valves if mode.scheduled else self.box.command
+        take(names, [point], 0.0, self.box.time)
+
+    @property
+    def gauge(self):
+        """True gauge pressures (n,) [Pa]."""
+        return self.bench.plant.pressures - self.box.settings.ambient
+
+    @property
+    def growth(self):
+        """True volumes above those at rest (n,) [m3]."""
+        return self.bench.volumes - np.array(self.box.settings.rest_volumes)
