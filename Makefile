@@ -3,8 +3,8 @@ PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
 OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
-.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-lab bench-mutants bench-pneumatics pneumatics-experiments \
-	pneumatics-figures docs figures lab-figure live-figure clean
+.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-lab bench-mutants bench-pneumatics bench-robust \
+	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -78,6 +78,11 @@ bench-sim: setup
 # (ARGS="--seed 3", ARGS="--only judge verdict").
 bench-mutants: setup
 	@$(PYTHON_IN_VENV) -m bench.mutants $(ARGS)
+
+# Hostile messages, wrong calls, signals, faults, damaged files, long work; half an hour on an idle
+# machine (ARGS="--rows messages calls", ARGS="--minutes 60 --seed 3").
+bench-robust: setup
+	@$(PYTHON_IN_VENV) -m bench.robust $(ARGS)
 
 # Pages that are made from docstrings and from the nodes' parameters.
 docs: setup

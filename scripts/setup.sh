@@ -86,6 +86,12 @@ run_pip() {
     trap - INT TERM
 }
 
+# What the nodes would else do at their first start.
+compile_kernels() {
+    say "compiling the numerical kernels (about a minute; this happens once)"
+    .venv/bin/python scripts/precompile.py > "$LOG" 2>&1 || explain_failure "compiling the kernels"
+}
+
 make_environment() {
     local start=$SECONDS sources=() name
     mkdir -p .setup
@@ -99,6 +105,7 @@ make_environment() {
     done
     run_pip "installing the suite" --no-deps --no-build-isolation --use-pep517 \
         --config-settings editable_mode=compat "${sources[@]}"
+    compile_kernels
     fingerprint > "$STAMP"
     say "done in $((SECONDS - start)) s"
 }

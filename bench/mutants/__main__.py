@@ -34,9 +34,21 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(prog="bench.mutants", description=__doc__.splitlines()[0])
     add = parser.add_argument
-    add("--count", type=int, default=SAMPLE, metavar="N", help=f"mutants (default: {SAMPLE})")
+    add(
+        "--count",
+        type=int,
+        default=SAMPLE,
+        metavar="N",
+        help=f"mutants of all modules (default: {SAMPLE})",
+    )
     add("--seed", type=int, default=SEED, help=f"of the sample (default: {SEED})")
-    add("--only", nargs="+", default=[""], metavar="WORD", help="modules whose name holds a word")
+    add(
+        "--only",
+        nargs="+",
+        default=[""],
+        metavar="WORD",
+        help="of the sample, those in modules whose name holds a word",
+    )
     return parser.parse_args(arguments)
 
 
@@ -87,12 +99,12 @@ def rows_of(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def main(arguments: list[str] | None = None) -> int:
     """Sample, try, print and write."""
     chosen = options(arguments)
+    code = {row.module: source_file(ROOT, row.module).read_text("utf-8") for row in MODULES}
     rows = [row for row in MODULES if any(word in row.module for word in chosen.only)]
-    code = {row.module: source_file(ROOT, row.module).read_text("utf-8") for row in rows}
-    sample = even_sample(code, chosen.count, chosen.seed)
+    names = {row.module for row in rows}
+    sample = [m for m in even_sample(code, chosen.count, chosen.seed) if m.module in names]
     print(
-        f"mutants: {len(sample)} over {len(rows)} modules, seed {chosen.seed}; not seen:",
-        flush=True,
+        f"mutants: {len(sample)} in {len(rows)} modules, seed {chosen.seed}; not seen:", flush=True
     )
     load_libraries()
     begin = time.monotonic()

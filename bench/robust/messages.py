@@ -30,7 +30,6 @@ def run(seed: int = 0, count: int = COUNT) -> list[dict[str, Any]]:
     """Rows on the nodes that ended, the longest line, memory and the grasp afterwards."""
     options = SuiteOptions()
     with started(options, [suite.monitor(options)]) as rig:
-        rig.await_suite()
         rig.grasp()  # what is loaded late is there then
         rig.begin_anew()
         before = rig.usage()
@@ -44,6 +43,7 @@ def run(seed: int = 0, count: int = COUNT) -> list[dict[str, Any]]:
             at_most("longest line in a log", rig.longest_line(), "characters", 500),
         ]
         if ended:
+            rig.tell_ended()
             return rows
         rig.begin_anew()
         answer = rig.grasp()

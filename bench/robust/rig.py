@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -88,7 +87,7 @@ class Rig(ClientLink):
     # what runs
 
     def start(self, commands: Sequence[NodeCommand]) -> None:
-        """Start nodes; wait for them with `await_suite`."""
+        """Start nodes."""
         for command in commands:
             self.nodes[command.name] = self.launcher.start(command)
 
@@ -174,6 +173,13 @@ class Rig(ClientLink):
         """What every process holds."""
         return {name: usage_of(process.pid) for name, process in self.nodes.items()}
 
+    def tell_ended(self) -> None:
+        """Print how the nodes ended that do not run any more."""
+        for name, process in self.nodes.items():
+            if process.exit_code is not None:
+                last = "\n    ".join(process.output().splitlines()[-12:])
+                print(f"  {name} ended with {process.exit_code}:\n    {last}", flush=True)
+
     def longest_line(self) -> int:
         """Length of the longest line that a node has printed [characters]."""
         lines = (line for process in self.nodes.values() for line in process.output().splitlines())
@@ -201,6 +207,19 @@ def rest_of(rig: Rig, limit: float) -> bool:
 
 
 @contextmanager
+def launched(commands: Sequence[NodeCommand]) -> Iterator[Rig]:
+    """Nodes in a domain of their own, and the bench's node; all has ended afterwards."""
+    with tempfile.TemporaryDirectory() as name, held_domain() as domain:
+        folder = Path(name)
+        environment = node_environment(folder, domain)
+        # the bench's node has the same discovery
+        os.environ.update({k: v for k, v in environment.items() if k.startswith(("ROS", "FAST"))})
+        with Launcher(folder, environment) as launcher, Rig(launcher, domain, folder) as rig:
+            rig.start(commands)
+            yield rig
+
+
+@contextmanager
 def started(
     options: SuiteOptions | None = None,
     further: Sequence[NodeCommand] = (),
@@ -213,19 +232,8 @@ def started(
         further: other nodes, as the monitor.
         replaced: commands that are started in place of the usual ones, by name.
     """
-    chosen = options or SuiteOptions()
-    commands = [(replaced or {}).get(c.name, c) for c in suite.three_nodes(chosen)]
-    with tempfile.TemporaryDirectory() as name, held_domain() as domain:
-        folder = Path(name)
-        environment = node_environment(folder, domain)
-        # the bench's node has the same discovery
-        os.environ.update({k: v for k, v in environment.items() if k.startswith(("ROS", "FAST"))})
-        with Launcher(folder, environment) as launcher, Rig(launcher, domain, folder) as rig:
-            rig.start([*commands, *further])
-            yield rig
-
-
-def timed(work: Callable[[], Any]) -> tuple[Any, float]:
-    """What a function returns, and its wall time [s]."""
-    begin = time.monotonic()
-    return work(), time.monotonic() - begin
+    usual = suite.three_nodes(options or SuiteOptions())
+    commands = [(replaced or {}).get(command.name, command) for command in usual]
+    with launched([*commands, *further]) as rig:
+        rig.await_suite()
+        yield rig

@@ -76,12 +76,14 @@ def test_the_share_that_is_seen_is_told_of_all_and_of_each_module():
 
 
 def test_mutants_are_tried_listed_and_written_with_the_seed(tmp_path):
-    command = [sys.executable, "-m", "bench.mutants", "--only", "driver.modes", "--count", "2"]
+    command = [sys.executable, "-m", "bench.mutants", "--only", "driver.modes", "--count", "1000"]
     done = subprocess.run(
         [*command, "--seed", "5"], cwd=tmp_path, capture_output=True, text=True, check=True
     )
-    assert "2 over 1 modules, seed 5" in done.stdout and "time" in done.stdout
     written = json.loads((tmp_path / "out/bench/bench-mutants.json").read_text())
-    assert written["seed"] == 5 and len(written["mutants"]) == 2
+    found = len(written["mutants"])
+    assert f"{found} in 1 modules, seed 5" in done.stdout and "time" in done.stdout
+    assert written["seed"] == 5 and 1 <= found <= 4
     assert all(mutant["seen"] in (True, False) for mutant in written["mutants"])
-    assert {row["name"] for row in written["rows"]} >= {"pneumaticbox_driver.modes (2)", "time"}
+    names = {row["name"] for row in written["rows"]}
+    assert names >= {f"pneumaticbox_driver.modes ({found})", "time"}

@@ -9,16 +9,34 @@ from pneumaticbox_driver.calibration.file import load_calibration
 from pneumaticbox_driver.modes import MODES
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.chain.volumes import FreeActuators
+from softhand_model.gas import AMBIENT_PRESSURE
 from softhand_model.hand.hand import load_hand
 
 
+class PressedActuators:
+    """The actuators of a hand, free or against an object.
+
+    `give` is the share of their free growth over pressure that an object leaves them: 1 is free
+    posture, 0 holds them at rest.
+    """
+
+    def __init__(self, hand):
+        self._free = FreeActuators(hand)
+        self._ambient = np.full(len(hand.channels), AMBIENT_PRESSURE)
+        self.give = 1.0
+
+    def volumes(self, pressures_abs):
+        rest = self._free.volumes(self._ambient)
+        return rest + self.give * (self._free.volumes(pressures_abs) - rest)
+
+
 class HandRig:
-    """Runs the box and a bench with the channels of `hand`, free or loaded by `load(...)`."""
+    """Runs the box and a bench with the channels of `hand`; `actuators.give` blocks them."""
 
     def __init__(self, hand="rbo_hand_2", mode="mass", seed=1, **settings):
         described = load_hand(hand)
         self.names = described.channels
-        self.actuators = FreeActuators(described)
+        self.actuators = PressedActuators(described)
         self.bench = EmbeddedBench(self.names, self.actuators, seed=seed)
         self.box = PneumaticBox(
             BoxSettings(
@@ -34,10 +52,13 @@ class HandRig:
         )
 
     def run(self, duration, dt=4e-3):
-        """Samples for `duration` [s], dt [s] apart."""
+        """Samples for `duration` [s], dt [s] apart; the highest true gauge pressure [Pa]."""
+        peak = 0.0
         for _ in range(round(duration / dt)):
             readings = self.bench.advance(dt)
             self.bench.command(self.box.on_sample(self.bench.time, readings))
+            peak = max(peak, float(self.gauge.max()))
+        return peak
 
     def started(self):
         """The rig, once the box has averaged its sensors."""

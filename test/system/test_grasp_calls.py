@@ -1,6 +1,9 @@
 """Calls of the grasp services while things are under way."""
 
+import signal
+
 import pytest
+from std_srvs.srv import SetBool
 
 
 @pytest.fixture
@@ -39,6 +42,22 @@ def test_a_second_call_while_one_runs_is_refused_and_does_not_disturb_it(grippin
     peer.wait(
         lambda: len(peer.phases()) > len(before), 60.0, "the first grasp to go on to its next phase"
     )
+
+
+def test_a_driver_that_is_disabled_ends_the_grasp_at_once_with_that_reason(gripping):
+    peer, answer = gripping
+    assert peer.call(SetBool, "pneumaticbox/enable", data=False).success
+    peer.wait(answer.done, 1.0, "the answer of a grasp that cannot go on")
+    assert not answer.result().success
+    assert "the driver reports: disabled" in answer.result().message
+
+
+def test_when_the_sequencer_is_killed_the_driver_lets_go(nodes, gripping):
+    peer, _ = gripping
+    nodes["sequencer"].send(signal.SIGKILL)
+    peer.diagnosis("pneumaticbox: safety", "no command for 5.0 s", limit=40.0)
+    peer.pass_time(2.0)
+    assert max(peer.state().effort) < 5e3
 
 
 @pytest.mark.parametrize("service", ["push", "edge", "slide_to_wall"])

@@ -53,6 +53,21 @@ def test_every_message_is_recorded_in_order_the_latched_one_too(recorder, traffi
     assert recorded(tmp_path / "bag") == ([float(n) for n in range(1000)], ["<robot/>"])
 
 
+def test_a_topic_that_has_a_listener_alone_is_recorded_from_its_first_message(
+    recorder, peer, tmp_path
+):
+    peer.listen(JointState, "commands", 10)
+    peer.wait(lambda: peer.node.count_subscribers("commands") == 2, 20.0, "the recorder, too")
+    commands = peer.node.create_publisher(JointState, "commands", 10)
+    peer.wait(lambda: commands.get_subscription_count() == 2, 20.0, "both of them")
+    commands.publish(JointState(position=[7.0]))
+    peer.spin(1.0)
+    recorder.send(signal.SIGINT)
+    assert recorder.wait(10.0) == 0
+    with Bag(tmp_path / "bag") as bag:
+        assert [message.position[0] for _, message in bag.messages("/commands")] == [7.0]
+
+
 def test_a_killed_recorder_loses_at_most_what_came_after_the_last_second(
     recorder, traffic, tmp_path
 ):

@@ -11,7 +11,10 @@ from typing import Protocol, TypeVar
 
 import rclpy
 from rclpy.exceptions import ParameterException
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+
+from softhand_ros.topics import refuse_time_before_zero
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
 
@@ -59,6 +62,8 @@ def run_node(
     node, status = None, 0
     try:
         node = make()
+        if isinstance(node, Node):
+            refuse_time_before_zero(node)
         serve(node, stop)
     except (ValueError, OSError, ParameterException) as error:
         status = _fail(name, error, 2)

@@ -10,6 +10,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
+from rosgraph_msgs.msg import Clock
 
 SECOND = 10**9  # [ns]
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
@@ -37,6 +38,27 @@ def clock_conflict(node: Node) -> str:
         return ""
     told = "two" if count == 2 else count
     return f"{told} nodes publish /clock: start all but one with publish_clock:=false"
+
+
+def refuse_time_before_zero(node: Node) -> None:
+    """Have `node` refuse a tick of /clock before 0, at which rclpy raises: it would end the node.
+
+    rclpy has no public way to stand between a node's clock and its topic.
+    """
+    source = node._time_source
+    follow = source.clock_callback
+
+    def tick(message: Clock) -> None:
+        if message.clock.sec < 0:
+            told = f"refused /clock: expected 0 s or later, got {message.clock.sec} s"
+            node.get_logger().warning(told, throttle_duration_sec=1.0)
+            return
+        follow(message)
+
+    # for a subscription that is yet to come
+    source.clock_callback = tick  # type: ignore[method-assign, assignment]
+    if source._clock_sub is not None:
+        source._clock_sub.callback = tick
 
 
 def stamp_of(nanoseconds: int) -> Time:

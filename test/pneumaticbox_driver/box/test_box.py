@@ -125,6 +125,21 @@ def test_a_target_beyond_the_limit_stays_below_it_without_chattering():
     assert rig.mass[1] == pytest.approx(5 * MG, abs=1 * MG)
 
 
+def test_a_command_that_is_repeated_does_not_fill_again_what_was_relieved():
+    rig = BottleRig(channels=2, limit=30e3).started()
+    rig.command(40 * MG, 5 * MG)
+    rig.run(2.0)
+    assert rig.box.guard.blocked.tolist() == [True, False]
+    openings = rig.openings[0]
+    for _ in range(10):
+        rig.command(40 * MG, 5 * MG)
+        rig.run(0.2)
+    assert rig.openings[0] == openings
+    rig.command(41 * MG, 5 * MG)  # another target may try it again
+    rig.run(0.2)
+    assert rig.openings[0] > openings
+
+
 def test_a_push_over_the_limit_is_relieved():
     rig = filled(limit=60e3)
     rig.volume *= 0.7
@@ -226,6 +241,24 @@ def test_silence_of_commands_holds_the_target_unless_a_timeout_is_set():
     assert not strict.box.latch
     strict.run(0.3)
     assert strict.box.latch.reasons == ["no command for 1.0 s"]
+
+
+def test_silence_of_commands_is_no_fault_once_the_last_one_has_let_the_air_out():
+    rig = filled(command_timeout=2.5)
+    rig.command(0.0, 0.0)
+    rig.run(4.0)
+    assert not rig.box.latch
+    rig.command(0.0, 10 * MG)
+    rig.run(3.0)
+    assert rig.box.latch.reasons == ["no command for 2.5 s"]
+
+
+def test_commands_that_are_repeated_keep_the_air():
+    rig = filled(command_timeout=2.5)
+    for _ in range(4):
+        rig.command(15 * MG, 15 * MG)
+        rig.run(1.0)
+    assert not rig.box.latch and rig.mass.min() > 13 * MG
 
 
 # vent, reset, enable

@@ -35,3 +35,28 @@ def test_a_kernel_is_compiled_anew_when_one_that_it_calls_has_changed(tmp_path):
     assert run(tmp_path) == 2.0
     (tmp_path / "inner.py").write_text(INNER.format("x + 10.0"))
     assert run(tmp_path) == 11.0
+
+
+TOLD = """from softhand_model.numerics.compiled import compilation_told
+import outer
+
+said = []
+with compilation_told(said.append):
+    outer.outer(1.0)
+    outer.outer(2)
+print(said)
+"""
+
+
+def test_it_is_told_once_before_what_is_not_cached_is_compiled(tmp_path):
+    (tmp_path / "outer.py").write_text(OUTER)
+    (tmp_path / "inner.py").write_text(INNER.format("x + 1.0"))
+    (tmp_path / "told.py").write_text(TOLD)
+    said = [
+        subprocess.run(
+            [sys.executable, "told.py"], cwd=tmp_path, capture_output=True, text=True, check=True
+        ).stdout.strip()
+        for _ in range(2)
+    ]
+    assert said[0].count("compiling the numerical kernels") == 1
+    assert said[1] == "[]"

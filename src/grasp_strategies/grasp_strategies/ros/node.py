@@ -107,6 +107,7 @@ class Run:
     def __init__(self, strategy: Strategy) -> None:
         self.strategy = strategy
         self.phase = "waiting for simulator and driver"
+        self.waits_for = ""  # what is missing before the first phase
         self.abort = threading.Event()
         self.ended: Future = Future()
 
@@ -272,17 +273,16 @@ class SequencerNode(Node):
         return frozenset(wanted) & strategy.options
 
     def _wait_for(self, run: Run, what: str) -> None:
-        phase = f"waiting: {what}"
-        if phase != run.phase:
-            run.phase = phase
-            self.get_logger().info(f"{run.strategy.name}: {phase}", throttle_duration_sec=1.0)
+        if run.waits_for != what:
+            run.waits_for = what
+            self.get_logger().info(f"waiting: {what}", throttle_duration_sec=1.0)
 
     def _hold(self) -> None:
         if self._run is None:
             self._holding = self._scene.go_on_holding()
 
     def _enter_phase(self, run: Run, phase: str) -> None:
-        run.phase = phase
+        run.phase, run.waits_for = phase, ""
         self._phase_topic.publish(String(data=phase))
         self.get_logger().info(f"{run.strategy.name}: {phase}")
 
@@ -300,7 +300,8 @@ class SequencerNode(Node):
         phase = f"{run.strategy.name}: {run.phase}" if run else idle
         values = {"phase": phase, "last_result": f"{last.outcome}: {last.reason}" if last else ""}
         values |= {f"refused {feed.topic}": str(feed.refused) for feed in feeds}
-        warnings = (self._single.warning(), self._clock_warning(), *refusals)
+        waiting = f"waiting: {run.waits_for}" if run and run.waits_for else ""
+        warnings = (waiting, self._single.warning(), self._clock_warning(), *refusals)
         self._diagnostics.publish([Report("sequencer", phase, warnings, values)])
 
     def _clock_warning(self) -> str:

@@ -145,8 +145,8 @@ class TopicScene:
     @property
     def _fault(self) -> str:
         """What driver and simulator report; empty when all is well."""
-        faults = {s: report.fault for s, report in self._reports.items() if report.fault}
-        return "; ".join(f"{REPORTERS[s][1]} reports: {fault}" for s, fault in faults.items())
+        told = ((who, self._reports.get(source)) for source, (_, who) in REPORTERS.items())
+        return "; ".join(f"{who} reports: {r.fault}" for who, r in told if r and r.fault)
 
     def _missing(self) -> str:
         """What is not there yet, by who should provide it; empty when all is there."""
@@ -175,7 +175,7 @@ class TopicScene:
         report = self._last_report(source)
         if report is None:
             return f"is {source} running, and not paused?"
-        return f"{source} reports: {report.sentence}"
+        return f"{source} reports: {report.worst}"
 
     # ---------------------------------------------------------------- time
     @property

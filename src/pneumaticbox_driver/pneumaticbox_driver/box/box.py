@@ -94,6 +94,7 @@ class PneumaticBox:
             observer=self.observer,
             volume_model=model,
             rest_volumes=np.array(settings.rest_volumes),
+            limits=self.guard.limits,
             ambient=settings.ambient,
             gas=GAS_CONSTANT * settings.temperature,
             shortest_pulse=settings.shortest_pulse,

@@ -166,8 +166,8 @@ class LinkState:
     `refused` is the last message that could not be used, "" when that is over: a good one has come
     since, or enable or reset, or it was long ago; `refusals` counts them. `simulators` publish
     sensor samples. `clock_stands` [s] is for how long the node's time has stood still,
-    `clock_warning` what else is to be said of the clock. `storm` [1/s] is the rate of commands when
-    they have come too fast of late, `traffic` counts them.
+    `clock_warning` what else is to be said of the clock, `second` of another driver. `storm` [1/s]
+    is the rate of commands when they have come too fast of late, `traffic` counts them.
     """
 
     refused: str = ""
@@ -178,6 +178,7 @@ class LinkState:
     clock_stands: float = 0.0
     simulators: int = 1
     clock_warning: str = ""
+    second: str = ""
     storm: float = 0.0
     traffic: CommandTraffic = field(default_factory=CommandTraffic)
     _refused_at: float = 0.0
@@ -249,6 +250,8 @@ def _commands(box: PneumaticBox, link: LinkState) -> Report:
         "commanders": str(traffic.commanders),
         "control modes": ", ".join(box.control.modes),
     }
+    if link.second:
+        report.raise_to(Level.WARN, link.second)
     if link.refused:
         report.raise_to(Level.WARN, f"refused {link.refused}")
     if traffic.commanders > 1:
@@ -266,7 +269,7 @@ def _channel(box: PneumaticBox, activity: ValveActivity, index: int, name: str) 
     report = Report(f"channel {name}")
     if box.guard.relieving[index]:
         report.raise_to(Level.WARN, "above its pressure limit: relieving")
-    elif box.guard.blocked[index]:
+    elif box.guard.blocked[index] or box.control.saturated[index]:
         report.raise_to(Level.WARN, "target is beyond the pressure limit: held below it")
     recent = int(activity.recent[index])
     if activity.chatters[index]:

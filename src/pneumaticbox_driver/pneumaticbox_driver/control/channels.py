@@ -80,6 +80,15 @@ class ChannelControl:
         self._controllers = {}
         self.switch(self.modes)
 
+    @property
+    def saturated(self) -> Flags:
+        """Channels whose target cannot be reached below the pressure limit (n,)."""
+        flags = self._closed != 0
+        for mode, controller in self._controllers.items():
+            if isinstance(controller, PulsewiseController) and len(controller.saturated):
+                flags = flags | (self._masks[mode] & controller.saturated)
+        return flags
+
     def update(self, view: BoxView) -> Valves:
         """Return the wanted valves (n,): +1 inflate, -1 deflate, 0 closed.
 

@@ -22,12 +22,13 @@ class BoxView:
     can follow, `dt` [s] the time from sample to sample, `mine` marks the channels that the asked
     controller decides on; the box sets these anew for each sample. `setpoints` are NaN where there
     is none, and on channels that are not the asked controller's. `gas` is the product of gas
-    constant and temperature [J/kg].
+    constant and temperature [J/kg], `limits` are gauge pressures [Pa].
     """
 
     observer: MassObserver
     volume_model: VolumeModel
     rest_volumes: Floats
+    limits: Floats
     ambient: float
     gas: float
     shortest_pulse: float

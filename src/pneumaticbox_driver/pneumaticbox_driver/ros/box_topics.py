@@ -20,6 +20,7 @@ from pneumaticbox_driver.box.diagnostics import CommandTraffic
 from softhand_ros.topics import RELIABLE, seconds
 
 COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
+STATE = "pneumaticbox/state"
 PRESSURE_RATE = 25.0  # of the FluidPressure topics [Hz]
 
 
@@ -105,7 +106,7 @@ class StateTopics:
     ) -> None:
         channels = box.settings.channels
         self._box = box
-        self._state_out = node.create_publisher(JointState, "pneumaticbox/state", RELIABLE)
+        self._state_out = node.create_publisher(JointState, STATE, RELIABLE)
         self._state = JointState(name=list(channels))
         names = (*channels, "supply")
         self._pressure_out = [

@@ -24,7 +24,7 @@ from pneumaticbox_driver.backends.board import Board, open_board
 from pneumaticbox_driver.backends.loop import DeadlineLoop, SteadyClock, set_priority
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.diagnostics import LinkState, NoteThrottle, ValveActivity, box_reports
-from pneumaticbox_driver.ros.box_topics import COMMAND, SCHEDULE, Commands, StateTopics
+from pneumaticbox_driver.ros.box_topics import COMMAND, SCHEDULE, STATE, Commands, StateTopics
 from pneumaticbox_driver.ros.calibration_service import Calibrating, calibrations_of
 from pneumaticbox_driver.ros.interface import HELP
 from pneumaticbox_driver.ros.parameters import (
@@ -42,6 +42,7 @@ from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import SIM_TIME, declare
 from softhand_ros.run_node import run_node
 from softhand_ros.services import offer_switch, offer_trigger
+from softhand_ros.single import ALLOW_SECOND, Single
 from softhand_ros.topics import RELIABLE, Inbox, clock_conflict, seconds
 
 # after which a calibration's fit, in a thread, lets the control step run [s]
@@ -60,6 +61,7 @@ class PneumaticBoxNode(Node):
 
     def __init__(self) -> None:
         super().__init__("pneumaticbox")
+        self._single = Single(self, "driver", STATE)
         declare(self, PARAMETERS)
         self.backend = self._value("backend")
         settings = box_settings(self._value)
@@ -72,6 +74,7 @@ class PneumaticBoxNode(Node):
         self._calibrating = Calibrating(self.box, calibrations, self._value)
         for name, part in SWITCHES.items():
             setattr(getattr(self.box, part), name, self._value(name))
+        self._single.claim(self._value(ALLOW_SECOND.name))  # before any valve can move
         self.board = open_board(self.backend, settings, self._value)
         self.link = LinkState(clock_warning=choose_clock(self, self.backend))
         self.steady = SteadyClock()
@@ -319,6 +322,7 @@ class PneumaticBoxNode(Node):
         self.link.forget_refused(now)
         if self._sensors is not None:
             self.link.simulators = self._sensors.publishers()
+        self.link.second = self._single.warning()
         if self._clock_pulse is not None:
             self.link.clock_warning = clock_conflict(self)
         self._commands.count_commanders()

@@ -12,6 +12,7 @@ from pneumaticbox_driver.modes import MODES
 from pneumaticbox_driver.settings import NOT_NEGATIVE, VOLUME_MODELS, BoxSettings, per_channel
 from softhand_model.hand.hand import load_hand
 from softhand_ros.parameters import SIM_TIME, Parameter, follow_simulated_time
+from softhand_ros.single import ALLOW_SECOND
 
 BACKENDS = ("topic", "embedded", "hardware")
 
@@ -110,6 +111,7 @@ PARAMETERS = (
         read_only=False,
     ),
     Parameter("allow_board_module", False, "run the Python module that the hardware file names"),
+    ALLOW_SECOND,
     Parameter("hardware_file", "", "YAML file of the box's wiring, for backend hardware"),
 )
 

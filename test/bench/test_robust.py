@@ -1,0 +1,58 @@
+"""The bench of robustness without nodes: its groups, its options, its messages."""
+
+import json
+import random
+import sys
+from types import ModuleType
+
+import pytest
+
+from bench.robust import __main__ as program
+from bench.robust.messages import hostile, long_named, message_type, messages
+from bench.row import at_most
+
+HEARD = [
+    "diagnostic_msgs/msg/DiagnosticArray",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/WrenchStamped",
+    "rosgraph_msgs/msg/Clock",
+    "sensor_msgs/msg/JointState",
+    "trajectory_msgs/msg/JointTrajectory",
+    "visualization_msgs/msg/MarkerArray",
+]
+
+
+def test_every_group_of_the_folder_takes_part():
+    assert {"messages", "calls", "faults", "two_hands", "long_work"} <= set(program.groups())
+
+
+def test_a_group_gets_those_of_the_options_that_it_takes(monkeypatch, tmp_path, capsys):
+    group = ModuleType("bench.robust.calls")
+    group.run = lambda seed: [at_most("seed", seed, "", 3)]
+    monkeypatch.setitem(sys.modules, "bench.robust.calls", group)
+    monkeypatch.chdir(tmp_path)
+    assert program.main(["--rows", "calls", "--seed", "3", "--minutes", "60"]) == 0
+    assert "bench: seed 3" in capsys.readouterr().out
+    (row,) = json.loads((tmp_path / "out/bench/bench-robust.json").read_text())
+    assert row["value"] == 3.0 and row["met"]
+
+
+@pytest.mark.parametrize("name", HEARD)
+def test_hostile_messages_are_of_their_type_and_drawn_by_the_seed(name):
+    kind = message_type(name)
+    drawn = [list(messages(kind, random.Random(7), 50)) for _ in range(2)]
+    assert all(isinstance(message, kind) for message in drawn[0])
+    assert str(drawn[0]) == str(drawn[1])
+    assert len({str(message) for message in drawn[0]}) > 15
+
+
+def test_numbers_of_a_message_are_now_and_then_none():
+    kind = message_type("geometry_msgs/msg/PoseStamped")
+    places = [hostile(kind, random.Random(k)).pose.position.x for k in range(100)]
+    assert any(place != place for place in places) and any(abs(p) == 1e308 for p in places)
+
+
+def test_one_message_of_a_type_with_names_has_a_name_of_ten_million_characters():
+    joints = long_named(message_type("sensor_msgs/msg/JointState"))
+    assert max(len(joints.header.frame_id), *map(len, joints.name or [""])) == 10_000_000
+    assert long_named(message_type("rosgraph_msgs/msg/Clock")) is None
