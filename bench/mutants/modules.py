@@ -59,9 +59,10 @@ MODULES = (
         "pneumaticbox_driver.observer.drift",
         (f"{OBSERVER}/test_known_masses.py", f"{OBSERVER}/test_drift_bound.py"),
     ),
+    Row("pneumaticbox_driver.observer.still_pressure", (f"{OBSERVER}/test_still_pressure.py",)),
     Row(
         "pneumaticbox_driver.observer.zeroing",
-        (f"{OBSERVER}/test_known_masses.py", f"{OBSERVER}/test_zeroing.py"),
+        (f"{OBSERVER}/test_known_masses.py"),
     ),
     Row("softhand_model.hand.section", ("test/softhand_model/hand/test_section.py",)),
     Row(

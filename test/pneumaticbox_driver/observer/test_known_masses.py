@@ -93,12 +93,20 @@ class Known:
         self.mass, self.bound, self.pulses = np.zeros(1), np.zeros(1), np.zeros(1, dtype=int)
         self.notes, self.offset, self.valve, self.time = [], offset, CLOSED, 0.0
         observer = SimpleNamespace(
-            mass=self.mass, drift_bound=self.bound, pulses=self.pulses, set_mass=self.set_mass
+            mass=self.mass,
+            flow=np.zeros(1),
+            drift_bound=self.bound,
+            pulses=self.pulses,
+            set_mass=self.set_mass,
+            lift=self.lift,
         )
         self.zeroing = Zeroing(SETTINGS, observer, Swelling([REST], slope), self.notes)
 
     def set_mass(self, channel, mass):
         self.mass[channel], self.bound[channel], self.pulses[channel] = mass, 0.0, 0
+
+    def lift(self, masses):
+        self.mass += masses
 
     def see(self, duration, gauge, valve=CLOSED):
         """Let the true gauge pressure [Pa], or what a function of the time says, stand."""
@@ -166,10 +174,10 @@ def test_an_outlet_at_ambient_pressure_makes_the_mass_known():
     known.see(0.1, 20 * KPA, OPEN)
     assert not known.empty
     known.mass[:] = 0.4 * MG
-    known.offset = 300.0  # has drifted since the start
+    known.offset = 250.0  # has drifted since the start
     known.see(0.25, 0.0, OPEN)
     assert known.empty and known.mass[0] == 0.0
-    assert known.zeroing.offsets[0] == pytest.approx(300.0)
+    assert known.zeroing.offsets[0] == pytest.approx(250.0)
     assert known.notes == []
 
 
@@ -183,7 +191,9 @@ def test_without_ambient_pressure_or_an_open_outlet_it_is_not(state):
     assert known.mass[0] == 0.4 * MG and not known.empty
 
 
-@pytest.mark.parametrize(("gauge", "empty"), [(4.9, True), (5.1, False)])
+@pytest.mark.parametrize(
+    ("gauge", "empty"), [(0.9, True), (-0.9, True), (1.1, False), (-1.1, False)]
+)
 def test_pressure_in_an_emptied_channel_says_that_it_was_not_empty(gauge, empty):
     known = Known().see(0.4, 0.0)
     assert known.see(0.02, gauge * KPA).empty == empty
@@ -209,10 +219,10 @@ HELD, KEPT = free_mass(40 * KPA), AMBIENT_PRESSURE * SLOPE * 40 * KPA / GAS
 @pytest.mark.parametrize(
     ("mass", "bound", "stays"),
     [
-        (0.15 * HELD + 0.6 * MG, 0.0, True),
-        (0.15 * HELD + 0.4 * MG, 0.0, False),
-        (0.15 * HELD + 4.0 * MG, 1.0 * MG, True),
-        (0.15 * HELD + 3.2 * MG, 1.0 * MG, False),
+        (0.05 * HELD + 0.6 * MG, 0.0, True),
+        (0.05 * HELD + 0.4 * MG, 0.0, False),
+        (0.05 * HELD + 4.0 * MG, 1.0 * MG, True),
+        (0.05 * HELD + 3.2 * MG, 1.0 * MG, False),
         (1.19 * KEPT, 0.0, True),
         (1.21 * KEPT, 0.0, False),
     ],
@@ -237,11 +247,11 @@ def test_what_is_kept_for_five_seconds_is_drift_after_all():
 @pytest.mark.parametrize(
     ("mass", "bound", "told"),
     [
-        (-0.15 * HELD - 0.4 * MG, 0.0, None),
-        (-0.15 * HELD - 0.6 * MG, 0.0, 0.15 * HELD + 0.5 * MG),
-        (-0.15 * HELD - 2.9 * MG, 1.0 * MG, None),
-        (-0.15 * HELD - 3.2 * MG, 1.0 * MG, 0.15 * HELD + 3.0 * MG),
-        (1.3 * KEPT, 0.0, 0.15 * HELD + 0.5 * MG),
+        (-0.05 * HELD - 0.4 * MG, 0.0, None),
+        (-0.05 * HELD - 0.6 * MG, 0.0, 0.05 * HELD + 0.5 * MG),
+        (-0.05 * HELD - 2.9 * MG, 1.0 * MG, None),
+        (-0.05 * HELD - 3.2 * MG, 1.0 * MG, 0.05 * HELD + 3.0 * MG),
+        (1.3 * KEPT, 0.0, 0.05 * HELD + 0.5 * MG),
     ],
 )
 def test_drift_that_neither_calibration_nor_posture_explains_is_told(mass, bound, told):
@@ -262,15 +272,84 @@ def test_after_a_fault_the_mass_is_zeroed_without_a_word_about_the_calibration()
     known.mass[:] = 60 * MG
     known.see(0.35, 0.0, OPEN)
     assert known.mass[0] == 0.0 and known.notes == []
-    known.zeroing.settle_doubts()
-    assert known.zeroing.ready  # the doubt is settled
 
 
-def test_doubts_that_are_not_settled_lead_to_a_new_start():
+@pytest.mark.parametrize(("gauge", "known_now"), [(0.9, True), (-0.9, True), (1.1, False)])
+def test_after_a_fault_a_closed_channel_at_ambient_pressure_is_known_too(gauge, known_now):
     known = Known().filled()
     known.zeroing.doubt()
-    known.zeroing.settle_doubts()
-    assert not known.zeroing.ready
+    known.see(0.3, gauge * KPA)
+    assert known.zeroing.doubted[0] == (not known_now)
+    assert (known.mass[0] == 0.0) == known_now
+
+
+def test_after_a_fault_a_closed_channel_under_pressure_stays_in_doubt():
+    known = Known().filled()
+    known.zeroing.doubt()
+    assert known.see(0.5, 40 * KPA).zeroing.doubted[0]
+
+
+# ---------------------------------------------------------------- behind an open outlet
+def test_an_estimate_is_kept_above_what_the_rest_volume_holds():
+    known = Known().filled().see(0.02, 1.8 * KPA, OPEN)
+    known.mass[:] = -10 * MG
+    known.see(0.02, 1.8 * KPA, OPEN)
+    assert known.mass[0] == pytest.approx(REST * 1.5 * KPA / GAS)
+    known.mass[:] = 8 * MG
+    assert known.see(0.02, 1.8 * KPA, OPEN).mass[0] == 8 * MG
+
+
+def test_so_it_is_at_any_pressure_that_came_by_itself():
+    known = Known().see(0.4, 0.0).see(0.1, 20 * KPA).see(0.02, 20 * KPA, OPEN)
+    known.mass[:] = -10 * MG
+    known.see(0.02, 20 * KPA, OPEN)
+    assert known.mass[0] == pytest.approx(REST * 19.7 * KPA / GAS)
+
+
+@pytest.mark.parametrize(("gauge", "valve"), [(2.2 * KPA, OPEN), (1.8 * KPA, CLOSED)])
+def test_it_is_left_alone_far_from_ambient_pressure_or_with_the_valve_closed(gauge, valve):
+    known = Known().filled().see(0.02, gauge, valve)
+    known.mass[:] = -10 * MG
+    assert known.see(0.02, gauge, valve).mass[0] == -10 * MG
+
+
+def test_what_was_lifted_is_drift_all_the_same():
+    known = Known().filled().see(0.1, 20 * KPA, OPEN).see(0.004, 4 * KPA, OPEN)
+    known.mass[:] = -10 * MG
+    known.see(0.35, 0.0, OPEN)
+    assert known.mass[0] == 0.0
+    assert len(known.notes) == 1 and "had drifted by -10.0 mg" in known.notes[0]
+
+
+@pytest.mark.parametrize(("more", "stays"), [(5.0, True), (2.0, False)])
+def test_behind_a_sensor_that_was_off_the_rest_is_told_by_the_volume_before(more, stays):
+    """What was held beyond the free posture at 20 kPa, at ambient pressure."""
+    known = Known().filled()
+    known.mass[:] = free_mass(20 * KPA) + more * MG
+    known.offset = 2 * KPA
+    known.see(0.1, 20 * KPA, OPEN)
+    known.mass[:] = -30 * MG  # by a flow that the sensor feigned
+    known.see(0.35, 0.0, OPEN)
+    left = more * MG * AMBIENT_PRESSURE / (AMBIENT_PRESSURE + 20 * KPA)
+    assert known.zeroing.offsets[0] == pytest.approx(2 * KPA)
+    assert known.mass[0] == pytest.approx(left if stays else 0.0, rel=1e-3)
+
+
+def test_an_outlet_that_opens_anew_must_show_again_that_the_channel_is_empty():
+    known = Known().see(0.4, 0.0)
+    known.see(0.01, 0.0, OPEN)
+    assert not known.empty
+    known.see(0.25, 0.0, OPEN)
+    assert known.empty
+    assert known.see(0.01, 0.0, CLOSED).empty
+
+
+def test_an_offset_found_behind_an_outlet_is_not_taken_for_another_by_a_tare():
+    known = Known().filled().see(0.5, 0.0, OPEN).see(0.02, 0.0).see(0.3, 3 * KPA)
+    assert known.zeroing.tare(np.array([3 * KPA + AMBIENT_PRESSURE])) == ["a"]
+    assert known.mass[0] == pytest.approx(free_mass(3 * KPA), rel=1e-6)
+    other = Known().see(0.3, 3 * KPA)
+    assert other.empty and other.mass[0] == 0.0
 
 
 def test_a_tare_by_the_user_sets_what_is_at_ambient_and_names_the_rest():

@@ -32,6 +32,7 @@ from pneumaticbox_driver.safety import SILENCE_LIMIT, PressureGuard, VentLatch, 
 from pneumaticbox_driver.settings import BoxSettings
 from softhand_model.gas import GAS_CONSTANT
 
+MODES_OF_AIR = ("mass", "mass_flow", "volume")  # whose targets mean nothing without the mass
 LEAST_ABS, MOST_ABS = 0.0, 10e6  # between which a reading can be an absolute pressure [Pa]
 FRESH_CLOCK = 1.0  # set back to less, the clock is that of a simulation that was reset [s]
 
@@ -187,7 +188,23 @@ class PneumaticBox:
     def _take(self, trajectory: Trajectory, now: float) -> None:
         self._refuse_unless_active("no command is taken")
         self.calibration.refuse_under_way()
+        self._refuse_unknown(trajectory.channels)
         self.guard.unblock(self.commands.take(trajectory, now))
+
+    def _refuse_unknown(self, channels: Sequence[int]) -> None:
+        """Raise ValueError if a target of air is for a channel whose air mass is not known."""
+        names = {self.settings.channels[channel] for channel in channels}
+        unknown = [name for name in self._unknown() if name in names]
+        if unknown and self.zeroing.ready:
+            raise ValueError(
+                f"air mass of channels {unknown} is not known since the vent: call "
+                "pneumaticbox/tare with nothing touching the hand, or vent until they are empty"
+            )
+
+    def _unknown(self) -> list[str]:
+        """Channels in a mode of air mass whose estimate a fault has made worthless."""
+        modes = zip(self.settings.channels, self.control.modes, self.zeroing.doubted, strict=True)
+        return [name for name, mode, doubted in modes if doubted and mode in MODES_OF_AIR]
 
     def _refuse_unless_active(self, what: str) -> None:
         """Raise ValueError, saying `what` is not done, while vented or disabled."""
@@ -220,7 +237,7 @@ class PneumaticBox:
             valves=self.valves,
             flow=self.observer.flow,
             mass=self.observer.mass,
-            mass_known=~(self.zeroing.empty | self.calibration.under_way),
+            mass_known=~(self.zeroing.empty | self.zeroing.doubted | self.calibration.under_way),
             ready=self.zeroing.ready,
         )
         for reason in self.faults.look(view):
@@ -379,10 +396,11 @@ class PneumaticBox:
         self.control.restart()
         self.guard.restart()
         self.faults.restart()
-        self.zeroing.settle_doubts()
         self.commands.drop()
         taken = "commands are taken" if self.enabled else "disabled until pneumaticbox/enable"
-        return f"valves are closed, {taken}"
+        unknown = self._unknown()
+        tare = f"; pneumaticbox/tare first, air mass not known on {unknown}" if unknown else ""
+        return f"valves are closed, {taken}{tare}"
 
     def enable(self, on: bool) -> str:
         """Start or stop control; stopped, the valves are closed and setpoints dropped.

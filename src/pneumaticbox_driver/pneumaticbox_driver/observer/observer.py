@@ -12,6 +12,9 @@ from pneumaticbox_driver.observer.pulses import PulseIntegrals, predict_pulses, 
 from softhand_model.gas import AMBIENT_PRESSURE
 
 SHORTEST = 1e-3  # length of a pulse that a mean flow is taken over [s]
+# From a drop of this on a sensor tells an open outlet's flow from none, and equation 4.1 its size:
+# below, its flow goes with the root of the drop, that of a tube with the drop itself [Pa].
+UNSEEN_DROP = 300.0
 
 
 class MassObserver:
@@ -35,7 +38,7 @@ class MassObserver:
         n = len(calibrations)
         self.leak_model = False
         self._take(calibrations)
-        self._integrals = PulseIntegrals(n, ambient)
+        self._integrals = PulseIntegrals(n, ambient, UNSEEN_DROP)
         self._drift = DriftBound(calibrations)
         self._coefficients: Floats = np.zeros((5, n))  # of the pulses under way
         self._sign: Floats = np.zeros(n)  # of the pulses under way; 0: there is none
@@ -167,6 +170,10 @@ class MassObserver:
         predict_pulses(duration, pressures_abs, ends, coefficients, delays, found)
         gain, loss = found
         return gain, loss
+
+    def lift(self, masses: Floats) -> None:
+        """Raise the estimates by `masses` (n,) [kg]; pulses and their drift go on."""
+        self._settled = self._settled + masses
 
     def set_mass(self, channel: int, mass: float) -> None:
         """Correct the estimate of a channel to `mass` [kg]; its drift begins anew.

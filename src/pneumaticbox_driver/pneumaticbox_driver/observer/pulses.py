@@ -31,7 +31,7 @@ def injector_rate(upstream: float, downstream: float) -> float:
 def integrate_pulses(
     dt: float,
     pressures_abs: Floats,
-    ends: tuple[float, float],
+    ends: tuple[float, float, float],
     is_open: Flags,
     inflating: Flags,
     delays: Floats,
@@ -43,20 +43,23 @@ def integrate_pulses(
     Args:
         dt: since the last sample, above 0 [s].
         pressures_abs: absolute, of the channels now (n,) [Pa].
-        ends: supply and ambient pressure, absolute [Pa].
+        ends: supply and ambient pressure, absolute, and the drop below which no air is taken to
+            flow out [Pa].
         is_open: channels whose valve is commanded open (n,).
         inflating: channels whose pulse inflates (n,).
         delays: of opening and closing (2, n) [s].
         clock: age and commanded length of the pulses (2, n), brought up to now [s].
         sums: `rates` (2, n), `passed` (2, n) and `values` (5, n), brought up to now.
     """
-    supply_abs, ambient = ends
+    supply_abs, ambient, unseen = ends
     rates, passed, values = sums
     for i in range(len(pressures_abs)):
         upstream = supply_abs if inflating[i] else pressures_abs[i]
         downstream = pressures_abs[i] if inflating[i] else ambient
         if is_open[i] and inflating[i]:
             values[3, i] = supply_abs
+        elif not inflating[i] and abs(upstream - ambient) < unseen:
+            upstream = ambient
         start = clock[0, i]
         now = start + dt
         clock[0, i] = now
@@ -150,10 +153,14 @@ class PulseIntegrals:
     Args:
         channels: number of channels.
         ambient: absolute ambient pressure [Pa].
+        unseen: drop to ambient pressure below which no air is taken to flow out [Pa].
     """
 
-    def __init__(self, channels: int, ambient: float = AMBIENT_PRESSURE) -> None:
+    def __init__(
+        self, channels: int, ambient: float = AMBIENT_PRESSURE, unseen: float = 0.0
+    ) -> None:
         self.ambient = ambient
+        self._unseen = unseen
         self._delays: Floats = np.full((2, channels), VALVE_DELAY)
         self.values: Floats = np.zeros((5, channels))
         self.rates: Floats = np.zeros((2, channels))
@@ -211,7 +218,7 @@ class PulseIntegrals:
         integrate_pulses(
             dt,
             pressures_abs,
-            (supply_abs, self.ambient),
+            (supply_abs, self.ambient, self._unseen),
             self._open,
             self._inflating,
             self._delays,
