@@ -7,6 +7,7 @@ from mock_scene import GRIP, MockScene
 from scipy.spatial.transform import Rotation
 
 from grasp_strategies.pose import Pose, angle_between
+from grasp_strategies.scene import SceneError
 from grasp_strategies.sequencer import Sequencer, goal_pose
 from grasp_strategies.strategy import Waypoint
 
@@ -266,8 +267,6 @@ def test_an_abort_that_holds_keeps_the_air_that_is_in_the_channels(make_strategy
 
 
 def test_an_abort_that_cannot_vent_says_so(make_strategy):
-    from grasp_strategies.scene import SceneError
-
     class Stuck(MockScene):
         def vent(self):
             raise SceneError("the driver is gone")
@@ -284,6 +283,18 @@ def test_a_scene_that_fails_ends_the_run_with_its_reason(make_strategy):
     assert names(phases)[-1] == "failed"
     assert result.reason == "phase close: the mock broke as asked"
     assert not result.completed
+
+
+def test_a_scene_that_cannot_be_seen_at_the_start_is_left_as_it_is(make_strategy):
+    class Dark(MockScene):
+        def observe(self):
+            raise SceneError("no pose of the object")
+
+    scene = Dark()
+    result, phases = run(scene, make_strategy())
+    assert names(phases) == ["failed"]
+    assert (result.outcome, result.reason) == ("none", "no pose of the object")
+    assert not result.completed and scene.wrist_commands == [] and scene.air_commands == []
 
 
 def test_an_object_carried_when_the_run_failed_is_lost(make_strategy):
