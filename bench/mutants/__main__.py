@@ -26,7 +26,7 @@ from bench.row import at_least, stated
 
 MEANINGS = Path(__file__).with_name("survivors.yaml")
 SAMPLE, SEED, TARGET = 420, 12, 85.0
-SECONDS = 10  # of processor time that a mutant may take beside three times that of the tests
+SECONDS = 5  # of processor time that a mutant may take beside five times that of the tests
 LONGEST = 600  # of the tests without a mutant
 
 
@@ -58,12 +58,12 @@ def try_row(row: Row, mutants: list[Mutant], code: str) -> list[dict[str, Any]]:
     Raises:
         RuntimeError: its tests fail, or find nothing to do, without a mutant.
     """
-    sound, duration = passes(row, None, LONGEST)
+    sound, used = passes(row, None, LONGEST)
     if not sound:
         raise RuntimeError(f"{row.module}: expected its tests to pass without a mutant")
     records = []
     for mutant in mutants:
-        passed, _ = passes(row, mutant.source(code), SECONDS + int(3 * duration))
+        passed, _ = passes(row, mutant.source(code), SECONDS + int(5 * used))
         records.append(record_of(mutant, code, not passed))
         if passed:
             print(f"  {row.module}:{mutant.position[0]}: {records[-1]['change']}", flush=True)

@@ -37,7 +37,7 @@ MODULES = (
     Row("pneumaticbox_driver.modes", (f"{DRIVER}/test_modes.py",)),
     Row(
         "pneumaticbox_driver.control.channels",
-        (f"{CONTROL}/test_pulse_timing.py", DECISIONS, f"{CONTROL}/test_channels.py"),
+        (f"{CONTROL}/test_pulse_timing.py", DECISIONS),
     ),
     Row("pneumaticbox_driver.control.interface", (DECISIONS,)),
     Row("pneumaticbox_driver.control.mass", (DECISIONS,), interpreted=True),
