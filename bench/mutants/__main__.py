@@ -67,6 +67,8 @@ def try_row(row: Row, mutants: list[Mutant], code: str) -> list[dict[str, Any]]:
         records.append(record_of(mutant, code, not passed))
         if passed:
             print(f"  {row.module}:{mutant.position[0]}: {records[-1]['change']}", flush=True)
+    seen = sum(record["seen"] for record in records)
+    print(f"{row.module}: {seen} of {len(records)} seen", flush=True)
     return records
 
 
