@@ -315,6 +315,15 @@ def test_the_controller_of_a_mode_goes_on_when_another_channel_leaves_it_until_a
     assert control.modes == ("mass_flow", "mass")
 
 
+def test_targets_beyond_the_limit_are_told_of_the_channels_in_these_modes_alone():
+    control = ChannelControl(("volume",))
+    assert control.saturated.tolist() == [False]
+    channel = MadeUpChannel(control, 40e-6, model=Swelling([REST], 0.2e-9)).run(3.0)
+    assert channel.gauge > 100 * KPA and control.saturated.tolist() == [True]
+    control.switch(("mass",))
+    assert control.saturated.tolist() == [False]
+
+
 def test_a_controller_that_fails_is_told_with_its_channels(monkeypatch):
     control = ChannelControl(("mass", "time", "mass"))
     monkeypatch.setattr(MassController, "update", lambda *_: 1 / 0)
