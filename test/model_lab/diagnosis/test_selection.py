@@ -3,6 +3,7 @@ are stated in units of the noise floor, and so is the answer.
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -363,6 +364,15 @@ def test_an_effect_must_also_be_half_the_floor_to_show(choose):
         choose, 0.1, size=0.125 * np.sqrt(2.0) * np.array([1.0, 2.0, 4.0])
     )
     assert smallest == pytest.approx(3.0)
+
+
+def test_of_an_effect_without_parameters_nothing_is_stated(choose):
+    problem = made_up_problem()
+    bare = SimpleNamespace(name="bare", parameters=())
+    problem = replace(problem, classes={**problem.classes, "bare": bare})
+    scored = made_up_model(problem, ["bare"], Said(1.0), signature=signature_of(problem, 0))
+    chosen, _ = choose({"": BASE, "a": leaves(0.9)})
+    assert detectable_effects(problem, replace(chosen, singles=(scored,))) == []
 
 
 def test_where_all_values_show_the_weakest_is_stated(choose):

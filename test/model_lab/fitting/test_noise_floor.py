@@ -287,6 +287,10 @@ def test_few_repeats_and_those_that_scatter_alike_are_kept(levels):
     assert kept(levels) == [True] * len(levels)
 
 
+def test_one_odd_group_among_many_is_told():
+    assert kept([1.0] * 9 + [4.5], dof=400.0) == [True] * 9 + [False]
+
+
 def test_four_groups_tell_an_odd_one():
     assert kept([1.0, 1.0, 1.0, 30.0]) == [True] * 3 + [False]
 

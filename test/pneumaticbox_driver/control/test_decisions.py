@@ -179,6 +179,16 @@ def test_what_a_pulse_did_corrects_the_next_where_the_volume_is_another(truth):
     assert channel.pulses <= 3
 
 
+@pytest.mark.parametrize("truth", [0.5, 2.0])
+def test_so_it_does_where_air_is_let_out(truth):
+    channel = pressure(20 * KPA, rest=truth * REST)
+    filled = (60 * KPA + AMBIENT_PRESSURE) * truth * REST - AMBIENT_PRESSURE * REST
+    channel.view.observer.mass[0] = filled / GAS
+    channel.run(4.0)
+    assert channel.gauge == pytest.approx(20 * KPA, rel=0.03)
+    assert channel.pulses <= 3
+
+
 def test_a_pulse_ends_when_the_pressure_has_passed_its_setpoint_clearly():
     channel = pressure(40 * KPA, rest=0.5 * REST)
     channel.view.observer.mass[0] = -AMBIENT_PRESSURE * 0.5 * REST / GAS
@@ -224,6 +234,16 @@ def test_a_volume_is_reached_by_the_air_that_the_model_asks_for():
     channel.view.setpoints[:] = 3e-6
     channel.run(2.0)
     assert channel.volume - REST == pytest.approx(3e-6, abs=0.1e-6)
+
+
+@pytest.mark.parametrize("truth", [0.6, 1.5])
+def test_what_a_pulse_did_to_the_volume_corrects_the_next(truth):
+    """A pressed finger takes more air for the same volume, and more pressure."""
+    slope, model = truth * 0.3e-9, Swelling([REST], 0.3e-9)
+    channel = MadeUpChannel(PulsewiseController(Volume()), 10e-6, slope=slope, model=model)
+    channel.run(4.0)
+    assert channel.volume - REST == pytest.approx(10e-6, rel=0.03)
+    assert channel.pulses <= 3
 
 
 def test_a_pressure_in_a_swelling_channel_takes_the_air_of_the_larger_volume():
@@ -284,6 +304,7 @@ def test_nothing_is_inflated_beyond_97_percent_of_the_limit_and_that_is_said(res
     late = 0.03 * channel.flow * GAS / rest
     assert 0.97 * 150 * KPA - 2 * late < channel.gauge < 0.97 * 150 * KPA
     assert channel.controller.saturated.tolist() == [True]
+    assert -1 not in channel.valves
     channel.view.setpoints[:] = np.nan
     channel.run(0.5)
     assert channel.controller.saturated.tolist() == [False]

@@ -1,5 +1,6 @@
 """The observer's mass against the truth of the bench, for any spacing of the samples."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -132,6 +133,42 @@ def test_a_mass_that_is_set_in_a_pulse_stays_until_the_next():
     eye.switch(np.array([0], dtype=np.int8), p, supply)
     eye.advance(0.1, p, supply)
     assert eye.mass[0] == 3 * MG and eye.pulses[0] == 0
+
+
+def test_a_pulse_of_no_length_brings_an_uncertainty_that_is_finite():
+    sure = replace(PULSE, jitter=1e-3)
+    eye, p, supply = MassObserver([ChannelCalibration(sure, VENT)]), np.array([150e3]), 400e3
+    eye.switch(np.array([1], dtype=np.int8), p, supply)
+    eye.switch(np.array([0], dtype=np.int8), p, supply)
+    eye.advance(0.1, p, supply)
+    assert eye.pulses[0] == 1
+    assert 0.0 <= eye.drift_bound[0] < 0.1 * MG
+
+
+@pytest.mark.parametrize(("valve", "jitter"), [(1, 1e-3), (-1, 4e-3)])
+def test_the_scatter_of_a_pulse_is_its_jitter_times_its_mean_flow(valve, jitter):
+    fits = ChannelCalibration(replace(PULSE, jitter=1e-3), replace(VENT, jitter=4e-3))
+    eye, p, supply = MassObserver([fits]), np.array([150e3]), 400e3
+    eye.switch(np.array([valve], dtype=np.int8), p, supply)
+    eye.advance(0.05, p, supply)
+    flow = abs(eye.flow[0])
+    eye.switch(np.array([0], dtype=np.int8), p, supply)
+    eye.advance(0.1, p, supply)
+    assert eye.drift_bound[0] == pytest.approx(2 * jitter * flow)
+
+
+def test_calibrations_of_another_number_of_channels_are_refused():
+    eye = observer(2)
+    with pytest.raises(ValueError, match="calibrations must be 2, one a channel, got 1"):
+        eye.set_calibrations([ChannelCalibration(PULSE, VENT)])
+    eye.set_calibrations([ChannelCalibration(VENT, PULSE)] * 2)
+    up, p = np.array([1, 0], dtype=np.int8), np.array([150e3, 150e3])
+    eye.switch(up, p, 400e3)
+    eye.advance(0.05, p, 400e3)
+    expected = observer(2)
+    expected.switch(up, p, 400e3)
+    expected.advance(0.05, p, 400e3)
+    assert eye.mass[0] != pytest.approx(expected.mass[0])
 
 
 def test_the_pulse_to_come_is_that_of_equation_4_1_in_each_direction():
