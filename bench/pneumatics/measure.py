@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from softhand_model.pneumatics import Pneumatics
+from softhand_model.pneumatics.parameters import DEFAULT
 from thesis.chapter_4 import MG, pulse_error, six_channels, supply_rejection
 from thesis.chapter_4.bench_run import Sine, final_drift
 from thesis.chapter_4.boxes import box_of, calibrated
@@ -42,8 +43,9 @@ def quiet(what: str, share: float) -> None:
 
 
 def reported(experiment: Any, given: Any) -> Report:
-    """Report of an experiment of chapter 4 with these parameters."""
-    return experiment.report(experiment.run(given, Job(Path(), quiet)), given)
+    """Report of an experiment of chapter 4 on the simulator's box, with these parameters."""
+    box = box_of(given.seed, DEFAULT)
+    return experiment.report(experiment.on_box(box, given, Job(Path(), quiet)), given)
 
 
 def pulses(seed: int, size: Size) -> list[float]:
@@ -77,8 +79,8 @@ def finger(seed: int, size: Size) -> list[float]:
     At the end the fingers rest at a target: what counts is the last sample, corrected as the
     driver would at a known posture.
     """
-    box = exact_sensors(box_of(seed))
-    own = calibrated(box_of(seed), 4, size.points, seed, quiet)
+    box = exact_sensors(box_of(seed, DEFAULT))
+    own = calibrated(box_of(seed, DEFAULT), 4, size.points, seed, quiet)
     wave = Sine(duration=size.duration, mean=10e-6, amplitude=6e-6, period=6.0, fill=4.0)
     offset = OFFSET if seed % 2 == 0 else -OFFSET
     run = on_fingers(Fingers(4), box, own, seed, drift_correction=True, sensor_offset=offset)

@@ -19,7 +19,7 @@ from typing import Any
 
 from bench.__main__ import table
 
-OUT = Path("out/bench")
+OUT = Path("out/bench/bench-robust.json")
 MINUTES = 5.0  # of the long rows, unless told otherwise
 
 
@@ -35,6 +35,12 @@ def measure(name: str, options: dict[str, Any]) -> list[dict[str, Any]]:
     taken = inspect.signature(run).parameters
     rows: list[dict[str, Any]] = run(**{k: v for k, v in options.items() if k in taken})
     return rows
+
+
+def write(rows: Sequence[dict[str, Any]]) -> None:
+    """Write what has been measured so far."""
+    OUT.parent.mkdir(parents=True, exist_ok=True)
+    OUT.write_text(json.dumps(rows, indent=2) + "\n")
 
 
 def options(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -59,13 +65,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"bench: {name} ...", flush=True)
         try:
             rows += measure(name, given)
+            write(rows)
         except Exception:  # noqa: BLE001 (one broken group must not hide the others)
             traceback.print_exc()
             failed.append(name)
-    OUT.mkdir(parents=True, exist_ok=True)
-    (OUT / "bench-robust.json").write_text(json.dumps(rows, indent=2) + "\n")
+    write(rows)
     print(table(rows))
-    print(f"bench: written to {OUT / 'bench-robust.json'}")
+    print(f"bench: written to {OUT}")
     for name in failed:
         print(f"bench: {name} could not be run", file=sys.stderr)
     return 1 if failed else 0

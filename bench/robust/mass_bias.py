@@ -151,8 +151,8 @@ class BoxedScene(InProcessScene):
 def grasps(minutes: float, judge: Judge, seed: int = 0) -> int:
     """Grasp and release until `minutes` have passed in the simulator; returns how many grasps.
 
-    The wrist goes back over the object after each; every third time the air is vented in the hand
-    closed, at rest or both, for a while that is drawn from the seed.
+    Each has an object of its own place and mass; every third time the hand is vented afterwards,
+    for a while that is drawn from the seed.
     """
     strategy, count, passed = load_strategy(STRATEGY), 0, 0.0
     drawn = np.random.default_rng(seed)
@@ -178,7 +178,7 @@ def grasps(minutes: float, judge: Judge, seed: int = 0) -> int:
         scene.step(REST)
         scene.judge("released")
         if count % VENT_EVERY == 0:
-            _vent(scene, float(drawn.uniform(5.0, 20.0)))
+            _vent(scene, float(drawn.uniform(3.0, 15.0)))
         passed += scene.time
         count += 1
         scene.close()

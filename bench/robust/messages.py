@@ -150,12 +150,10 @@ def _integer(unsigned: bool, bits: int, rng: random.Random) -> int:
 
 def long_named(kind: Any) -> Any:
     """A message with a name of ten million characters; None where a message has no names."""
-    message = kind()
-    for name, type_name in kind.get_fields_and_field_types().items():
-        if type_name == "sequence<string>":
-            setattr(message, name, ["x" * LONG_NAME])
-            return message
-        if type_name == "std_msgs/Header":
-            message.header.frame_id = "x" * LONG_NAME
-            return message
-    return None
+    message, types = kind(), kind.get_fields_and_field_types()
+    lists = [name for name, type_name in types.items() if type_name == "sequence<string>"]
+    if lists:
+        setattr(message, lists[0], ["x" * LONG_NAME])
+    elif "header" in types:
+        message.header.frame_id = "x" * LONG_NAME
+    return message if lists or "header" in types else None

@@ -30,6 +30,7 @@ AMBIENT = 101_325.0  # [Pa]
 EMPTY = 5e3  # gauge pressure that the offset of a sensor may have [Pa]
 START_LIMIT = 90.0  # for the first state of the driver and the services [s]
 GRASP_LIMIT = 120.0  # wall time of a grasp [s]
+TICK = 0.3  # wall time in which a running simulator's clock ticks [s]
 SETTLE = 1.0  # simulated time after a reset in which the driver averages its sensors [s]
 GRASP = "grasp/surface_constrained"
 
@@ -143,6 +144,7 @@ class Rig(ClientLink):
         self.call("sim/pause", False)
         self.call("grasp/abort", limit=30.0)
         self.call("sim/reset")
+        self.spin(TICK)  # until the clock is that of the reset
         self.pass_time(SETTLE)
         self.call("pneumaticbox/reset")
         self.call("pneumaticbox/enable", True)
@@ -157,7 +159,7 @@ class Rig(ClientLink):
         """Answer of a whole grasp; RigError when there is none."""
         return self.call(GRASP, limit=GRASP_LIMIT)
 
-    def begin_grasp(self, pressure: float = 10e3) -> Future:
+    def begin_grasp(self, pressure: float = 15e3) -> Future:
         """Begin a grasp and return its future in the midst of it: at a gauge pressure [Pa]."""
         future = self.request(GRASP)
         self.need(

@@ -3,11 +3,13 @@
 import json
 import random
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 from bench.robust import __main__ as program
+from bench.robust.faults import cases
 from bench.robust.messages import hostile, long_named, message_type, messages
 from bench.row import at_most
 
@@ -53,6 +55,12 @@ def test_numbers_of_a_message_are_now_and_then_none():
 
 
 def test_one_message_of_a_type_with_names_has_a_name_of_ten_million_characters():
-    joints = long_named(message_type("sensor_msgs/msg/JointState"))
-    assert max(len(joints.header.frame_id), *map(len, joints.name or [""])) == 10_000_000
+    assert len(long_named(message_type("sensor_msgs/msg/JointState")).name[0]) == 10_000_000
+    pose = long_named(message_type("geometry_msgs/msg/PoseStamped"))
+    assert len(pose.header.frame_id) == 10_000_000
     assert long_named(message_type("rosgraph_msgs/msg/Clock")) is None
+
+
+def test_the_page_on_safety_has_every_fault_of_the_bench():
+    page = (Path(__file__).parents[2] / "docs/use/safety.md").read_text()
+    assert [case.fault for case in cases() if f"| {case.fault} |" not in page] == []

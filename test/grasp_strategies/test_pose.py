@@ -20,7 +20,7 @@ from grasp_strategies.pose import (
 
 
 def random_rotations(seed, count=2):
-    return Rotation.random(count, rng=np.random.default_rng(seed))
+    return Rotation.random(count, np.random.default_rng(seed))
 
 
 def same_rotation(first, second):

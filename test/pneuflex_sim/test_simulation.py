@@ -122,6 +122,19 @@ def test_a_run_that_diverged_begins_anew_after_a_reset_as_if_nothing_had_been(si
     np.testing.assert_array_equal(diverged.object_pose()[0], other.object_pose()[0])
 
 
+def test_an_object_that_was_no_number_lies_on_the_table_again_after_a_reset(simulate):
+    simulation = simulate(step=0.002)
+    client, nowhere = simulation.world.client, [float("nan")] * 3
+    pybullet.resetBaseVelocity(simulation.object_id, nowhere, nowhere, physicsClientId=client)
+    simulation.step()
+    with pytest.raises(Diverged):
+        simulation.object_pose()
+    simulation.reset()
+    for _ in range(200):
+        simulation.step()
+    assert simulation.object_pose()[0][2] == pytest.approx(0.0325, abs=1e-3)
+
+
 def test_a_joint_may_be_too_fast_for_a_tenth_of_a_second(simulate, monkeypatch):
     simulation = simulate(hand="single_finger", scene="stand", step=0.002)
     monkeypatch.setattr(hand_bodies, "SPEED_LIMIT", 0.0)

@@ -52,7 +52,7 @@ def test_moving_joints_are_those_of_joint_states_and_hold_all_angles_within_limi
     assert {joint.get("type") for joint in joints} == {"fixed", "revolute"}
     moving = [joint for joint in joints if joint.get("type") == "revolute"]
     assert [joint.get("name") for joint in moving] == joint_names(layout)
-    turned = Rotation.random(len(layout.names), rng=3).as_quat()
+    turned = Rotation.random(len(layout.names), np.random.default_rng(3)).as_quat()
     for joint, angle in zip(moving, joint_positions(turned), strict=True):
         limit = joint.find("limit")
         assert float(limit.get("lower")) < angle < float(limit.get("upper"))

@@ -132,8 +132,8 @@ def test_with_a_stand_in_for_launch_the_simulator_starts_only_with_the_topic_bac
 
 def test_with_a_stand_in_for_launch_what_is_not_given_is_left_to_the_nodes(entities):
     given = {name: node.parameters for name, node in nodes(entities).items()}
-    (of_the_driver,) = given.pop("driver")
-    assert set(of_the_driver) == {"backend", "command_timeout"}
+    shipped, of_the_driver = given.pop("driver")
+    assert (shipped, set(of_the_driver)) == ({"command_timeout": 5.0}, {"backend"})
     assert given == {"hand_sim": [], "sequencer": []}
 
 
@@ -142,7 +142,7 @@ def test_with_a_stand_in_for_launch_every_argument_reaches_a_node_with_its_type(
     taken = {}
     for name in ("hand_sim", "driver", "sequencer"):
         node = found[name]
-        file, values = node.parameters  # the later wins
+        *_, file, values = node.parameters  # the later wins
         assert (file, node.namespace) == ("given", "given")
         for parameter, value in values.items():
             declared = {row.name: row.default for row in TABLES[name]}

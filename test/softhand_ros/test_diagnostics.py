@@ -1,6 +1,24 @@
 """Reports of a node: their level and their sentence."""
 
-from softhand_ros.diagnostics import ERROR, OK, WARN, Report
+import time
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from ros_peer import Peer
+
+from softhand_ros.diagnostics import (
+    ERROR,
+    OK,
+    PREPARING,
+    WARN,
+    Diagnostics,
+    Preparation,
+    Report,
+)
 
 
 def test_a_report_without_warnings_says_that_all_is_well():
@@ -16,3 +34,31 @@ def test_warnings_take_the_place_of_what_is_well():
 def test_an_error_stands_before_the_warnings():
     report = Report("simulation", "running", ("no valves",), errors=("it has diverged",))
     assert (report.level, report.message) == (ERROR, "it has diverged; no valves")
+
+
+@pytest.mark.system
+def test_a_node_that_prepares_says_so_once_a_second_while_it_is_busy(domain, tmp_path):
+    peer = Peer(domain, tmp_path)
+    heard = peer.listen(DiagnosticArray, "/diagnostics")
+    context = Context()
+    quiet = SignalHandlerOptions.NO
+    rclpy.init(context=context, domain_id=domain, signal_handler_options=quiet)
+    node = Node("busy", context=context)
+    diagnostics = Diagnostics(node, "busy", "hand")
+    peer.wait(lambda: peer.node.count_publishers("/diagnostics"), 10.0, "the node")
+    with Preparation(node, diagnostics, "kernels") as tell:
+        peer.spin(0.5)
+        assert not heard  # nothing to say yet
+        tell("compiling")
+        time.sleep(1.3)  # busy: nobody else publishes
+    peer.wait(lambda: len(heard) == 2, 5.0, "two reports")
+    for (status,) in (array.status for array in heard):
+        assert (status.name, status.message, status.level) == (
+            "busy: kernels",
+            "compiling",
+            b"\x01",
+        )
+        assert status.values[0].key == PREPARING
+    node.destroy_node()
+    rclpy.try_shutdown(context=context)
+    peer.close()

@@ -12,7 +12,7 @@ from ros_peer import Peer
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 
-from softhand_ros.executor import RoundRobin
+from softhand_ros.executor import SERVICE_PERIOD, RoundRobin
 
 pytestmark = pytest.mark.system
 MANY = QoSProfile(depth=500)
@@ -106,4 +106,29 @@ def test_subscriptions_that_come_later_are_served_too(peer, node):
         return heard
 
     peer.wait(served, 5.0, "the message")
+    executor.close()
+
+
+def test_services_are_looked_at_once_a_period_and_again_at_once_while_calls_wait(peer, node):
+    asked = []
+
+    def answer(_, response):
+        asked.append(time.monotonic())
+        return response
+
+    node.create_service(Trigger, "ask", answer)
+    executor = RoundRobin(node)
+    questions = [peer.request(Trigger, "ask") for _ in range(3)]
+    peer.spin(0.3)
+    executor.serve(0.0)
+    assert len(asked) == 1
+    executor.serve(1.0)
+    assert len(asked) == 3
+    later = peer.request(Trigger, "ask")
+    peer.spin(0.3)
+    executor._services_due = time.monotonic() + SERVICE_PERIOD
+    while len(asked) < 4:
+        executor.serve(0.001)
+    assert asked[-1] >= executor._services_due - 2 * SERVICE_PERIOD
+    peer.wait(lambda: all(question.done() for question in [*questions, later]), 5.0, "answers")
     executor.close()

@@ -107,9 +107,11 @@ def stiff(launcher, options):
 def test_a_simulation_that_diverged_stands_until_a_reset_and_the_grasp_says_why(stiff, peer):
     peer.wait_for_driver()
     answer = peer.grasp()
-    peer.wait(lambda: len(peer.phases()) > 2, START_LIMIT, "the grasp to begin")
+    peer.wait(lambda: "approach" in peer.phases(), START_LIMIT, "the grasp to begin")
     for sign in (1.0, -1.0) * 20:
         send(peer, PoseStamped, "wrist/target_pose", [target((2.0 * sign, 0.0, 2.0 * sign))])
+        if "diverged" in stiff.output():
+            break
     level, text = simulation_status(peer)
     assert level == 2
     assert "the simulation diverged" in text
@@ -117,7 +119,9 @@ def test_a_simulation_that_diverged_stands_until_a_reset_and_the_grasp_says_why(
     before = peer.time()
     refusal = peer.wait(answer.done, 10.0, "the grasp's answer") and answer.result()
     assert not refusal.success
-    assert "the simulator reports: the simulation diverged" in refusal.message
+    # a hand that is torn squeezes its air before it diverges: the driver may have spoken first
+    reasons = ("the simulator reports: the simulation diverged", "pressure far above its limit")
+    assert any(reason in refusal.message for reason in reasons), refusal.message
     peer.diagnosis("pneumaticbox: safety", "vented until pneumaticbox/reset")
     assert not peer.trigger("sim/step").success
     assert peer.time() == before

@@ -28,6 +28,15 @@ def test_when_the_driver_is_killed_with_valves_open_the_plant_vents(nodes, peer)
     peer.diagnosis("hand_sim", "outlets are open")
 
 
+def test_a_driver_that_is_held_up_is_told_by_the_simulator(nodes, peer):
+    peer.wait_for_driver()
+    nodes["driver"].send(signal.SIGSTOP)
+    peer.spin(1.0)
+    nodes["driver"].send(signal.SIGCONT)
+    assert "samples waited for it in vain" in peer.diagnosis("the driver answers late")
+    assert peer.diagnosis("pneumaticbox: safety", "in operation")
+
+
 def test_a_simulator_that_is_started_last_is_found_by_all(launcher, peer, options):
     launcher.start(suite.sequencer(options))
     launcher.start(suite.driver(options))
@@ -53,6 +62,7 @@ def test_a_first_start_compiles_before_the_first_sample(domain, tmp_path):
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=100
     )
     assert list((tmp_path / "empty").rglob("*.nbi")), "nothing had to be compiled"
+    assert "compiling the numerical kernels" in output.stderr
     assert float(output.stdout.split("first step:")[1].split()[0]) < 0.2
 
 

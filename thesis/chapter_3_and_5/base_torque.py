@@ -365,9 +365,9 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
         panels[0].text(place.mean(), 1.02, name, ha="center", transform=over)
         for axes in panels:
             axes.axvline(place[0] - 0.5, color="0.8", lw=0.8)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside upper center"
-    )
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize=8, ncols=5, loc="upper center")
+    figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 0.95))
     panels[-1].set_xlabel(
         f"number of the pose [-]: pushes by {1e3 * results['shift']:g} mm and back, twice; "
         f"rolls by {np.degrees(results['roll']):g} deg to either side, three times"

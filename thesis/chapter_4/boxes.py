@@ -27,15 +27,16 @@ BOTTLE = 0.5e-3  # of section 4.4.3 [m3]
 REGULATING = 3.0  # for the reservoir to follow the regulator [s]
 SUPPLIES = (260e3, 320e3)  # of section 4.4.3, gauge [Pa]
 WORKING = 25e3  # gauge pressure in the channels, about a finger's [Pa]
+SETTLING = 0.75  # after a test pulse: 10 to 30 min for 400 to 1600 points (section 4.4.2) [s]
 WAITING = 0.5  # after a pulse, so that its dead volume has emptied, and the regulator rests [s]
 OPEN = 0.5  # of the pulse that the flow is taken from [s]
 SETTLED = 0.1  # of it, before the flow is steady [s]
 AVERAGED = 5  # pulses of a direction
 
 
-def box_of(seed: int) -> Pneumatics:
-    """Constants of a box by its number; 0 is the shipped one, others have other tolerances."""
-    constants = load_pneumatics()
+def box_of(seed: int, preset: str = "pneumaticbox") -> Pneumatics:
+    """Constants of a box by its number; 0 is that of the preset, others have other tolerances."""
+    constants = load_pneumatics(preset)
     return replace(constants, box_seed=constants.box_seed + seed)
 
 
@@ -83,7 +84,7 @@ def record(
 def _recorded(
     bench: EmbeddedBench, durations: PulseDurations, channels: int, cycles: int
 ) -> list[list[Pulse]]:
-    recording = record_pulses(durations, channels, cycles, BOTTLE)
+    recording = record_pulses(durations, channels, cycles, BOTTLE, SETTLING)
     valves = next(recording)
     while True:
         bench.command(valves)
@@ -119,7 +120,8 @@ def calibrated(
     Raises:
         ValueError: too few points, or pulses that do not determine the coefficients.
     """
-    plan = CalibrationPlan(points, len(supplies), pulses or PulseRanges(), leak_test=0.0)
+    ranges = pulses or PulseRanges()
+    plan = CalibrationPlan(points, len(supplies), ranges, settling=SETTLING, leak_test=0.0)
     run = CalibrationRun(OUTLETS[:channels], np.full(channels, BOTTLE), plan, seed)
     bench = EmbeddedBench(OUTLETS[:channels], np.full(channels, BOTTLE), box, seed)
     for supply in supplies:

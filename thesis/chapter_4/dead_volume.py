@@ -59,7 +59,7 @@ def added_air(given: Parameters) -> float:
 
     It is left at supply pressure when the valve closes, and evens out with the channel.
     """
-    drop = load_pneumatics().supply.pressure - WORKING
+    drop = load_pneumatics("pneumaticbox").supply.pressure - WORKING
     return float(air_mass(drop, given.external - given.foil))
 
 

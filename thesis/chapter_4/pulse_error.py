@@ -43,7 +43,12 @@ class Parameters:
 
 def run(given: Parameters, job: Job) -> Results:
     """Calibrate a box, then predict other pulses of it; a row a pulse."""
-    box, n = box_of(given.seed), given.channels
+    return on_box(box_of(given.seed), given, job)
+
+
+def on_box(box: Pneumatics, given: Parameters, job: Job) -> Results:
+    """The same with a box of other constants."""
+    n = given.channels
     known = record(box, n, given.points, given.supplies, 2 * given.seed, job.progress)
     fresh = record(box, n, given.tests, given.tested, 2 * given.seed + 1, job.progress)
     columns = [_columns(k, known[k], fresh[k]) for k in range(n)]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumaticbox_driver.calibration.file import check_calibration
+from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4 import CHANNELS, MG, NOTE, STEP, THESIS_LINE
 from thesis.chapter_4.bench_run import (
     SMALL_SINE,
@@ -36,7 +37,11 @@ class Parameters(SineOnBottles):
 
 def run(given: Parameters, job: Job) -> Results:
     """Calibrate a box, then let it track the sine twice: own calibrations, the first for all."""
-    box = box_of(given.seed)
+    return on_box(box_of(given.seed), given, job)
+
+
+def on_box(box: Pneumatics, given: Parameters, job: Job) -> Results:
+    """The same with a box of other constants."""
     own = calibrated(box, given.channels, given.points, given.seed, job.progress, given.supplies)
     shared = [own[0]] * given.channels
     runs = [

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand_model.gas import AMBIENT_PRESSURE
+from softhand_model.pneumatics import Pneumatics
 from thesis.chapter_4 import FULL, MG, OTHER, SUPPLY, TARGET, rms
 from thesis.chapter_4.bench_run import (
     SMALL_SINE,
@@ -41,7 +42,11 @@ class Parameters(SineOnBottles):
 
 def run(given: Parameters, job: Job) -> Results:
     """Calibrate a box; track the sine under a constant supply, and under one that varies."""
-    box = box_of(given.seed)
+    return on_box(box_of(given.seed), given, job)
+
+
+def on_box(box: Pneumatics, given: Parameters, job: Job) -> Results:
+    """The same with a box of other constants."""
     own = calibrated(box, given.channels, given.points, given.seed, job.progress, given.supplies)
     supplies = {"constant": lambda time: given.supply, "varied": varied(given)}
     runs: Results = {}

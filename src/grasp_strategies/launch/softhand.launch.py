@@ -30,14 +30,16 @@ ARGUMENTS = {
     "use_sim_time": ("", "driver and sequencer follow /clock; empty: true"),
     "backend": ("topic", "plant of the driver: topic (the simulator), embedded or hardware"),
     "command_timeout": (
-        "5.0",
-        "silence of commands after which the driver lets go [s]; 0: never, to command by hand",
+        "",
+        "silence of commands after which the driver lets go [s], 0: never, to command by hand; "
+        "empty: 5",
     ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
 SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files")
 TYPES = dict.fromkeys(SWITCHES, bool)
 TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
+LETS_GO = {"command_timeout": 5.0}  # a sequencer that was killed leaves no hand filled
 # arguments that a node takes, by the name of its parameter
 SIMULATOR = {
     "hand": "hand",
@@ -65,7 +67,7 @@ SEQUENCER = {
 
 
 def parameters(given, taken):
-    """Parameter file and arguments that are given, of those that a node takes."""
+    """Parameter file and arguments that are given, of those that a node takes; the later wins."""
     values = {
         parameter: ParameterValue(
             LaunchConfiguration(argument), value_type=TYPES.get(argument, str)
@@ -82,17 +84,17 @@ def nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     common = {"namespace": given["namespace"], "output": "screen"}
 
-    def node(package, executable, name, taken):
+    def node(package, executable, name, taken, *first):
         return Node(
             package=package,
             executable=executable,
             name=name,
-            parameters=parameters(given, taken),
+            parameters=[*first, *parameters(given, taken)],
             **common,
         )
 
     started = [
-        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER),
+        node("pneumaticbox_driver", "driver", "pneumaticbox", DRIVER, LETS_GO),
         node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER),
     ]
     if given["backend"] == "topic":

@@ -102,16 +102,10 @@ class Simulation:
         layout = build_layout(self.hand, config.segments, model)
         self.channels: tuple[str, ...] = tuple(self.hand.channels)
         self.step_size, self.temperature = config.step, ROOM_TEMPERATURE
-        self.world = World(config.step, config.gui, config.solver)
-        client, weight_scale = self.world.client, model.gravity_scale
-        pybullet.setGravity(0, 0, -STANDARD_GRAVITY * weight_scale, physicsClientId=client)
         self.wrist = self._new_wrist()
         self.air = AirCoupling(layout)
-        touch = Touch(config.collision, self.friction.hand, config.finger_contact)
-        rigid = self.scene.rigid_wrist
-        self.bodies = HandBodies(
-            layout, self.air, self.world, self.wrist, rigid, weight_scale, touch
-        )
+        self._layout, self._weight_scale = layout, model.gravity_scale
+        self._make_world()
         self.shape = HandShape(layout)
         self.tip_sensors = TipSensors(model)
         self.stops = JointStops(layout)
@@ -120,15 +114,27 @@ class Simulation:
             self.channels, self.air.rest_volumes, seed=config.seed, effects=self._flow_effects
         )
         self.ambient = self.plant.parameters.ambient_pressure
-        material = self.object.material if self.object else None
-        self._fixed_names = build_scene(self.scene, self.friction, material, client)
-        self._object_weight = (1 - weight_scale) * STANDARD_GRAVITY
-        self._body = self._object_body()
-        self._names = self._contact_names()
+        self._object_weight = (1 - self._weight_scale) * STANDARD_GRAVITY
         self.start = 0.0  # simulated time before the first step [s]
         self.reset()
 
     # ---------------------------------------------------------------- set-up
+    def _make_world(self) -> None:
+        """Make the engine's world with all that is in it."""
+        config = self.config
+        self.world = World(config.step, config.gui, config.solver)
+        client, gravity = self.world.client, -STANDARD_GRAVITY * self._weight_scale
+        pybullet.setGravity(0, 0, gravity, physicsClientId=client)
+        touch = Touch(config.collision, self.friction.hand, config.finger_contact)
+        rigid = self.scene.rigid_wrist
+        self.bodies = HandBodies(
+            self._layout, self.air, self.world, self.wrist, rigid, self._weight_scale, touch
+        )
+        material = self.object.material if self.object else None
+        self._fixed_names = build_scene(self.scene, self.friction, material, client)
+        self._body = self._object_body()
+        self._names = self._contact_names()
+
     def _new_wrist(self) -> Wrist:
         orientation = Rotation.from_euler("xyz", self.scene.wrist_rpy).as_quat()
         return Wrist(self.config.wrist, np.array(self.scene.wrist_position), orientation)
@@ -172,6 +178,9 @@ class Simulation:
         """
         self.steps = 0
         self.wrist = self._new_wrist()
+        if self.world.broken:
+            self.world.close()
+            self._make_world()
         for model in self.bodies.layout.models.values():
             model.reset()
         self.tip_sensors.reset()

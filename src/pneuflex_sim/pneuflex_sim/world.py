@@ -76,6 +76,7 @@ class World:
     ) -> None:
         settings = settings or SolverSettings()
         self.step_size = step
+        self.broken = False  # what is no number stays in the engine's search for contacts
         self.client = pybullet.connect(pybullet.GUI if gui else pybullet.DIRECT)
         self.closed = False
         if self.client < 0:
@@ -92,6 +93,11 @@ class World:
             enableConeFriction=0,  # the cone let light fingertips diverge when they jam
             physicsClientId=self.client,
         )
+
+    def diverged(self, reason: str) -> Diverged:
+        """The error to raise; a world that has diverged serves no more, also after a reset."""
+        self.broken = True
+        return Diverged(reason)
 
     def _look_at_the_hand(self) -> None:
         """Bring the window's camera near, without PyBullet's own panels."""

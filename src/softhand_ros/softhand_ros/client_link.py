@@ -13,10 +13,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock
 
 from softhand_ros.parameters import SIM_TIME
-from softhand_ros.topics import seconds
+from softhand_ros.topics import NEWEST, seconds, subscribe_by_hand, take
 
 LOOK_PERIOD = 0.05  # wall time between two looks at what is waited for [s]
 
@@ -45,7 +46,8 @@ class ClientLink:
         )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
-        self.simulated_time = 0.0  # latest tick of `hear_clock` [s]
+        self._clock: Subscription | None = None
+        self._simulated_time = 0.0
 
     def __enter__(self) -> Self:
         return self
@@ -80,12 +82,16 @@ class ClientLink:
         self.node.create_subscription(kind, topic, hear, depth)
 
     def hear_clock(self) -> None:
-        """Have `simulated_time` follow /clock."""
+        """Have `simulated_time` follow /clock, whose hundred ticks a second wake nobody."""
+        self._clock = subscribe_by_hand(self.node, Clock, "/clock", NEWEST)
 
-        def ticked(message: Clock) -> None:
-            self.simulated_time = seconds(message.clock)
-
-        self.listen(Clock, "/clock", ticked)
+    @property
+    def simulated_time(self) -> float:
+        """Latest tick since `hear_clock` [s]; 0 before the first."""
+        tick = take(self._clock) if self._clock is not None else None
+        if tick is not None:
+            self._simulated_time = seconds(tick.clock)
+        return self._simulated_time
 
     def spin(self, duration: float) -> None:
         """Listen for so much wall time [s]."""

@@ -9,6 +9,7 @@ and a quarter of the time for a burst (`make bench ARGS=executors`).
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from typing import Any
 
 from rclpy.executors import SingleThreadedExecutor, TimeoutException
@@ -17,9 +18,14 @@ from rclpy.subscription import Subscription
 
 from softhand_ros.topics import TakenByHand
 
+SERVICE_PERIOD = 0.005  # wall time between two looks at services that find nothing [s]
+
 
 class RoundRobin:
-    """Takes one message of each subscription and service after the other.
+    """Takes one message of each subscription, and of each service, after the other.
+
+    A look at the dozen services that a node has costs more than one at its subscriptions, and calls
+    are rare: without one, services wait `SERVICE_PERIOD`.
 
     Args:
         node: whose they are; those of a group `TakenByHand` are left to their owner.
@@ -27,7 +33,8 @@ class RoundRobin:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._next = 0
+        self._subscriptions, self._services = _Turns(), _Turns()
+        self._services_due = 0.0
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
 
@@ -37,15 +44,12 @@ class RoundRobin:
         Returns:
             Whether more may wait.
         """
-        end = time.monotonic() + budget
-        entities = self._entities()
-        quiet = 0
-        while quiet < len(entities):
-            self._next = (self._next + 1) % len(entities)
-            quiet = 0 if _serve(entities[self._next]) else quiet + 1
-            if quiet == 0 and time.monotonic() > end:
-                return True
-        return False
+        now = time.monotonic()
+        more = False
+        if now >= self._services_due:
+            more = self._services.serve(self._node.services, now + budget)
+            self._services_due = now if more else now + SERVICE_PERIOD
+        return self._subscriptions.serve(self._node.subscriptions, now + budget) or more
 
     def serve_rest(self) -> None:
         """Serve once what is neither of the two, as events of the quality of service."""
@@ -62,10 +66,25 @@ class RoundRobin:
         """Let the node go."""
         self._executor.shutdown()
 
-    def _entities(self) -> list[Any]:
-        """Subscriptions and services to serve; a change of parameters may add to them."""
-        found: list[Any] = [*self._node.subscriptions, *self._node.services]
-        return [e for e in found if not isinstance(e.callback_group, TakenByHand)]
+
+class _Turns:
+    """Whose turn it is among entities of a kind; a change of parameters may add to them."""
+
+    def __init__(self) -> None:
+        self._next = 0
+
+    def serve(self, entities: Iterable[Any], end: float) -> bool:
+        """Serve one message of each after the other until none waits or the time `end` [s] is
+        past; whether more may wait.
+        """
+        served = [e for e in entities if not isinstance(e.callback_group, TakenByHand)]
+        quiet = 0
+        while quiet < len(served):
+            self._next = (self._next + 1) % len(served)
+            quiet = 0 if _serve(served[self._next]) else quiet + 1
+            if quiet == 0 and time.monotonic() > end:
+                return True
+        return False
 
 
 def _serve(entity: Any) -> bool:

@@ -146,3 +146,13 @@ def test_a_feed_is_silent_only_when_both_scene_and_wall_time_went_on():
     assert not feed.silent_for(9.0, 100.5, 0.5, 1.0)
     assert not feed.silent_for(1.2, 200.0, 0.5, 1.0)
     assert feed.silent_for(1.6, 101.1, 0.5, 1.0)
+
+
+def test_what_is_quoted_of_a_message_is_short():
+    feed = Feed("scene/object_pose", "hand_sim", read_pose)
+    feed.accept(pose(frame="x" * 1_000_000), 1.0, 100.0)
+    assert feed.refused == 1 and len(feed.last_refusal) == 200
+    (name,) = read_touching(contacts(f"{'x' * 1_000_000}/object"))
+    assert len(name) == 200
+    vented = status("pneumaticbox: safety", 2, "x" * 1_000_000)
+    assert len(report_of(vented).fault) == len(report_of(vented).worst) == 200

@@ -98,16 +98,15 @@ def test_an_effect_of_ones_own_is_added_and_the_error_falls(pulls, tmp_path, cap
     out = tmp_path / "models" / "m2.yaml"
     arguments = ["add", "own_stiffening", "--data", str(pulls), "--effects", str(own)]
     assert main([*arguments, "--out", str(out), "--json", str(tmp_path / "a.json")]) == 0
-    model = load_model(out)
+    model = load_model(out, allow_effect_files=True)
     assert model.effects[0].values["rate"] == pytest.approx(0.2, abs=0.01)
     assert model.std["own_stiffening"]["rate"] > 0.0
     assert "falls" in capsys.readouterr().out
     added = json.loads((tmp_path / "a.json").read_text())
     assert added["format"] == "softhand-addition/1"
     assert added["rmse_after"] < 0.5 * added["rmse_before"]
-    assert (
-        main(["compare", str(pulls), "--model", str(out), "--json", str(tmp_path / "c.json")]) == 0
-    )
+    compare = ["compare", str(pulls), "--model", str(out), "--allow-effect-files"]
+    assert main([*compare, "--json", str(tmp_path / "c.json")]) == 0
     compared = json.loads((tmp_path / "c.json").read_text())
     assert compared["rmse_heldout"] == pytest.approx(200.0, rel=0.1)
 

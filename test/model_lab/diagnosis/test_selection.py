@@ -376,7 +376,7 @@ def test_of_an_effect_without_parameters_nothing_is_stated(choose):
 
 
 def test_where_all_values_show_the_weakest_is_stated(choose):
-    assert detectable(choose, 0.5, size=np.full(3, 10.0))[0][2] == 1.0
+    assert detectable(choose, 0.8, size=np.full(3, 10.0))[0][2] == 1.0
 
 
 def test_of_an_effect_that_never_shows_nothing_is_stated(choose):

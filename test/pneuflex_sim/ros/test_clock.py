@@ -88,6 +88,19 @@ def test_a_clock_that_was_set_back_takes_who_follows_along(pair):
     assert following.jump(7.0) == -6.5
 
 
+@pytest.mark.parametrize("sec", [-1, -(2**31), 2**31 - 1])
+def test_a_tick_that_no_simulation_can_have_is_left_alone(pair, node, sec):
+    leading, following = pair
+    tick(leading, following, 7.0)
+    hostile = node("stranger").create_publisher(Clock, "/clock", RELIABLE)
+    until(lambda: hostile.get_subscription_count())
+    message = Clock()
+    message.clock.sec = sec
+    hostile.publish(message)
+    following.wait(0.3)
+    assert following.jump(7.0) == 0.0
+
+
 def test_who_leads_waits_for_who_is_behind_and_forgets_who_falls_silent(pair):
     leading, following = pair
     tick(leading, following, 1.0)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 
 from grasp_strategies.ros.messages import read_touching
-from pneuflex_sim.pictures.surfaces import METRES_PER_NEWTON, SceneSurfaces
-from pneuflex_sim.ros.markers import SeenScene, SerialisedMessage, SurfaceMarkers
-from pneuflex_sim.scene.contacts import by_pair, normal_forces
+from pneuflex_sim.pictures.surfaces import METRES_PER_NEWTON, SceneSurfaces, contact_lines
+from pneuflex_sim.ros.markers import ContactMarkers, SeenScene, SerialisedMessage, SurfaceMarkers
+from pneuflex_sim.scene.contacts import Contact, by_pair, normal_forces
 
 STAMP = Time(sec=3, nanosec=20_000_000)
 
@@ -127,6 +127,7 @@ def test_each_pair_has_one_arrow_that_is_deleted_when_it_parts(gripping, viewed)
         (pair, Marker.ARROW, Marker.ADD, 0) for pair in pairs
     }
     assert all(len(marker.points) == 2 and marker.header.frame_id == "world" for marker in arrows)
+    assert all(0 < marker.scale.x < marker.scale.y <= 0.02 for marker in arrows)
     gripping.reset()
     gripping.step()
     still = {f"force/{pair}" for pair in by_pair(gripping.contacts())}
@@ -158,3 +159,35 @@ def test_numbers_that_are_in_a_message_twice_are_not_guessed_at():
     message = SerialisedMessage(np.array([1.0, 2.0, 1.0]).tobytes())
     with pytest.raises(ValueError, match="expected once in the message, got 2"):
         message.view(np.array([1.0]))
+
+
+def pressed(pair, count, force):
+    """So many contacts of a pair, that press with `force` [N] each."""
+    first, second = pair.split("/")
+    normal = (0.0, 0.6, 0.8)
+    return [Contact(first, "j", second, (0.1 * k, 0.2, 0.3), normal, force) for k in range(count)]
+
+
+@pytest.mark.parametrize("force", [0.0, 0.25, 123.4, 5.6e7, 1e308])
+def test_markers_of_contacts_put_together_from_bytes_are_read_as_they_were_made(force):
+    names = ["a/object", "ab/object", "abc/table", "abcdefgh/object"]
+    pairs = {name: pressed(name, 1 + k % 3, force) for k, name in enumerate(names)}
+    markers = ContactMarkers()
+    for stamp in (STAMP, Time(sec=7, nanosec=1)):
+        data = markers.message(stamp, pairs)
+        deleting, *lines = deserialize_message(data, MarkerArray).markers
+        assert len(data) == len(serialize_message(MarkerArray(markers=[deleting, *lines]))) + 3
+        assert deleting.action == Marker.DELETEALL
+        assert [marker.ns for marker in lines] == names
+        assert all(marker.header.stamp == stamp for marker in [deleting, *lines])
+        assert all(marker.type == Marker.LINE_LIST and marker.color.a == 1.0 for marker in lines)
+        for marker, contacts in zip(lines, pairs.values(), strict=True):
+            assert array(marker.points) == pytest.approx(contact_lines(contacts).reshape(-1, 3))
+        assert [float(marker.text) for marker in lines] == pytest.approx(
+            [force * len(contacts) for contacts in pairs.values()], rel=1e-3
+        )
+
+
+def test_without_contacts_earlier_ones_are_deleted_alone():
+    read = deserialize_message(ContactMarkers().message(STAMP, {}), MarkerArray)
+    assert [marker.action for marker in read.markers] == [Marker.DELETEALL]

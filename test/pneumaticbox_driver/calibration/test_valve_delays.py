@@ -24,7 +24,9 @@ def trace(opening, closing, length=0.1, step=500.0, direction=-1, noise=0.0, see
     return PulseTrace(times, pressures, length, 120e3, after, direction)
 
 
-@pytest.mark.parametrize(("opening", "closing"), [(0.021, 0.039), (0.037, 0.023), (0.03, 0.03)])
+@pytest.mark.parametrize(
+    ("opening", "closing"), [(0.021, 0.039), (0.037, 0.023), (0.03, 0.03), (0.003, 0.002)]
+)
 def test_the_delays_are_where_the_step_begins_and_ends(opening, closing):
     traces = [trace(opening, closing, length, noise=60.0, seed=k) for k, length in LENGTHS]
     found = valve_delays(traces, 60.0)
@@ -32,6 +34,13 @@ def test_the_delays_are_where_the_step_begins_and_ends(opening, closing):
 
 
 LENGTHS = list(enumerate(np.linspace(0.046, 0.5, 20).round(3)))
+
+
+def test_pulses_too_short_to_tell_the_opening_tell_no_closing_before_it_either():
+    opening, closing = valve_delays(
+        [trace(0.003, 0.002, length) for length in (0.008, 0.012)], 60.0
+    )
+    assert closing >= opening
 
 
 def test_without_a_clear_step_the_delays_are_the_nominal_ones():

@@ -335,6 +335,16 @@ def test_behind_a_sensor_that_was_off_the_rest_is_told_by_the_volume_before(more
     assert known.mass[0] == pytest.approx(left if stays else 0.0, rel=1e-3)
 
 
+def test_the_volume_before_is_that_at_which_the_outlet_opened_if_it_was_nearly_empty_then():
+    known = Known().filled().see(0.3, 0.5 * KPA)
+    known.offset, known.mass[:] = 1 * KPA, free_mass(0.5 * KPA) + 5 * MG
+    known.see(0.004, 0.5 * KPA, OPEN)
+    known.mass[:] = -30 * MG
+    known.see(0.35, 0.0, OPEN)
+    left = 5 * MG * AMBIENT_PRESSURE / (AMBIENT_PRESSURE + 0.5 * KPA)
+    assert known.mass[0] == pytest.approx(left, rel=1e-3)
+
+
 def test_an_outlet_that_opens_anew_must_show_again_that_the_channel_is_empty():
     known = Known().see(0.4, 0.0)
     known.see(0.01, 0.0, OPEN)

@@ -124,10 +124,11 @@ def test_on_simulated_time_a_pause_is_no_fault_and_a_dead_simulator_is_one(start
 
 
 def test_a_sensor_without_a_number_is_a_fault(start, peer):
-    start()
+    process = start()
     peer.connect()
     peer.sample([1e5, math.nan, 4e5])
     peer.diagnosis("safety", "sensor b: not a number")
+    assert process.output().count("sensor b: not a number: venting until pneumaticbox/reset") == 1
 
 
 @pytest.mark.parametrize("simulated", [False, True])

@@ -74,5 +74,4 @@ def test_a_board_that_fails_vents_and_leaves_that_by_reset_alone(on_board, peer,
     assert peer.call(Trigger, "pneumaticbox/reset").success
     assert peer.diagnosis("safety", "in operation", keep_going=False)
     assert on_board.output().count("hardware: the board's cable is unplugged") == 1
-    print(on_board.output())
-    assert on_board.output().count("in _check\n") == 1  # the traceback
+    assert on_board.output().count("in _check\n") == 1  # one traceback

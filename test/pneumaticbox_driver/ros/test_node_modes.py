@@ -41,7 +41,8 @@ def on_backend(domain, tmp_path):
     settings = {"fault": str(tmp_path / "fault"), "volume": VOLUME}
     board = {"board": "failing_board:FailingBoard", "settings": settings}
     file = tmp_path / "hardware.yaml"
-    file.write_text(yaml.safe_dump({"format": "pneumaticbox-hardware/1", **board}))
+    head = {"format": "pneumaticbox-hardware/1", "vent_time": 0.2}
+    file.write_text(yaml.safe_dump(head | board))
     with Launcher(tmp_path / "log", environment) as launcher:
 
         def start(backend):

@@ -12,16 +12,19 @@ pytestmark = pytest.mark.system
 WORDS = "another driver publishes /pneumaticbox/state: end it, or give each a namespace"
 
 
-def test_a_second_driver_does_not_start_unless_it_is_told_to(start, peer):
-    first = start()
+def test_a_second_driver_does_not_start_unless_it_is_told_to(launcher, peer):
+    def start(name, **parameters):
+        return launcher.start(NodeCommand(name, MODULE, {**BOX, **parameters}))
+
+    first = start("first")
     peer.connect()
-    later = start()
+    later = start("later")
     assert later.wait(20.0) == 2, later.output()
     assert later.last_words().startswith(f"pneumaticbox: {WORDS}")
     assert "allow_second" in later.last_words()
     peer.run(0.1)
     assert first.exit_code is None
-    told = start(allow_second=True)
+    told = start("told", allow_second=True)
     peer.wait(lambda: peer.node.count_publishers("pneumaticbox/state") == 2, 20.0, "both")
     peer.diagnosis("commands", WORDS, keep_going=False)
     assert told.exit_code is None

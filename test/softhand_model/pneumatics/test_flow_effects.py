@@ -9,7 +9,7 @@ from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.effects import FlowEffect, effect_classes
 from softhand_model.gas import AMBIENT_PRESSURE, psi
 from softhand_model.model_file import load_model
-from softhand_model.pneumatics import PneumaticPlant
+from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
 
 BOTTLE = np.array([0.5e-3])  # so large that its pressure hardly answers to what an effect adds
 PULSES = ((1, 140e3, 0.18), (1, 170e3, 0.1), (-1, 180e3, 0.18), (-1, 220e3, 0.1))
@@ -221,7 +221,8 @@ def test_effects_take_no_channel_above_the_supply_or_below_ambient_pressure():
 
 
 def test_a_pulse_that_has_just_begun_adds_no_more_than_its_valve_could_pass():
-    plant = PneumaticPlant("ab", FINGER, effects=[effect("valve_delay", delay=-0.05)])
+    longer = [effect("valve_delay", delay=-0.05)]
+    plant = PneumaticPlant("ab", FINGER, load_pneumatics("ideal"), effects=longer)
     course = np.array([plant.step(1e-3, [int(k < 80)] * 2, FINGER) for k in range(200)])
     assert (course[-1] > AMBIENT_PRESSURE + 5e3).all()
     assert (course <= course[-1] + 500.0).all()  # no peak while the dead volumes fill

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -20,15 +21,31 @@ def load_changed(tmp_path: Path, content):
     return load_pneumatics(path)
 
 
-def test_the_shipped_box_is_that_of_the_thesis():
-    p = load_pneumatics()
+def test_the_pneumaticbox_is_that_of_the_thesis():
+    p = load_pneumatics("pneumaticbox")
     assert (p.choke.inlet_diameter, p.choke.outlet_diameter) == (0.2e-3, 0.6e-3)
     assert p.choke.dead_volume == 0.15e-6
-    assert p.valve.opening_delay == p.valve.closing_delay == (0.020, 0.040)
+    assert p.valve.opening_delay == p.valve.closing_delay
+    assert 0.020 <= p.valve.opening_delay[0] < p.valve.opening_delay[1] <= 0.040
     assert (p.channel_sensor.range, p.channel_sensor.accuracy) == (250e3, 0.014)
     assert (p.supply_sensor.range, p.supply_sensor.accuracy) == (700e3, 0.025)
     assert 260e3 <= p.supply.pressure <= 320e3
-    assert p.leak.conductance == (0.0, 0.0) and p.gas.thermal_time_constant == 0.0
+    assert p.leak.conductance == (0.0, 0.0) and p.gas.thermal_volume == 0.5e-3
+
+
+def test_the_ideal_box_has_isothermal_air_and_all_of_the_thesis_s_delays():
+    ideal = load_pneumatics("ideal")
+    assert ideal.gas.thermal_time_constant == 0.0
+    assert ideal.valve.opening_delay == ideal.valve.closing_delay == (0.020, 0.040)
+    assert load_pneumatics(None) == ideal != load_pneumatics("pneumaticbox")
+
+
+def test_a_box_without_a_thermal_volume_has_the_same_time_constant_in_all_channels(
+    tmp_path, content
+):
+    del content["gas"]["thermal_volume"]
+    gas = load_changed(tmp_path, content).gas
+    assert gas.time_constants(np.array([5e-4, 1e-5])).tolist() == [gas.thermal_time_constant] * 2
 
 
 @pytest.mark.parametrize(

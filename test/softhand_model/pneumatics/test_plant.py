@@ -19,8 +19,8 @@ STATED_DELAYS = (0.020, 0.040)
 
 
 def even_box(**changes):
-    """A box without tolerances, its tubes so wide that only the chokes count."""
-    p = load_pneumatics()
+    """A box without tolerances and heat, its tubes so wide that only the chokes count."""
+    p = load_pneumatics("ideal")
     return replace(
         p,
         choke=replace(p.choke, discharge_coefficient=(0.8, 0.8)),
@@ -58,7 +58,7 @@ def test_what_flows_in_less_what_flows_out_is_what_is_there():
 
 
 def test_with_closed_valves_mass_stays_while_pressure_times_volume_does():
-    plant = PneumaticPlant(["a"], [FINGER])
+    plant = PneumaticPlant(["a"], [FINGER], load_pneumatics("ideal"))
     run(plant, 0.4, [1], [FINGER])
     run(plant, 0.3, [0], [FINGER])
     mass = float(plant.mass[0])

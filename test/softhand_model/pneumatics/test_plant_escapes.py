@@ -15,7 +15,7 @@ EIGHT = list("abcdefgh")
 
 
 def leaky(smallest, largest):
-    p = load_pneumatics()
+    p = load_pneumatics("ideal")
     return replace(p, leak=replace(p.leak, conductance=(smallest, largest)))
 
 
@@ -56,7 +56,8 @@ def test_each_channel_has_a_leak_of_its_own_within_the_range():
 
 def test_a_box_with_leaks_has_the_valves_and_sensors_of_the_tight_one():
     tight, leaking = (
-        PneumaticPlant(EIGHT, np.full(8, BOTTLE), b) for b in (None, leaky(1e-12, 1e-12))
+        PneumaticPlant(EIGHT, np.full(8, BOTTLE), b)
+        for b in (load_pneumatics("ideal"), leaky(1e-12, 1e-12))
     )
     for plant in (tight, leaking):
         plant.step(0.2, [1] * 8, np.full(8, BOTTLE))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT, orifice_flow
-from softhand_model.pneumatics import PneumaticPlant
+from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
 
 GAS = GAS_CONSTANT * 293.15  # [J/kg]
 BOTTLE = 0.5e-3
@@ -14,7 +14,7 @@ SUPPLY_SENSOR = 2
 
 @pytest.fixture
 def plant():
-    return PneumaticPlant(["a", "b"], VOLUMES, seed=2)
+    return PneumaticPlant(["a", "b"], VOLUMES, load_pneumatics("ideal"), seed=2)
 
 
 def run(plant, duration, valves):
@@ -124,7 +124,7 @@ def test_faults_are_part_of_a_saved_state_and_gone_after_a_reset(plant):
 
 
 def test_sound_readings_are_those_of_a_plant_without_faults(plant):
-    other = PneumaticPlant(["a", "b"], VOLUMES, seed=2)
+    other = PneumaticPlant(["a", "b"], VOLUMES, load_pneumatics("ideal"), seed=2)
     plant.faults.lose_sensor(0)
     for _ in range(10):
         np.testing.assert_array_equal(plant.read()[1:], other.read()[1:])

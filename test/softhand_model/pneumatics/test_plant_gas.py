@@ -8,6 +8,7 @@ import pytest
 from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT
 from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
 from softhand_model.pneumatics.air_flow import HEAT_CAPACITY, ChannelHeat
+from softhand_model.pneumatics.parameters import Gas
 
 WALL = 293.15  # [K]
 KAPPA = 1.4
@@ -110,13 +111,13 @@ def test_the_work_of_a_slow_compression_ends_in_the_walls():
 
 def test_energy_is_kept_whatever_comes_in_goes_out_and_is_compressed():
     random = np.random.default_rng(3)
-    heat = ChannelHeat(2, WALL, 0.4)
+    heat = ChannelHeat(WALL, np.full(2, 0.4))
     air = np.array([30e-6, 60e-6])
     balance = HEAT_CAPACITY * air * WALL
     for _ in range(400):
         ratio = random.uniform(0.98, 1.02, 2)
         hot = heat.temperature.copy()
-        heat.compress(ratio)
+        heat.compress(np.ones(2), ratio)
         balance += HEAT_CAPACITY * air * hot * (ratio**-0.4 - 1)  # work on it, along the adiabat
         received, sent = random.uniform(0, 2e-6, (2, 2)) * random.integers(0, 2, (2, 2))
         balance += KAPPA * HEAT_CAPACITY * WALL * received
@@ -124,10 +125,29 @@ def test_energy_is_kept_whatever_comes_in_goes_out_and_is_compressed():
         left = (air + received - sent) / (air + received)
         # enthalpy of what leaves, the integral of c_p T dm with T falling along the adiabat
         balance -= HEAT_CAPACITY * (air + received) * mixed * (1 - left**KAPPA)
-        heat.mix(air, received, received - sent)
         air = air + received - sent
-        heat.exchange(2e-3, air)
+        heat.mix(2e-3, air, received, received - sent)
     np.testing.assert_allclose(
         HEAT_CAPACITY * air * heat.temperature + heat.heat, balance, rtol=1e-9
     )
     assert np.abs(heat.heat).min() > 1e-3
+
+
+def test_a_small_channel_takes_on_the_walls_temperature_sooner_by_the_square_of_its_size():
+    gas = Gas(0.6, BOTTLE)
+    np.testing.assert_allclose(gas.time_constants(np.array([BOTTLE, BOTTLE / 8])), [0.6, 0.15])
+    np.testing.assert_allclose(Gas(0.6).time_constants(np.array([BOTTLE, FINGER])), [0.6, 0.6])
+
+
+def test_heat_of_the_pneumaticbox_shows_in_a_bottle_and_hardly_in_a_finger():
+    def share_left(volume):
+        plant = PneumaticPlant(["a"], [volume], load_pneumatics("pneumaticbox"))
+        plant.fill(2 * plant.rest_mass([volume]))
+        run(plant, 0.2, -1, volume)
+        run(plant, 0.1, 0, volume)  # the valve has closed
+        cold = WALL - float(plant.temperatures[0])
+        run(plant, 0.2, 0, volume)
+        return (WALL - float(plant.temperatures[0])) / cold
+
+    assert share_left(BOTTLE) > 0.6
+    assert share_left(FINGER) < 0.2

@@ -16,7 +16,12 @@ OFFERS = (
     Offer("pub", "grasp/phase", "std_msgs/String", "on every change, latched"),
     Offer("pub", "grasp/result", "diagnostic_msgs/DiagnosticArray", "how it ended, latched"),
     Offer("pub", "wrist/target_pose", "geometry_msgs/PoseStamped", "where the wrist shall go"),
-    Offer("pub", "pneumaticbox/command", "trajectory_msgs/JointTrajectory", "air masses [kg]"),
+    Offer(
+        "pub",
+        "pneumaticbox/command",
+        "trajectory_msgs/JointTrajectory",
+        "air masses while it works",
+    ),
     Offer("sub", "pneumaticbox/state", "sensor_msgs/JointState", "air masses and pressures"),
     Offer("sub", "wrist/pose", "geometry_msgs/PoseStamped", "of the wrist, in world"),
     Offer("sub", "wrist/wrench", "geometry_msgs/WrenchStamped", "of the hand on the wrist"),

@@ -14,7 +14,7 @@ import numpy as np
 
 from grasp_strategies.pose import Pose
 from grasp_strategies.scene import Array
-from softhand_ros.diagnostics import PREPARING
+from softhand_ros.diagnostics import PREPARING, cut
 
 WORLD = "world"
 OBJECT = "object"
@@ -81,7 +81,8 @@ def read_touching(message: Any) -> frozenset[str]:
     for pair in pairs:
         if len(pair) != 2 or not all(pair):
             raise ValueError(f"markers.ns: expected <body>/<body>, got {'/'.join(pair)!r}")
-    return frozenset(body for pair in pairs if OBJECT in pair for body in pair if body != OBJECT)
+    touching = (body for pair in pairs if OBJECT in pair for body in pair if body != OBJECT)
+    return frozenset(map(cut, touching))
 
 
 @dataclass(frozen=True)
@@ -109,8 +110,8 @@ def read_report(message: Any, node: str, heard: float) -> NodeReport | None:
         return None
     faults = [s for s in own if s.level >= ERROR or (s.name.endswith(SAFETY) and s.level > OK)]
     return NodeReport(
-        worst=str(max(own, key=lambda status: status.level).message),
-        fault="; ".join(status.message for status in faults),
+        worst=cut(max(own, key=lambda status: status.level).message),
+        fault=cut("; ".join(status.message for status in faults)),
         preparing=any(pair.key == PREPARING for status in own for pair in status.values),
         heard=heard,
     )
@@ -139,7 +140,7 @@ class Feed:
             self.value = self.read(message)
         except ValueError as error:
             self.refused += 1
-            self.last_refusal = str(error)
+            self.last_refusal = cut(str(error))
             return
         self.arrived, self.arrived_wall = now, wall
 

@@ -35,12 +35,13 @@ from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
 from softhand_ros.parameters import declare, follow_simulated_time
 from softhand_ros.run_node import run_node
 from softhand_ros.single import ALLOW_SECOND, Single
-from softhand_ros.topics import clock_conflict, latched
+from softhand_ros.topics import clock_conflict, latched, slow_clock
 
 IDLE, HOLDING = "idle", "holding what was grasped"
 PHASE = "grasp/phase"
 UNEXPECTED = "ended by an error; see the log"
 LATCHED = latched(1)
+CLOCK_PERIOD = 0.1  # [s] of wall time between two looks at /clock for stamps and watches
 HOLD_PERIOD = 0.2  # [s] of wall time after which what is held is commanded again
 STILL = 5.0  # [s] of wall time without a tick that is worth a warning
 Result = TypeVar("Result")
@@ -124,6 +125,7 @@ class SequencerNode(Node):
         declare(self, PARAMETERS)
         self._single = Single(self, "sequencer", PHASE)
         follow_simulated_time(self)
+        slow_clock(self, CLOCK_PERIOD)
         self._hand = load_hand(self.get_parameter("hand").value)
         hand_bodies = hand_body_names(chain.name for chain in self._hand.chains)
         self._single.claim(self.get_parameter(ALLOW_SECOND.name).value)

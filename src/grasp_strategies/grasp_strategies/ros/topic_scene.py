@@ -38,6 +38,7 @@ from grasp_strategies.ros.messages import (
     read_touching,
 )
 from grasp_strategies.scene import Array, Observation, SceneError
+from softhand_ros.diagnostics import cut
 from softhand_ros.topics import (
     NEWEST,
     TakenByHand,
@@ -299,7 +300,8 @@ class TopicScene:
         air = self._air.value
         if air.channels != self.channels:
             raise SceneError(
-                f"pneumaticbox/state: expected the channels {self.channels}, got {air.channels}"
+                f"pneumaticbox/state: expected the channels {self.channels}, "
+                f"got {cut(str(air.channels))}"
             )
         return Observation(
             now,

@@ -11,7 +11,15 @@ from matplotlib.lines import Line2D
 
 from model_lab.aliases import Array
 from model_lab.measurements.sample_table import Series
-from model_lab.report.drawing import COLOURS, Drawing, by_rows, light_grid, line_handle, thinned
+from model_lab.report.drawing import (
+    COLOURS,
+    Drawing,
+    by_rows,
+    legend_above,
+    light_grid,
+    line_handle,
+    thinned,
+)
 from model_lab.report.view import Panel, View
 
 MOST_PANELS = 36
@@ -73,7 +81,7 @@ def draw_panels(figure: Figure, view: View, panels: Sequence[Panel], columns: in
     by_rows(grid.flat, len(panels), columns)
     figure.supxlabel(f"{name} [{display.unit}]", fontsize=8.5)
     figure.supylabel(f"{_output_name(view)} [{view.display.unit}]", fontsize=8.5)
-    figure.legend(handles=_handles(view), loc="outside upper left", ncols=3)
+    legend_above(figure, _handles(view), 3)
 
 
 def _short(title: str, columns: int) -> str:

@@ -52,6 +52,7 @@ STYLE: dict[Any, Any] = {
 }
 FONTS = "'DejaVu Sans', Verdana, sans-serif"  # alike in width, or narrower
 WIDTH = 10.0  # [in] of all figures, so that their letters are alike
+GAP = 0.02  # between a legend and the panels below it, share of the height
 MOST_POINTS = 200  # of a curve: more do not show
 
 
@@ -132,6 +133,13 @@ def line_handle(label: str, text: str, **style: Any) -> Line2D:
 def floor_handle() -> Patch:
     """A legend's entry for the strip of the noise floor."""
     return Patch(color=COLOURS["floor"], alpha=0.3, linewidth=0, label="noise floor")
+
+
+def legend_above(figure: Figure, handles: list[Any], columns: int) -> None:
+    """A legend above all panels; matplotlib before 3.7 has no place `outside` for it."""
+    legend = figure.legend(handles=handles, loc="upper left", ncols=columns)
+    share = legend.get_window_extent().height / figure.bbox.height + GAP
+    figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 1.0 - share))
 
 
 def by_rows(axes: Iterable[Axes], used: int, columns: int) -> None:

@@ -17,6 +17,7 @@ from model_lab.report.drawing import (
     COLOURS,
     Drawing,
     floor_handle,
+    legend_above,
     light_grid,
     line_handle,
     thinned,
@@ -92,7 +93,7 @@ def _draw(figure: Figure, view: View, found: Mapping[str, Localisation]) -> None
     for row in grid:
         row[0].set_ylabel(f"residual [{view.display.unit}]")
     grid[0, 0].set_ylim(*_ends(view, found))
-    figure.legend(handles=_handles(view), loc="outside upper left", ncols=6)
+    legend_above(figure, _handles(view), 6)
 
 
 def _ends(view: View, found: Mapping[str, Localisation]) -> tuple[float, float]:

@@ -32,6 +32,7 @@ PARAMETERS = (
 OFFERS = (
     Offer("sub", "pneumaticbox/state", "sensor_msgs/JointState", "gauge pressures [Pa]"),
     Offer("sub", "hand/tip_angles", "sensor_msgs/JointState", "measured, of the tips [rad]"),
+    Offer("sub", "/clock", "rosgraph_msgs/Clock", "simulated time with use_sim_time"),
     Offer("pub", "model/prediction", "sensor_msgs/JointState", "predicted angles [rad]"),
     Offer("pub", "model/residual", "sensor_msgs/JointState", "measured less predicted [rad]"),
     Offer("pub", "/diagnostics", "diagnostic_msgs/DiagnosticArray", "once a second"),

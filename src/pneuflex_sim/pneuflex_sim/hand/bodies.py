@@ -29,7 +29,7 @@ from pneuflex_sim.hand.layout import Body, HandLayout
 from pneuflex_sim.hand.palm_pad import PalmPad
 from pneuflex_sim.hand.step import Carrier, HandArrays, drive_hand, joint_torques, plain
 from pneuflex_sim.hand.wrist import Wrist
-from pneuflex_sim.world import Diverged, World
+from pneuflex_sim.world import World
 from softhand_model.effects.load import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
@@ -246,7 +246,7 @@ class HandBodies:
         fastest = look_at_joints(self._rest, self.q, self.v, self.rotations)
         self._fast_time = self._fast_time + self.world.step_size if fastest > SPEED_LIMIT else 0.0
         if not math.isfinite(fastest) or self._fast_time > LONGEST_BLOW:
-            raise Diverged(self._diverged(fastest))
+            raise self.world.diverged(self._diverged(fastest))
 
     def _diverged(self, fastest: float) -> str:
         """What to say of a joint that stays fast; a blow may make one fast for an instant."""

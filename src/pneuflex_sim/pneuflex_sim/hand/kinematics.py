@@ -25,6 +25,7 @@ class HandShape:
 
     def __init__(self, layout: HandLayout) -> None:
         self.layout, self._links = layout, layout.links(0.0)
+        self._bases = [Rotation.from_quat(body.orientation).as_matrix() for body in layout.bodies]
 
     def frames(self, q: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3) [m] and rotation matrices (n, 3, 3) of the joints, centres of mass (n,
@@ -33,9 +34,8 @@ class HandShape:
         frame, arm, center, _ = placed = not_placed(len(q))
         place_links(q, self._links, placed)
         position = np.empty_like(arm)
-        for body in self.layout.bodies:
+        for body, base in zip(self.layout.bodies, self._bases, strict=True):
             of_body = body.joints
-            base = Rotation.from_quat(body.orientation).as_matrix()
             position[of_body] = np.cumsum(arm[of_body], axis=0) @ base.T + body.position
             frame[of_body] = base @ frame[of_body]
             center[of_body] = center[of_body] @ base.T + position[of_body]
@@ -46,14 +46,13 @@ class HandShape:
         hand's `tips`.
         """
         position, frame, _ = self.frames(q)
-        tips = {}
-        for name in self.layout.description.tips:
-            last = self.layout.chain_joints[name].stop - 1
-            tips[name] = (
-                position[last] + frame[last] @ self.layout.chain_tips[name],
-                Rotation.from_matrix(frame[last]).as_quat(),
-            )
-        return tips
+        names, layout = self.layout.description.tips, self.layout
+        last = [layout.chain_joints[name].stop - 1 for name in names]
+        turns = Rotation.from_matrix(frame[last]).as_quat() if last else []
+        return {
+            name: (position[k] + frame[k] @ layout.chain_tips[name], turn)
+            for name, k, turn in zip(names, last, turns, strict=True)
+        }
 
     def tip_angles(self, bend: Array) -> dict[str, float]:
         """Angle of the tip of each actuator against its base [rad]: the sum of its joints' bends

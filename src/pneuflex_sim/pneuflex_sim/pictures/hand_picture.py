@@ -27,6 +27,7 @@ DISTANCE = 4.0  # [m] of the camera: what is 5 cm nearer looks 1.3 % larger
 PIXELS_A_MM = 3.0
 SMOOTHING = 2  # pixels that become one
 BORDER = 0.012  # [m] around the hand
+GAP = 0.015  # between legend and panels, share of the height
 DPI = 110
 INCHES_A_METRE = 22.0
 CAPTION = "free air, no weight, no contact: what meets is drawn passing through"
@@ -214,9 +215,10 @@ def _explain(figure: Figure, hand: HandDescription) -> None:
     figure.suptitle(
         "\n".join([hand.name, *(_sizes(actuator) for actuator in kinds.values())]), fontsize=8
     )
-    figure.legend(
-        handles=patches, loc="outside lower center", ncols=2, fontsize=8, title=CAPTION
-    ).get_title().set_fontsize(8)
+    legend = figure.legend(handles=patches, loc="lower center", ncols=2, fontsize=8, title=CAPTION)
+    legend.get_title().set_fontsize(8)
+    share = legend.get_window_extent().height / figure.bbox.height + GAP
+    figure.set_layout_engine("constrained", rect=(0.0, share, 1.0, 1.0 - share))
 
 
 def _sizes(actuator: Actuator) -> str:

@@ -30,6 +30,7 @@ LEAD = 0.02  # by which a follower may be behind [s]
 PATIENCE = 0.5  # wall time for which one tick waits for the followers [s]
 MEMORY = 1.0  # wall time after which a follower that is silent is forgotten [s]
 LARGEST_LAG = 1.0  # behind which a follower does not catch up, but jumps to the newest tick [s]
+LATEST = 2**30  # [s], half of what a stamp can tell
 ALONE = "publish_clock is false, and no /clock has come: another simulator must publish it"
 
 
@@ -147,9 +148,9 @@ class FollowingClock:
             self._told.publish(self._message)
 
     def wait(self, timeout: float) -> None:
-        """Wait for the next tick."""
+        """Wait for the next tick; one that no simulation can have is left alone."""
         tick = self._inbox.take(timeout)
-        if tick is not None:
+        if tick is not None and 0 <= tick.clock.sec < LATEST:
             self._newest = nanoseconds(tick.clock) / SECOND
 
     def allows(self, now: float) -> bool:

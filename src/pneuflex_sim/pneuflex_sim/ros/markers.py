@@ -6,6 +6,7 @@ from one message to the next are numbers, at the same places.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,14 @@ from pneuflex_sim.pictures.render import Color
 from pneuflex_sim.pictures.surfaces import SceneSurfaces, contact_lines, total_arrow, total_force
 from pneuflex_sim.scene.contacts import Contact, by_pair
 from pneuflex_sim.simulation import Simulation
+from softhand_ros.topics import heard
 
 WORLD = "world"
 FORCE_COLOR: Color = (0.9, 0.2, 0.0, 1.0)
 LINE_WIDTH, BALL, SHAFT, HEAD = 0.002, 0.004, 0.004, 0.010  # [m]
+PREFIX = 8  # bytes of a serialised MarkerArray before its first marker: representation, count
+SOME_TIME = np.array([123456789, 987654321], np.int32)  # s and ns, found again in a message
+TEXT, PLACE = 12, "#"  # characters of a force at least, and what stands for one
 
 
 class SerialisedMessage:
@@ -65,32 +70,19 @@ class SeenScene:
         self._contacts = node.create_publisher(MarkerArray, "hand/contacts", qos)
         self._markers = node.create_publisher(MarkerArray, "hand/markers", qos)
         self._surfaces = SurfaceMarkers(SceneSurfaces(simulation))
+        self._lines = ContactMarkers()
         self._arrows: set[str] = set()
 
     def publish_contacts(self, stamp: Time) -> None:
         """Contacts now."""
-        if self._contacts.get_subscription_count():
-            self._contacts.publish(self._contact_markers(stamp))
+        if heard(self._contacts):
+            self._contacts.publish(self._lines.message(stamp, by_pair(self._simulation.contacts())))
 
     def publish_markers(self, stamp: Time) -> None:
         """Surfaces and forces now."""
-        if self._markers.get_subscription_count():
+        if heard(self._markers):
             self._markers.publish(self._surfaces.message(stamp))
             self._markers.publish(self._force_markers(stamp))
-
-    def _contact_markers(self, stamp: Time) -> MarkerArray:
-        """Lines for each pair of bodies; their text is the sum of its normal forces [N].
-
-        The sequencer reads them 50 times a second, so there is nothing more.
-        """
-        markers = [_marker(stamp, "", Marker.CUBE, Marker.DELETEALL)]
-        for pair, contacts in by_pair(self._simulation.contacts()).items():
-            lines = _marker(stamp, pair, Marker.LINE_LIST)
-            lines.scale.x, lines.text = LINE_WIDTH, f"{total_force(contacts):.4f}"
-            lines.points = _points(contact_lines(contacts).reshape(-1, 3))
-            _paint(lines, FORCE_COLOR)
-            markers.append(lines)
-        return MarkerArray(markers=markers)
 
     def _force_markers(self, stamp: Time) -> MarkerArray:
         """The contact points, and an arrow for each pair of bodies that touch; arrows of pairs that
@@ -113,6 +105,80 @@ class SeenScene:
         return MarkerArray(markers=markers)
 
 
+class ContactMarkers:
+    """Lines for each pair of bodies, `ns` = its name; their text is the sum of its normal forces
+    [N]. The sequencer reads them 50 times a second, so there is nothing more.
+
+    rclpy takes 0.2 ms to make a marker and turn it into bytes. So each pair with so many contacts
+    is serialised once, and its numbers are changed.
+    """
+
+    def __init__(self) -> None:
+
+        def clear(text: str) -> Marker:
+            marker = _marker(_stamp(SOME_TIME), "", Marker.CUBE, Marker.DELETEALL)
+            marker.text = text.replace(PLACE, " ")
+            return marker
+
+        self._clear = _serialised(clear, "")[0]
+        self._time = self._clear.view(SOME_TIME)
+        self._lines: dict[tuple[str, int], _Lines] = {}
+
+    def message(self, stamp: Time, pairs: Mapping[str, list[Contact]]) -> bytes:
+        """The MarkerArray of these contacts, serialised; first it deletes all earlier ones."""
+        self._time[:] = stamp.sec, stamp.nanosec
+        clear = self._clear.data
+        parts = [clear[PREFIX:]]
+        for pair, contacts in pairs.items():
+            key = pair, len(contacts)
+            if key not in self._lines:
+                self._lines[key] = _Lines(*key)
+            parts.append(self._lines[key].data(stamp, contacts))
+        count = np.array([len(parts)], "<u4").tobytes()
+        return clear[: PREFIX - len(count)] + count + b"".join(parts)
+
+
+class _Lines:
+    """The marker of a pair of bodies with so many contacts as it stands in a serialised array."""
+
+    def __init__(self, pair: str, count: int) -> None:
+        points = np.random.default_rng(0).uniform(size=(2 * count, 3))
+
+        def lines(text: str) -> Marker:
+            marker = _marker(_stamp(SOME_TIME), pair, Marker.LINE_LIST)
+            marker.scale.x, marker.points, marker.text = LINE_WIDTH, _points(points), text
+            _paint(marker, FORCE_COLOR)
+            return marker
+
+        self._message, text = _serialised(lines, TEXT * PLACE)
+        self._time, self._points = self._message.view(SOME_TIME), self._message.view(points)
+        self._text = self._message.view(np.frombuffer(text.encode(), np.uint8))
+
+    def data(self, stamp: Time, contacts: list[Contact]) -> bytes:
+        """Its bytes now."""
+        width, force = len(self._text), total_force(contacts)
+        text = f"{force:{width}.4f}"
+        text = text if len(text) == width else f"{force:{width}.3e}"
+        self._text[:] = np.frombuffer(text.encode(), np.uint8)
+        self._time[:] = stamp.sec, stamp.nanosec
+        self._points[:] = contact_lines(contacts).reshape(-1, 3)
+        return self._message.data[PREFIX:]
+
+
+def _serialised(make: Callable[[str], Marker], text: str) -> tuple[SerialisedMessage, str]:
+    """An array of one marker, which `make` gives for a text, so long that others may follow; and
+    the text, to which four characters more may be added.
+
+    Numbers of 8 bytes stand at multiples of 8 (CDR). So the bytes of a marker are the same wherever
+    it begins if their length is such a multiple, and four characters shift it by four.
+    """
+    data = serialize_message(MarkerArray(markers=[make(text)]))
+    data += bytes(-len(data) % 4)
+    if (len(data) - PREFIX) % 8:
+        return _serialised(make, text + 4 * PLACE)
+    return SerialisedMessage(data), text
+
+
 class SurfaceMarkers:
     """A marker for each part of hand, object and scene, `ns` = its name, all of triangles."""
 
@@ -122,9 +188,7 @@ class SurfaceMarkers:
         for name, (corners, _) in surfaces.now().items():
             color = draw.uniform(0.1, 0.9, 4).astype(np.float32)
             corner, time = draw.uniform(size=3), draw.integers(1, 2**30, 2, dtype=np.int32)
-            marker = _marker(
-                Time(sec=int(time[0]), nanosec=int(time[1])), name, Marker.TRIANGLE_LIST
-            )
+            marker = _marker(_stamp(time), name, Marker.TRIANGLE_LIST)
             marker.scale.x = marker.scale.y = marker.scale.z = 1.0
             marker.points = _points(corner[None]) * len(corners)
             _paint(marker, tuple(color.tolist()))
@@ -159,6 +223,10 @@ def _marker(stamp: Time, namespace: str, kind: int, action: int = Marker.ADD) ->
     marker.header.stamp, marker.header.frame_id = stamp, WORLD
     marker.pose.orientation.w = 1.0
     return marker
+
+
+def _stamp(time: NDArray[np.int32]) -> Time:
+    return Time(sec=int(time[0]), nanosec=int(time[1]))
 
 
 def _points(places: np.ndarray) -> list[Point]:

@@ -36,12 +36,14 @@ from softhand_ros.topics import (
     Inbox,
     clock_conflict,
     full_name,
+    heard,
     latched,
     nanoseconds,
     stamp_of_seconds,
 )
 
 LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
+MUCH_WAITING = 0.5  # wall time between two reports that was waited in vain [s]
 SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
 STANDING_PERIOD = 0.1  # wall time between ticks of a clock that stands [s]
@@ -51,10 +53,9 @@ FAST_PERIOD = 0.01  # clock, wrist, object [s]
 
 
 def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:
-    pose.position.x, pose.position.y, pose.position.z = map(float, position)
-    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = map(
-        float, orientation
-    )
+    place, turn = pose.position, pose.orientation
+    place.x, place.y, place.z = position.tolist()
+    turn.x, turn.y, turn.z, turn.w = orientation.tolist()
     return pose
 
 
@@ -71,7 +72,7 @@ class HandSim(Node):
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.driver_seen = False
-        self.answered_stamp, self.missed_answers = -1, 0
+        self.answered_stamp, self.missed_answers, self.told_missed = -1, 0, 0
         self.refused: list[str] = []
         self.refusals, self.diverged = 0, ""
         self.pace = Pace(value["real_time_factor"])
@@ -213,35 +214,41 @@ class HandSim(Node):
 
     def _publish_fast(self, stamp: Time) -> None:
         simulation = self.simulation
-        self._wrist_message.header.stamp = self._wrench_message.header.stamp = stamp
-        _fill_pose(self._wrist_message.pose, *simulation.wrist_pose())
-        self.wrist_pose.publish(self._wrist_message)
-        force, torque = simulation.wrist_wrench()
-        wrench = self._wrench_message.wrench
-        wrench.force.x, wrench.force.y, wrench.force.z = map(float, force)
-        wrench.torque.x, wrench.torque.y, wrench.torque.z = map(float, torque)
-        self.wrench.publish(self._wrench_message)
-        if simulation.object is not None:
+        if heard(self.wrist_pose):
+            self._wrist_message.header.stamp = stamp
+            _fill_pose(self._wrist_message.pose, *simulation.wrist_pose())
+            self.wrist_pose.publish(self._wrist_message)
+        if heard(self.wrench):
+            self._publish_wrench(stamp)
+        if simulation.object is not None and heard(self.object_pose):
             self._object_message.header.stamp = stamp
             _fill_pose(self._object_message.pose, *simulation.object_pose())
             self.object_pose.publish(self._object_message)
 
+    def _publish_wrench(self, stamp: Time) -> None:
+        self._wrench_message.header.stamp = stamp
+        force, torque = self.simulation.wrist_wrench()
+        wrench = self._wrench_message.wrench
+        wrench.force.x, wrench.force.y, wrench.force.z = force.tolist()
+        wrench.torque.x, wrench.torque.y, wrench.torque.z = torque.tolist()
+        self.wrench.publish(self._wrench_message)
+
     def _publish_slow(self, stamp: Time) -> None:
-        simulation = self.simulation
-        self._joint_message.header.stamp = stamp
-        self._joint_message.position = array.array(
-            "d", joint_positions(simulation.bodies.q).tolist()
-        )
-        self.joints.publish(self._joint_message)
-        angles = simulation.read_tip_angles()
-        tips = JointState(name=list(angles), position=array.array("d", angles.values()))
-        tips.header.stamp = stamp
-        self.tip_angles.publish(tips)
-        poses = PoseArray(
-            poses=[_fill_pose(Pose(), *tip) for tip in simulation.fingertips().values()]
-        )
-        poses.header.stamp, poses.header.frame_id = stamp, self.wrist_frame
-        self.fingertips.publish(poses)
+        if heard(self.joints):
+            message, q = self._joint_message, self.simulation.bodies.q
+            message.header.stamp = stamp
+            message.position = array.array("d", joint_positions(q).tolist())
+            self.joints.publish(message)
+        if heard(self.tip_angles):
+            angles = self.simulation.read_tip_angles()
+            tips = JointState(name=list(angles), position=array.array("d", angles.values()))
+            tips.header.stamp = stamp
+            self.tip_angles.publish(tips)
+        if heard(self.fingertips):
+            tip_poses = self.simulation.fingertips().values()
+            poses = PoseArray(poses=[_fill_pose(Pose(), *tip) for tip in tip_poses])
+            poses.header.stamp, poses.header.frame_id = stamp, self.wrist_frame
+            self.fingertips.publish(poses)
         self.seen.publish_contacts(stamp)
 
     def _warnings(self) -> list[str]:
@@ -249,6 +256,9 @@ class HandSim(Node):
         warnings, self.refused = [*self.refused, self.clock.warning(), clock_conflict(self)], []
         if self.watch.silent(self.simulation.time):
             warnings.append("no pneumaticbox/valves: outlets are open")
+        missed, self.told_missed = self.missed_answers - self.told_missed, self.missed_answers
+        if missed * LOCKSTEP_WAIT > MUCH_WAITING:
+            warnings.append(f"the driver answers late: {missed} samples waited for it in vain")
         if self.count_publishers("pneumaticbox/sensors") > 1:
             text = "a second simulator publishes pneumaticbox/sensors on this domain"
             self.get_logger().warning(text + ": stop one, or give each its ROS_DOMAIN_ID")

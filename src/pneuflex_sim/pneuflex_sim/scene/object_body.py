@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from pneuflex_sim.hand.collision import ENVIRONMENT
 from pneuflex_sim.scene.objects import ObjectDescription
 from pneuflex_sim.scene.solids import box_solid
-from pneuflex_sim.world import Diverged, World
+from pneuflex_sim.world import World
 
 Array = NDArray[np.float64]
 
@@ -118,7 +118,7 @@ class ObjectBody:
 
     def __init__(self, description: ObjectDescription, friction: float, world: World) -> None:
         client = world.client
-        self.description, self._client = description, client
+        self.description, self._client, self._world = description, client, world
         self.sheet = Sheet(description.dimensions) if description.shape == "sheet" else None
         solid = description.geometry.solid
         if self.sheet is not None:
@@ -241,7 +241,7 @@ class ObjectBody:
         """Position (3,) [m] and quaternion (4,); raises Diverged when it has."""
         place, found = pybullet.getBasePositionAndOrientation(self.id, physicsClientId=self._client)
         if not np.isfinite(place).all():
-            raise Diverged(f"the simulation diverged: the object is at {place}")
+            raise self._world.diverged(f"the simulation diverged: the object is at {place}")
         if self._own_axes:
             return np.array(place), np.array(found)
         return np.array(place), (Rotation.from_quat(found) * self._to_own).as_quat()

@@ -357,11 +357,11 @@ class CommandIntake:
                 f"header.stamp: expected at most {self._lead:g} s ahead (command_lead), "
                 f"got {lead:.6g} s"
             )
-        span, last = float(trajectory.times[-1]), len(trajectory.times) - 1
+        span = float(trajectory.times[-1])
         if span > self._span:
             raise ValueError(
-                f"points[{last}].time_from_start: expected at most {self._span:g} s "
-                f"(command_span), got {span:.6g} s"
+                f"points[{len(trajectory.times) - 1}].time_from_start: expected at most "
+                f"{self._span:g} s (command_span), got {span:.6g} s"
             )
 
     def drop(self) -> None:

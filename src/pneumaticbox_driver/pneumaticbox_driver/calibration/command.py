@@ -185,7 +185,7 @@ def _parser() -> argparse.ArgumentParser:
         choices=range(1, len(OUTLETS) + 1),
         help="how many outlets, from the first on (%(default)s)",
     )
-    add("--pneumatics", type=Path, help="YAML file with the constants of the box (the shipped)")
+    add("--pneumatics", help="YAML file of the box, or pneumaticbox or ideal (ideal)")
     add("--box", default=BOX, help="name of the box in the file (%(default)s)")
     add("--seed", type=int, default=0, help="of durations and noise (%(default)s)")
     return parser

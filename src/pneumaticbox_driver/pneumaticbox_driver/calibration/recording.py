@@ -107,7 +107,11 @@ class Rest:
 
 
 def record_pulses(
-    durations: PulseDurations, channels: int, cycles: int, volume: float
+    durations: PulseDurations,
+    channels: int,
+    cycles: int,
+    volume: float,
+    settling: float = SETTLING,
 ) -> Recording:
     """Inflate and deflate all channels `cycles` times, as a coroutine of samples.
 
@@ -119,8 +123,9 @@ def record_pulses(
         channels: number of channels.
         cycles: pulses per direction.
         volume: of the fixed volume on each channel [m3].
+        settling: between the end of the pulses and the average [s].
     """
-    recorder = PulseRecorder(channels, volume)
+    recorder = PulseRecorder(channels, volume, settling)
     yield from recorder.zero()
     for _ in range(cycles):
         yield from recorder.cycle(durations)

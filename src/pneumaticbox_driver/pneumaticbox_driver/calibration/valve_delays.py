@@ -8,9 +8,10 @@ import numpy as np
 from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.observer.coefficients import NOMINAL_DELAYS, VALVE_DELAY, Delays
 
-GRID = np.arange(-0.004, 0.0801, 0.001)  # times from the command [s]
+GRID = np.arange(-0.018, 0.0801, 0.001)  # times from the command [s]
 OPEN_FOR_SURE = (0.05, 0.064)  # after switch-on, opened and not closed again yet [s]
-NOT_YET_CLOSED = (0.0, 0.018)  # after switch-off [s]
+NOT_YET_CLOSED = (0.0, 0.018)  # after switch-off, of a valve that takes longer to close [s]
+STILL_SWITCHED_ON = (-0.018, 0.0)  # for one that does not [s]
 ESTABLISHED = 0.06  # least length of a pulse whose flow is established at its end [s]
 LEAST_STEP = 6.0  # of the pressure, in standard errors of the averaged course
 MOST = 0.06  # a longer delay is not one of such a valve [s]
@@ -59,7 +60,10 @@ def valve_delays(traces: Sequence[PulseTrace], noise: float) -> Delays:
     closing = _mean_course(
         [(t.times - t.length, t.direction * (t.pressures_abs - t.after)) for t in lasting]
     )
-    closed = _crossing(closing, NOT_YET_CLOSED, noise / np.sqrt(len(lasting)), rising=False)
+    error = noise / np.sqrt(len(lasting))
+    closed = _crossing(closing, STILL_SWITCHED_ON, error, rising=False)
+    if max(opened, closed) >= NOT_YET_CLOSED[1]:
+        closed = _crossing(closing, NOT_YET_CLOSED, error, rising=False)
     return opened, closed
 
 

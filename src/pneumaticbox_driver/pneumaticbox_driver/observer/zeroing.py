@@ -21,7 +21,7 @@ FAR_PULSES = 5  # after which an estimate far from what the posture tells is dri
 LEAST_MISFIT = 0.5e-6  # drift that is nothing to speak of [kg]
 # An actuator is held away from rest that has this much left at ambient pressure, of what it held in
 # free posture at its highest pressure; it cannot hold more than it would when bent as far as then.
-HELD_SHARE = 0.05
+HELD_SHARE = 0.1
 HELD_VOLUME = 1.2
 TINY = 1e-9  # of a time that has begun [s]
 HELD_PATIENCE = 5.0  # at ambient pressure, after which that is drift all the same [s]

@@ -17,7 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 from pneumaticbox_driver.box.box import PneumaticBox
 from pneumaticbox_driver.box.commands import TrajectoryPoint
 from pneumaticbox_driver.box.diagnostics import CommandTraffic
-from softhand_ros.topics import RELIABLE, seconds
+from softhand_ros.topics import RELIABLE, heard, seconds
 
 COMMAND, SCHEDULE = "pneumaticbox/command", "pneumaticbox/valve_schedule"
 STATE = "pneumaticbox/state"
@@ -120,8 +120,9 @@ class StateTopics:
         self._slot = 0
 
     def publish(self, stamp: Time, pressures_abs: NDArray[np.float64]) -> None:
-        """Publish the state after a sample of absolute pressures (n + 1,) [Pa]."""
-        self._publish_state(stamp)
+        """Publish the state after a sample of absolute pressures (n + 1,) [Pa], to who listens."""
+        if heard(self._state_out):
+            self._publish_state(stamp)
         self._publish_pressures(stamp, pressures_abs)
 
     def _publish_state(self, stamp: Time) -> None:
@@ -137,6 +138,8 @@ class StateTopics:
         n = len(self._pressure)
         slot = int(seconds(stamp) * PRESSURE_RATE * n)
         for due in range(max(self._slot + 1, slot - n + 1), slot + 1):
+            if not heard(self._pressure_out[due % n]):
+                continue
             message = self._pressure[due % n]
             message.header.stamp = stamp
             message.fluid_pressure = float(pressures_abs[due % n])

@@ -257,6 +257,8 @@ class PneumaticBoxNode(Node):
         self._activity.note(self.box.time, self.box.openings)
         safety = self.box.enabled, len(self.box.latch.reasons)
         if now - self._reported >= REPORT_PERIOD or safety != self._told_safety:
+            for reason in self.box.latch.reasons[self._told_safety[1] :]:
+                self.get_logger().error(f"{reason}: venting until pneumaticbox/reset")
             self._reported, self._told_safety = now, safety
             self._executor.serve_rest()
             self._report(now)
@@ -277,8 +279,6 @@ class PneumaticBoxNode(Node):
         self.box.sensors_sound = False
         if reason not in self.box.latch.reasons:
             self.box.vent(reason)
-            text = f"{reason}: venting until pneumaticbox/reset"
-            self.get_logger().error(text, throttle_duration_sec=1.0)
             self.command_vent()
 
     def keep_serving(self, what: str, step: Callable[[float], None], time_left: float) -> None:

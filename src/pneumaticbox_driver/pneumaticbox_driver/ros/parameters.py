@@ -101,7 +101,9 @@ PARAMETERS = (
     Parameter(
         "embedded_seed", 0, "of noise and jitter with backend embedded", bounds=(0, 2**31 - 1)
     ),
-    Parameter("embedded_plant", "", "YAML file of the pretended box; empty: the shipped one"),
+    Parameter(
+        "embedded_plant", "", "YAML file of the pretended box, or `pneumaticbox`; empty: `ideal`"
+    ),
     Parameter(
         "embedded_supply",
         0.0,

@@ -25,7 +25,10 @@ class Interrupted(Exception):
 class Listener(Protocol):
     """The ROS side that is listened to while time passes."""
 
-    simulated_time: float
+    @property
+    def simulated_time(self) -> float:
+        """Newest time of the simulation [s]."""
+        ...
 
     def spin(self, duration: float) -> None:
         """Listen for so much wall time [s]."""

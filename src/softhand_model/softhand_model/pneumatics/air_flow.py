@@ -130,40 +130,30 @@ class ChannelHeat:
     its exact solution, one after the other. `heat` counts what the walls have taken [J].
 
     Args:
-        channels: number of channels.
         wall: temperature of walls, supply and surroundings [K].
-        time_constant: `tau`, in which the air takes on the wall's temperature [s].
+        time_constants: `tau` (n,), in which the air takes on the wall's temperature [s].
     """
 
-    def __init__(self, channels: int, wall: float, time_constant: float) -> None:
-        self._wall, self._time_constant = wall, time_constant
-        self.temperature: Array = np.full(channels, wall)
-        self.heat: Array = np.zeros(channels)
+    def __init__(self, wall: float, time_constants: Array) -> None:
+        self._wall, self._time_constants = wall, time_constants
+        self.temperature: Array = np.full(len(time_constants), wall)
+        self.heat: Array = np.zeros(len(time_constants))
 
-    def compress(self, ratio: Array) -> None:
-        """Change the volumes by `ratio` (n,) = new/old without heat: `T V**(kappa - 1)` stays."""
-        self.temperature = self.temperature * ratio ** (1 - HEAT_CAPACITY_RATIO)
+    def compress(self, before: Array, after: Array) -> None:
+        """Change the volumes (n,) [m3] without heat: `T V**(kappa - 1)` stays."""
+        compress_air(before, after, self.temperature)
 
-    def exchange(self, dt: float, air: Array) -> None:
-        """Let the walls take heat from the `air` (n,) [kg] for `dt` [s]."""
-        excess = self.temperature - self._wall
-        change = excess * -np.expm1(-dt / self._time_constant)
-        self.temperature = self.temperature - change
-        self.heat += HEAT_CAPACITY * air * change
-
-    def mix(self, air: Array, received: Array, net: Array) -> None:
-        """Let air in, then out.
+    def mix(self, dt: float, air: Array, received: Array, net: Array) -> None:
+        """Let air in, then out, and then the walls take heat from it for `dt` [s].
 
         Args:
-            air: in the channels, before (n,) [kg].
+            dt: time of the exchange [s], 0 for none.
+            air: in the channels, after it has moved (n,) [kg].
             received: air that came in (n,) [kg].
             net: air that came in less air that left (n,) [kg].
         """
-        if received.any():
-            energy = air * self.temperature + HEAT_CAPACITY_RATIO * received * self._wall
-            self.temperature = energy / (air + received)
-        left = (air + net) / (air + received)  # what stays expands without heat
-        self.temperature = self.temperature * left ** (HEAT_CAPACITY_RATIO - 1)
+        states = air, received, net, self.temperature, self.heat
+        mix_air(dt, self._wall, self._time_constants, *states)
 
     def save(self) -> dict[str, Any]:
         """Return a copy of the changing state."""
@@ -172,3 +162,37 @@ class ChannelHeat:
     def restore(self, saved: dict[str, Any]) -> None:
         """Go back to what `save` returned."""
         self.temperature, self.heat = saved["temperature"].copy(), saved["heat"].copy()
+
+
+@compiled
+def compress_air(before: Array, after: Array, temperature: Array) -> None:
+    """`ChannelHeat.compress`, of temperatures (n,) [K] in place."""
+    for i in range(len(temperature)):
+        if after[i] != before[i]:
+            temperature[i] *= (before[i] / after[i]) ** (HEAT_CAPACITY_RATIO - 1)
+
+
+@compiled
+def mix_air(
+    dt: float,
+    wall: float,
+    time_constants: Array,
+    air: Array,
+    received: Array,
+    net: Array,
+    temperature: Array,
+    heat: Array,
+) -> None:
+    """`ChannelHeat.mix`, of temperatures (n,) [K] and of the walls' heat (n,) [J] in place."""
+    for i in range(len(temperature)):
+        before = air[i] - net[i]
+        whole = before + received[i]
+        if received[i] > 0:
+            energy = before * temperature[i] + HEAT_CAPACITY_RATIO * received[i] * wall
+            temperature[i] = energy / whole
+        if air[i] != whole:  # what stays expands without heat
+            temperature[i] *= (air[i] / whole) ** (HEAT_CAPACITY_RATIO - 1)
+        if dt > 0:
+            change = (temperature[i] - wall) * -math.expm1(-dt / time_constants[i])
+            temperature[i] -= change
+            heat[i] += HEAT_CAPACITY * air[i] * change

@@ -1,6 +1,6 @@
 """Constants of the pretended Pneumaticbox, read from one YAML file and checked."""
 
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -75,9 +75,26 @@ class Leak:
 
 @dataclass(frozen=True)
 class Gas:
-    """Air in the actuators: time in which it takes on the walls' temperature [s], 0 at once."""
+    """Air in the channels: time in which it takes on the walls' temperature [s], 0 at once.
+
+    The time is that of a channel of `thermal_volume` [m3]. In smaller ones of the same shape the
+    way to the walls is shorter: by conduction the time goes with the square of their size. With a
+    `thermal_volume` of 0 it is the same in all.
+    """
 
     thermal_time_constant: float
+    thermal_volume: float = 0.0
+
+    def time_constants(self, volumes: Array) -> Array:
+        """Times of channels of these `volumes` (n,) [m3], (n,) [s].
+
+        >>> Gas(0.6, 5e-4).time_constants(np.array([5e-4, 4e-6])).round(3).tolist()
+        [0.6, 0.024]
+        """
+        if not self.thermal_volume:
+            return np.full(len(volumes), self.thermal_time_constant)
+        size = (volumes / self.thermal_volume) ** (1 / 3)
+        return np.asarray(self.thermal_time_constant * size**2)
 
 
 @dataclass(frozen=True)
@@ -149,7 +166,8 @@ SECTIONS: dict[str, type] = {
     "channel_sensor": Sensor,
     "supply_sensor": Sensor,
 }
-MAY_BE_ZERO = ("delay_jitter", "noise", "accuracy", "droop", "conductance", "thermal_time_constant")
+MAY_BE_ZERO = {"delay_jitter", "noise", "accuracy", "droop", "conductance"}
+MAY_BE_ZERO |= {"thermal_time_constant", "thermal_volume"}
 DELAY, SIZE = Bounds(0.0, 1.0, "s"), Bounds(1e-5, 0.1, "m")
 PRESSURE = Bounds(1e3, 1e8, "Pa")
 BOUNDS = {
@@ -164,6 +182,7 @@ BOUNDS = {
     "passed": Bounds(0.0, 1.0, ""),
     "conductance": Bounds(0.0, 1e-3, "kg/(s Pa)"),
     "thermal_time_constant": Bounds(0.0, 1e5, "s"),
+    "thermal_volume": Bounds(0.0, 10.0, "m3"),
     "margin": Bounds(1.0, 100.0, ""),
     "accumulation": Bounds(1e-6, 100.0, ""),
     "accuracy": Bounds(0.0, 1.0, "of full scale"),
@@ -175,20 +194,29 @@ MOST_SEED = 2**63 - 1
 AMBIENT, TEMPERATURE = Bounds(1e4, 2e5, "Pa"), Bounds(200.0, 500.0, "K")
 
 
+PRESETS = {"pneumaticbox": "pneumatics.yaml", "ideal": "pneumatics_ideal.yaml"}
+DEFAULT = "ideal"
+
+
 def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
     """Read the constants of a pneumatic box.
 
     Args:
-        path: YAML file of format `softhand-pneumatics/1`; None for the one that is shipped.
+        path: YAML file of format `softhand-pneumatics/1`, or the name of one that is shipped:
+            `pneumaticbox` by the thesis's figures and the data sheets, and `ideal`, whose air is
+            isothermal, as the thesis takes that of a hand to be (section 4.2); None is `ideal`.
 
     Raises:
         ValueError: a key is missing, unknown or of the wrong kind; the message names file, key,
             what was expected and what was found.
 
-    >>> load_pneumatics().choke.inlet_diameter
-    0.0002
+    >>> load_pneumatics().gas.thermal_time_constant
+    0.0
+    >>> load_pneumatics("pneumaticbox").gas.thermal_time_constant
+    0.5
     """
-    source = data_file("pneumatics.yaml") if path is None else Path(path)
+    given = DEFAULT if path is None else str(path)
+    source = data_file(PRESETS[given]) if given in PRESETS else Path(given)
     scalars = ("box_seed", "ambient_pressure", "temperature")
     content = read_document(source, FORMAT).fields(["format", *scalars, *SECTIONS])
     sections = {key: _section(content[key], kind) for key, kind in SECTIONS.items()}
@@ -203,13 +231,12 @@ def load_pneumatics(path: str | Path | None = None) -> Pneumatics:
 
 def _section(node: Node, kind: type) -> Any:
     types = {field.name: field.type for field in fields(kind)}
-    values = node.fields(types)
+    optional = [field.name for field in fields(kind) if field.default is not MISSING]
+    given = node.fields([name for name in types if name not in optional], optional)
     return kind(
         **{
-            name: _range(name, values[name])
-            if types[name] == Range
-            else _scalar(name, values[name])
-            for name in types
+            name: _range(name, value) if types[name] == Range else _scalar(name, value)
+            for name, value in given.items()
         }
     )
 

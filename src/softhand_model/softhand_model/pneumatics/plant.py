@@ -117,7 +117,7 @@ class PneumaticPlant:
             self._pulses.reset()
         gas = self.parameters.gas
         self._heat = (
-            ChannelHeat(n, self.parameters.temperature, gas.thermal_time_constant)
+            ChannelHeat(self.parameters.temperature, gas.time_constants(self._volumes))
             if gas.thermal_time_constant
             else None
         )
@@ -270,7 +270,7 @@ class PneumaticPlant:
     def _move(self, dt: float, volumes: Array) -> None:
         # spools held
         if self._heat is not None:
-            self._heat.compress(volumes / self._volumes)
+            self._heat.compress(self._volumes, volumes)
         self._volumes = volumes
         capacity = self._capacity
         escapes = self._escapes.leaks or self._escapes.relieves or self.faults.burst_any
@@ -283,13 +283,11 @@ class PneumaticPlant:
             self._supply.step(dt, taken)
         self._at_box[-1] = self._supply.pressure
         self._sensors.follow(dt, self._at_box)
-        if self._heat is not None:
-            self._heat.exchange(dt, self._contents.air)
         self.time += dt
 
     def _flow(self, dt: float, capacity: Array) -> float:
         contents, before = self._contents, self._contents
-        if self._heat is not None or self._pulses is not None:
+        if self._pulses is not None:
             before = self._copied_contents()
         spools = self.faults.spools(self._valves.state)
         taken = move_air(
@@ -307,7 +305,7 @@ class PneumaticPlant:
             square = (contents.air / capacity) ** 2 + contents.net_flow / self._paths.line
             self._at_box[:-1] = np.sqrt(np.maximum(square, 0.0))
         if self._heat is not None:
-            self._heat.mix(before.air, contents.received, contents.air - before.air)
+            self._heat.mix(dt, contents.air, contents.received, dt * contents.net_flow)
         return taken
 
     def _copied_contents(self) -> Contents:
@@ -329,7 +327,8 @@ class PneumaticPlant:
             air -= leaked
             self._leaked += leaked
         if self._heat is not None:
-            self._heat.mix(before, np.maximum(air - before, 0.0), air - before)
+            net = air - before
+            self._heat.mix(0.0, air, np.maximum(net, 0.0), net)
 
     def save(self) -> dict[str, Any]:
         """Return a copy of the whole state, random generators included, for `restore`."""

@@ -132,10 +132,11 @@ def test_commands_in_time_are_never_overruled(board):
     assert board.told.count([-1, -1]) == 1  # at the end
 
 
-def test_silence_on_a_board_that_fails_is_tried_again(board):
+@pytest.mark.parametrize("error", [OSError("busy"), KeyError("a bug of the board's")], ids=repr)
+def test_silence_on_a_board_that_fails_is_tried_again(board, error):
     with HardwareBench(board, 2, vent_time=0.0, silence_limit=0.05) as bench:
         bench.command([1, 0])
-        board.fails = OSError("busy")
+        board.fails = error
         time.sleep(0.15)
         board.fails = None
         wait_for(lambda: board.told[-1] == [-1, -1])
