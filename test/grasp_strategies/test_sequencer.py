@@ -219,7 +219,7 @@ def test_a_time_out_ends_the_run_with_what_was_missed(make_strategy):
     scene = MockScene()
     result, phases = run(scene, with_touch(make_strategy))
     assert names(phases) == ["approach", "touch", "failed"]
-    assert not result.completed and result.outcome == "none"
+    assert not result.completed and result.safe and result.outcome == "none"
     assert (
         result.reason
         == "phase touch: expected contact_force above 5 N within 1 s, got contact_force 0"
@@ -261,7 +261,7 @@ def test_an_abort_that_holds_keeps_the_air_that_is_in_the_channels(make_strategy
     scene.on_step = lambda: scene.time > 0.8 and abort.set()
     result, _ = run(scene, make_strategy(), abort=abort, abort_action="hold")
     assert scene.vented == 0
-    assert "holds" in result.reason
+    assert "holds" in result.reason and result.safe and not result.completed
     assert scene.air_commands[-1][1] == pytest.approx(scene.air)
     assert scene.air[0] > 0
 

@@ -233,6 +233,19 @@ def test_a_change_of_pressure_is_a_motion_beyond_noise_and_a_fifth_of_what_is_ex
     assert channel.idle == (not moved)
 
 
+@pytest.mark.parametrize(("change", "idle"), [(60.0, True), (130.0, False)])
+def test_small_changes_of_pulses_add_up_to_a_motion(change, idle):
+    """Noise of 40 Pa hides 226 Pa."""
+    channel = Channel(moves=False)
+    channel.noise = np.array([40.0])
+    for _ in range(3):
+        channel.run(1, DT)
+        channel.run(1, DT, push=change / DT)
+        channel.run(1, time_for(0.4 * EVIDENCE))
+        channel.run(0, 0.15)
+    assert channel.idle == idle
+
+
 @pytest.mark.parametrize("first", [1, -1])
 def test_pulses_of_both_directions_do_not_add_up(first):
     channel = Channel(moves=False)

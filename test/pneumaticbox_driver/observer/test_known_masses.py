@@ -245,6 +245,14 @@ def test_what_is_kept_for_five_seconds_is_drift_after_all():
     ]
 
 
+def test_the_five_seconds_begin_anew_when_air_was_let_in_meanwhile():
+    known = vented(0.8 * KEPT).see(2.0, 0.0, OPEN)
+    known.see(0.3, 20 * KPA, FILLING).see(0.2, 40 * KPA).see(0.1, 20 * KPA, OPEN)
+    known.mass[:] = 0.8 * KEPT
+    known.see(4.6, 0.0, OPEN)
+    assert known.mass[0] == pytest.approx(0.8 * KEPT) and known.notes == []
+
+
 @pytest.mark.parametrize(
     ("mass", "bound", "told"),
     [
