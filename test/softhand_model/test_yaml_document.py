@@ -19,7 +19,7 @@ from softhand_model.yaml_document import DocumentError, Node, find_document, rea
         ([], lambda node: node.names(), "expected a list of different names, got []"),
         (["a", "a"], lambda node: node.names(), "expected a list of different names"),
         ("", lambda node: node.text(), "expected text, got ''"),
-        ({1: 2}, lambda node: node.mapping(), "expected a mapping, got {1: 2}"),
+        ({1: 2}, lambda node: node.mapping(), "expected names as text, got 1; put it into quotes"),
         ({"a": 1}, lambda node: node.fields(["b"]), "k: expected the key b, got a"),
         ({"a": 1}, lambda node: node.fields([], ["b"]), "k: expected only the keys b, got a"),
         (5, lambda node: node.items(), "expected a list, got 5"),

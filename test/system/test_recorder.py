@@ -1,5 +1,7 @@
 """The recorder as a process: everything is recorded, and a kill costs at most the last second."""
 
+import re
+import resource
 import signal
 import time
 from dataclasses import replace
@@ -105,3 +107,24 @@ def test_a_bag_folder_that_cannot_be_written_ends_the_recorder_with_one_line(lau
     assert process.wait(10.0) == 1
     expected = f"recorder: cannot write the bag {tmp_path}/file/bag: Not a directory"
     assert process.output().strip() == expected
+
+
+def test_a_full_disk_ends_the_recorder_in_one_sentence_and_what_is_kept_can_be_repaired(
+    recorder, traffic, tmp_path
+):
+    traffic(600)
+    bag = tmp_path / "bag"
+    written = (bag / "bag_0.mcap").stat().st_size
+    resource.prlimit(recorder.pid, resource.RLIMIT_FSIZE, (written + 20_000, written + 20_000))
+    traffic(1000)
+    assert recorder.wait(10.0) == 1
+    (line,) = recorder.output().strip().splitlines()
+    assert re.match(
+        rf"recorder: {bag}: expected to write on, got File too large; \d+ of \d+ ", line
+    )
+    assert "softhand repair-bag" in line and "--out FOLDER" in line
+    kept = int(line.split("; ")[1].split()[0])
+    assert kept >= 600 - 1.2 * RATE
+    assert repair(bag, tmp_path / "whole") >= kept
+    numbers, _ = recorded(tmp_path / "whole")
+    assert numbers == [float(n) for n in range(600)][: len(numbers)] or numbers[600] == 0.0

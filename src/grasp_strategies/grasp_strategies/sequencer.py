@@ -12,6 +12,7 @@ from grasp_strategies.pose import IDENTITY, Motion, Pose, duration_at_speed, hea
 from grasp_strategies.scene import Array, Observation, Scene, SceneError, masses_in_order
 from grasp_strategies.strategy import Phase, Strategy, Waypoint
 from softhand_model.numerics.rotations import compose, from_rpy
+from softhand_model.quoted import listed, quoted, shortened
 
 CONTROL_STEP = 0.01  # [s]
 VENT, HOLD = "vent", "hold"
@@ -128,7 +129,8 @@ class Sequencer:
         unknown = self._options - self._strategy.options
         if unknown:
             raise ValueError(
-                f"options: expected some of {sorted(self._strategy.options)}, got {sorted(unknown)}"
+                f"options: expected some of {sorted(self._strategy.options)}, "
+                f"got {quoted(sorted(unknown))}"
             )
         if not self._control_step > 0:
             raise ValueError(
@@ -143,9 +145,10 @@ class Sequencer:
             foreign = sorted(set(phase.air_mass) - set(self._scene.channels))
             if foreign:
                 raise ValueError(
-                    f"strategy {self._strategy.name}: phase {phase.name}: air_mass: expected "
+                    f"strategy {shortened(self._strategy.name)}: phase {shortened(phase.name)}: "
+                    f"air_mass: expected "
                     f"channels of the hand ({', '.join(self._scene.channels)}), "
-                    f"got {', '.join(foreign)}"
+                    f"got {listed(foreign)}"
                 )
 
     def run(self) -> GraspResult:

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from softhand_model.quoted import quoted
+
 
 @dataclass(frozen=True)
 class Mode:
@@ -48,5 +50,5 @@ def check_mode(name: str) -> Mode:
     'kg'
     """
     if name not in MODES:
-        raise ValueError(f"control_mode must be one of {list(MODES)}, got {name!r}")
+        raise ValueError(f"control_mode must be one of {list(MODES)}, got {quoted(name)}")
     return MODES[name]

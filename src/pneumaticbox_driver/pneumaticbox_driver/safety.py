@@ -5,31 +5,21 @@ import math
 import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves
+from softhand_model.quoted import shortened
 
 RELIEF_END = 0.97  # of the limit; the outlet closes again below it
 BURST_MARGIN = 1.2  # of the limit; above it relief has failed
 SILENCE_LIMIT = 0.25  # without a sensor sample, node time [s]
-LONGEST_QUOTE = 200  # of what others have written [characters]
 WALL_SILENCE_LIMIT = 2.0  # the same in wall time, unless the simulation is paused [s]
-
-
-def cut(words: object) -> str:
-    """Words of others in one line of 200 characters at most.
-
-    >>> len(cut("a" * 10_000))
-    200
-    """
-    text = " ".join(str(words)[: 2 * LONGEST_QUOTE].split())
-    return text if len(text) <= LONGEST_QUOTE else f"{text[: LONGEST_QUOTE - 4]} ..."
 
 
 def one_line(error: BaseException) -> str:
     """Type and text of an error, cut at 200 characters.
 
-    >>> one_line(OSError("no\\n such device"))
+    >>> one_line(OSError("no such device"))
     'OSError: no such device'
     """
-    return f"{type(error).__name__}: {cut(error)}"
+    return f"{type(error).__name__}: {shortened(str(error))}"
 
 
 class VentLatch:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from pneumaticbox_driver.modes import check_mode
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
+from softhand_model.quoted import quoted
 
 MOST_CHANNELS = 8
 NOT_NEGATIVE = (
@@ -56,14 +57,15 @@ class BoxSettings:
         n = len(self.channels)
         if not 1 <= n <= MOST_CHANNELS or len(set(self.channels)) < n:
             expected = f"1 to {MOST_CHANNELS} different names"
-            raise ValueError(f"channels must be {expected}, got {list(self.channels)}")
+            raise ValueError(f"channels must be {expected}, got {quoted(list(self.channels))}")
         if not all(name and name.isidentifier() for name in self.channels):
-            raise ValueError(f"channels must be letters, digits and _, got {list(self.channels)}")
+            got = quoted(list(self.channels))
+            raise ValueError(f"channels must be letters, digits and _, got {got}")
         for name in ("rest_volumes", "pressure_limits"):
             _check_positive(name, getattr(self, name), n)
         if self.volume_model not in VOLUME_MODELS:
             expected, got = list(VOLUME_MODELS), self.volume_model
-            raise ValueError(f"volume_model must be one of {expected}, got {got!r}")
+            raise ValueError(f"volume_model must be one of {expected}, got {quoted(got)}")
         self.check_modes(self.control_modes)
         for name in NOT_NEGATIVE:
             value = getattr(self, name)
@@ -92,7 +94,7 @@ def _check_positive(name: str, values: Sequence[float], n: int) -> None:
     if len(values) != n:
         raise ValueError(f"{name} must have {n} values, one a channel, got {len(values)}")
     if not all(math.isfinite(value) and value > 0 for value in values):
-        raise ValueError(f"{name} must be above 0, got {list(values)}")
+        raise ValueError(f"{name} must be above 0, got {quoted(list(values))}")
 
 
 def per_channel(name: str, given: Sequence[str], channels: int) -> tuple[str, ...]:
@@ -122,5 +124,5 @@ def outlet_numbers(given: Sequence[int], channels: int) -> tuple[int, ...]:
         return tuple(range(1, channels + 1))
     if len(given) != channels or min(given) < 1:
         expected = f"{channels} numbers from 1, one a channel"
-        raise ValueError(f"outlets must be {expected}, got {list(given)}")
+        raise ValueError(f"outlets must be {expected}, got {quoted(list(given))}")
     return tuple(given)

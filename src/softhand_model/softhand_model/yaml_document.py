@@ -62,8 +62,11 @@ class Node:
     # ---------------------------------------------------------------- mappings and lists
     def mapping(self) -> dict[str, Node]:
         """Children of a mapping by name."""
-        if not isinstance(self.value, dict) or not all(isinstance(key, str) for key in self.value):
+        if not isinstance(self.value, dict):
             raise self.error("a mapping")
+        for key in self.value:
+            if not isinstance(key, str):
+                raise self.error("names as text", f"{quoted(key)}; put it into quotes")
         prefix = f"{self.key}." if self.key else ""
         sources = {key.value: value for key, value in self._sources()}
         return {
@@ -182,7 +185,7 @@ def read_document(path: Path, format_name: str | None = None) -> Node:
     try:
         value, source = read_yaml(text)
     except yaml.YAMLError as reason:
-        raise DocumentError(_refusal(path, reason)) from reason
+        raise DocumentError(_refusal(path, text, reason)) from reason
     node = Node(str(path), "", value, source)
     if format_name is not None:
         children = node.mapping()
@@ -210,13 +213,13 @@ def _text(path: Path) -> str:
         ) from reason
 
 
-def _refusal(path: Path, reason: yaml.YAMLError) -> str:
-    mark = getattr(reason, "problem_mark", None)
-    line = "" if mark is None else f":{mark.line + 1}"
+def _refusal(path: Path, text: str, reason: yaml.YAMLError) -> str:
+    mark, position = (getattr(reason, name, None) for name in ("problem_mark", "position"))
+    before = text.count("\n", 0, position or 0) if mark is None else mark.line
     told = [getattr(reason, part, None) for part in ("context", "problem")]
     got = " ".join(filter(None, told)) or " ".join(str(reason).split())
     said = got if got.startswith("expected") else f"expected YAML, got {got}"
-    return f"{path}{line}: {said}"
+    return f"{path}:{before + 1}: {said}"
 
 
 def data_file(*parts: str) -> Path:
@@ -269,15 +272,6 @@ def _range(low: float, high: float, above: float) -> str:
     return " " + " and ".join(parts) if parts else ""
 
 
-def named_entries(node: Node) -> dict[str, Node]:
-    """Children of a mapping by name; raises DocumentError also for names that are no text."""
-    if isinstance(node.value, dict):
-        for key in node.value:
-            if not isinstance(key, str):
-                raise node.error("names as text", f"{quoted(key)}; put it into quotes")
-    return node.mapping()
-
-
 def open_fields(
     node: Node, required: Iterable[str] = (), optional: Iterable[str] = ()
 ) -> dict[str, Node]:
@@ -286,7 +280,7 @@ def open_fields(
     Raises DocumentError for a missing key and for an unknown one that is nearly a known one that is
     not there.
     """
-    children = named_entries(node)
+    children = node.mapping()
     absent = [key for key in (*required, *optional) if key not in children]
     for key in children:
         meant = get_close_matches(key, absent, n=1, cutoff=ALIKE)

@@ -65,20 +65,20 @@ def _check_extent(text: str) -> None:
         if isinstance(event, yaml.CollectionEndEvent):
             anchor, before = begun.pop()
             extents[anchor] = values - before
-        if not isinstance(event, yaml.NodeEvent):
-            continue
-        if isinstance(event, yaml.AliasEvent):
+        elif isinstance(event, yaml.AliasEvent):
             if event.anchor not in extents:
-                raise _error(event, f"an anchor before its alias, got *{shortened(event.anchor)}")
+                raise _error(
+                    event, f"an anchor before its alias, got *{shortened(str(event.anchor))}"
+                )
             values += extents[event.anchor]
-        elif event.tag is not None:
-            raise _error(event, f"a value without tag, got {quoted(event.tag)}")
-        else:
+        elif isinstance(event, yaml.CollectionStartEvent | yaml.ScalarEvent):
+            if event.tag is not None:
+                raise _error(event, f"a value without tag, got {quoted(event.tag)}")
             values += 1
-        if isinstance(event, yaml.CollectionStartEvent):
-            begun.append((event.anchor, values))
-        elif isinstance(event, yaml.ScalarEvent):
-            extents[event.anchor] = 1
+            if isinstance(event, yaml.CollectionStartEvent):
+                begun.append((event.anchor, values))
+            else:
+                extents[event.anchor] = 1
         if len(begun) > DEEPEST:
             raise _error(event, f"at most {DEEPEST} levels of lists and mappings, got more")
         if values > MOST_VALUES:
@@ -109,7 +109,7 @@ def _mapping(loader: Any, node: yaml.MappingNode, known: dict[int, Any]) -> dict
 
 def _key(loader: Any, node: yaml.Node) -> Any:
     if not isinstance(node, yaml.ScalarNode):
-        raise _error(node, f"a plain key, got a {'list' if node.id == 'sequence' else node.id}")
+        raise _error(node, "a plain key, got a list or a mapping")
     if len(node.value) > LONGEST_KEY:
         raise _error(node, f"a key of at most {LONGEST_KEY} characters, got {quoted(node.value)}")
     return _scalar(loader, node)
@@ -126,5 +126,5 @@ def _scalar(loader: Any, node: yaml.ScalarNode) -> Any:
         raise _error(node, f"a number, got {quoted(node.value)}") from None
 
 
-def _error(place: yaml.Node | yaml.Event, expected: str) -> ConstructorError:
+def _error(place: Any, expected: str) -> ConstructorError:
     return ConstructorError(None, None, f"expected {expected}", place.start_mark)

@@ -6,6 +6,7 @@ The help tells of topics and services, too.
 from __future__ import annotations
 
 import json
+import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -68,7 +69,9 @@ class Parameter:
         """
         given = [value] if isinstance(value, str) else value
         wrong = [entry for entry in given if entry not in self.choices] if self.choices else []
-        return f"{self.name}: expected one of {self.domain}, got {wrong[0]!r}" if wrong else ""
+        if not wrong:
+            return ""
+        return f"{self.name}: expected one of {self.domain}, got {reprlib.repr(wrong[0])}"
 
     def descriptor(self) -> ParameterDescriptor:
         """What `ros2 param describe` tells."""

@@ -165,7 +165,7 @@ def test_every_actuator_of_a_hand_follows_its_own_channels():
         (pressures_of, ["a", "b", "c"], [1.0], ["effort", "3 values", "got 1"]),
         (pressures_of, ["a", "b", "c"], [1.0, np.nan, 0.0], ["effort", "finite", "nan"]),
         (angles_of, ["finger"], [1.0], ["name", "a, b, c", "got finger"]),
-        (angles_of, [], [], ["name", "got nothing"]),
+        (angles_of, [], [], ["name", "got none"]),
         (angles_of, ["a"], [], ["position", "1 values", "got 0"]),
         (angles_of, ["a"], [np.inf], ["position", "finite", "inf"]),
     ],

@@ -10,6 +10,7 @@ from measurement_folder import ROWS, SPECIMEN, csv_text, document, write_set
 
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
+from model_lab.measurements.units import column_unit
 from softhand_model.yaml_document import DocumentError
 
 REAL = os.environ.get("SOFTHAND_MEASUREMENTS")
@@ -182,6 +183,13 @@ WRONG_ROWS = {
     "no rows": ("", "r1.csv", "expected rows"),
     "blank rows": ("\n\n", "r1.csv", "expected rows"),
     "other digits": ("0,0,0\n0.1,1_0,18\n", "row 2 (line 3 of the file)", "got '1_0'"),
+    "1e308 Pa": ("0,0,0\n0.1,1e308,18\n", "row 2 (line 3 of the file), column pressure", "got inf"),
+    "1e15 Pa": ("0,0,0\n0.1,1e15,18\n", "row 2 (line 3 of the file), column pressure", "1e+12 at"),
+    "a long cell": (
+        f"0,0,0\n0.1,{'1' * 140_000},18\n",
+        "line 3: expected cells of at most 131072 characters",
+        "larger than field limit",
+    ),
     "comment": ("0,0,0\n# stopped\n", "row 2 (line 3 of the file)", "3 cells, got 1"),
 }
 
@@ -346,3 +354,19 @@ def test_values_that_cannot_be_are_located(tmp_path, experiment, values, place, 
     assert place in message
     assert part in message
     assert "row 2 (line 3 of the file)" in message
+
+
+@pytest.mark.parametrize(
+    "unit", ["9**9**9 kPa", "kPa**9**9**9", "(9)**(9)**(9)*kPa", "m" * 100, "km**999", "k" * 10**5]
+)
+def test_a_unit_that_has_to_be_calculated_is_refused_at_once(tmp_path, unit):
+    folder = write_set(tmp_path, _unit("other", unit))
+    begun = time.process_time()
+    message = _message(folder)
+    assert time.process_time() - begun < 2.0
+    assert "columns.other.unit: expected a unit" in message and len(message) < 700
+
+
+@pytest.mark.parametrize("unit", ["m/s**2", "1/(s*Pa)", "m^-3", "cmH2O", "N m", "m**0.5", "%"])
+def test_units_with_exponents_are_known(unit):
+    assert column_unit("other", unit).scale > 0.0

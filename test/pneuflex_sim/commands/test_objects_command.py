@@ -55,7 +55,7 @@ def test_a_material_without_friction_is_refused_unless_a_table_of_ones_own_has_i
     own.write_text(OWN)
     assert main([str(mug)]) == 2
     error = capsys.readouterr().err
-    assert "mug.yaml: material: expected one of cardboard, " in error
+    assert "mug.yaml:5: material: expected one of cardboard, " in error
     assert "friction.yaml), got 'cheese'" in error
     assert main([str(mug), "--friction", str(own)]) == 0
     assert "| cheese |" in capsys.readouterr().out

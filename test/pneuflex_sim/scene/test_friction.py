@@ -52,7 +52,7 @@ def test_the_shipped_table_has_every_pair_of_the_shipped_objects_and_scenes():
         ("rubber: {wood: 0.5}\n  wood: {rubber: 0.4}", "wood.rubber: expected every pair once"),
         (
             "rubber: {wood: 0}",
-            "pairs.rubber.wood: expected a number at least 0.001 and at most 10, got 0",
+            "pairs.rubber.wood: expected a number at least 0.001 and at most 10",
         ),
         ("rubber: 0.5", "pairs.rubber: expected a mapping, got 0.5"),
     ],
@@ -60,7 +60,7 @@ def test_the_shipped_table_has_every_pair_of_the_shipped_objects_and_scenes():
 def test_a_table_that_cannot_be_used_is_refused_with_its_place(tmp_path, text, named):
     path = tmp_path / "own.yaml"
     path.write_text(f"format: pneuflex-friction/1\npairs:\n  {text}\n")
-    with pytest.raises(ValueError, match=f"own.yaml:[0-9]+: .*{named}"):
+    with pytest.raises(ValueError, match=f"own.yaml:.: .*{named}"):
         load_friction(path)
 
 

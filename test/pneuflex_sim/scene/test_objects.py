@@ -116,9 +116,7 @@ def test_an_open_mesh_needs_to_be_taken_by_its_hull(block):
     mesh = box((0.04, 0.06, 0.08), np.zeros(3))
     open_top = type(mesh)(mesh.vertices, mesh.normals, mesh.indices[:-3])
     write_meshes(block / "open.obj", {"open": open_top})
-    with pytest.raises(
-        ValueError, match=r"brick.yaml:[0-9]+: file: .*open.obj: .*3 open edges.*hull"
-    ):
+    with pytest.raises(ValueError, match=r"brick.yaml:.: file: .*open.obj: .*3 open edges.*hull"):
         load_object(yaml_of(block, file="open.obj", scale=None))
     hull = load_object(yaml_of(block, file="open.obj", scale=None, pieces="hull"))
     assert hull.geometry.solid.volume == pytest.approx(0.04 * 0.06 * 0.08)
@@ -158,9 +156,7 @@ def test_flat_faces_are_drawn_flat(tmp_path):
 
 def test_a_material_of_no_table_of_friction_is_refused_with_file_and_key(block):
     path = yaml_of(block, material="cheese")
-    with pytest.raises(
-        ValueError, match=r"brick.yaml:[0-9]+: material: expected one of .*got 'cheese'"
-    ):
+    with pytest.raises(ValueError, match=r"brick.yaml:.: material: expected one of .*got 'cheese'"):
         load_object(path, load_friction())
     assert load_object(path).material == "cheese"  # for drawing
 
@@ -168,25 +164,25 @@ def test_a_material_of_no_table_of_friction_is_refused_with_file_and_key(block):
 @pytest.mark.parametrize(
     ("changed", "named"),
     [
-        ({"shape": "cone"}, "brick.yaml:[0-9]+: shape: expected one of cylinder, .*, got 'cone'"),
-        ({"shape": None}, "brick.yaml:[0-9]+: document: expected the key shape"),
-        ({"mass": 0}, "brick.yaml:[0-9]+: mass: expected a number from 1e-06 to 1000 kg, got 0"),
-        ({"mass": None}, "brick.yaml:[0-9]+: document: expected the key mass"),
-        ({"colour": "red"}, "brick.yaml:[0-9]+: document: expected only the keys .*, got colour"),
+        ({"shape": "cone"}, "brick.yaml:.: shape: expected one of cylinder, .*, got 'cone'"),
+        ({"shape": None}, "brick.yaml:.: document: expected the key shape"),
+        ({"mass": 0}, "brick.yaml:.: mass: expected a number from 1e-06 to 1000 kg, got 0"),
+        ({"mass": None}, "brick.yaml:.: document: expected the key mass"),
+        ({"colour": "red"}, "brick.yaml:.: document: expected only the keys .*, got colour"),
         (
             {"scale": None},
-            "brick.yaml:[0-9]+: file: .*longest side of 0.002 to 2 m, got 80 m; .*scale",
+            "brick.yaml:.: file: .*longest side of 0.002 to 2 m, got 80 m; .*scale",
         ),
         (
             {"file": "none.stl"},
-            "brick.yaml:[0-9]+: file: .*none.stl: expected a mesh, got .*No such file",
+            "brick.yaml:.: file: .*none.stl: expected a mesh, got .*No such file",
         ),
         ({"file": "brick.yaml"}, "expected a file .stl or .obj, got '.yaml'"),
         (
             {"pieces": "many"},
-            "brick.yaml:[0-9]+: pieces: expected one of decomposed, hull, got 'many'",
+            "brick.yaml:.: pieces: expected one of decomposed, hull, got 'many'",
         ),
-        ({"rpy": "[0, 0]"}, "brick.yaml:[0-9]+: rpy: expected 3 numbers"),
+        ({"rpy": "[0, 0]"}, "brick.yaml:.: rpy: expected 3 numbers"),
         ({"compliance": "{stiffness: -1, damping: 1}"}, "compliance.stiffness: expected a number"),
         ({"format": "pneuflex-objects/1"}, "format: expected one of pneuflex-object/1, got"),
     ],
@@ -203,7 +199,7 @@ def test_a_cup_without_room_in_it_is_refused(tmp_path):
         "diameter: 0.08\nbase_diameter: 0.01\nlength: 0.1\nwall: 0.006\n"
     )
     with pytest.raises(
-        ValueError, match="cup.yaml:[0-9]+: shape: cup: expected a wall below half .* 0.006"
+        ValueError, match="cup.yaml:.: shape: cup: expected a wall below half .* 0.006"
     ):
         load_object(path)
 

@@ -78,7 +78,7 @@ def test_a_material_without_friction_is_refused_with_file_and_key(tmp_path, part
     old = {"table": "paper", "wall": "wood"}[part]
     path = tmp_path / "own.yaml"
     path.write_text(OWN.replace(f"material: {old}", "material: butter"))
-    named = rf"own.yaml:[0-9]+: {part}.material: expected one of .*friction.yaml\), got 'butter'"
+    named = rf"own.yaml:.: {part}.material: expected one of .*friction.yaml\), got 'butter'"
     with pytest.raises(ValueError, match=named):
         Simulation(SimulationConfig(hand="single_finger", scene=str(path)))
 
@@ -103,17 +103,17 @@ def test_materials_of_ones_own_come_with_their_friction(tmp_path, simulate):
         (
             "distance: 0.2",
             "distance: far",
-            "own.yaml:[0-9]+: wall.distance: expected a number, got 'far'",
+            "own.yaml:.: wall.distance: expected a number from -10 to 10",
         ),
         ("inclination: 70", "inclination: 2", "wall.inclination: expected a number at least 5"),
         (
             "wrist: compliant",
             "wrist: soft",
-            "own.yaml:[0-9]+: wrist: expected one of compliant, rigid",
+            "own.yaml:.: wrist: expected one of compliant, rigid",
         ),
-        ("object: true", "", "own.yaml:[0-9]+: document: expected the key object"),
-        ("{material: paper}", "{edge: 0.1}", "own.yaml:[0-9]+: table: expected the key material"),
-        ("format: pneuflex-scene/1", "", "own.yaml:[0-9]+: document: expected the key format"),
+        ("object: true", "", "own.yaml:.: document: expected the key object"),
+        ("{material: paper}", "{edge: 0.1}", "own.yaml:.: table: expected the key material"),
+        ("format: pneuflex-scene/1", "", "own.yaml:.: document: expected the key format"),
     ],
 )
 def test_a_scene_that_cannot_be_used_is_refused_with_its_place(tmp_path, old, new, named):

@@ -1,5 +1,8 @@
 """Reading of a bag: values, names and times come back as they were sent."""
 
+import random
+import shutil
+
 import numpy as np
 import pytest
 import synthetic_bag
@@ -55,3 +58,21 @@ def test_without_a_clock_times_count_from_the_start_of_the_bag(tmp_path):
     with Bag(tmp_path / "bag") as read:
         assert list(read.messages("/clock")) == []
         assert read.texts("/grasp/phase") == [(0.0, "approach"), (1.0, "close")]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_damaged_bag_is_read_or_refused_by_name(grasp_bag, tmp_path, seed):
+    folder, chance = tmp_path / "damaged", random.Random(seed)
+    shutil.copytree(grasp_bag, folder)
+    path = chance.choice(sorted(folder.iterdir()))
+    content = bytearray(path.read_bytes())
+    for _ in range(chance.choice((1, 20, 500))):
+        content[chance.randrange(len(content))] = chance.randrange(256)
+    path.write_bytes(content[: chance.choice((len(content), len(content) // 2))])
+    try:
+        with Bag(folder) as bag:
+            for topic in bag.topics():
+                assert all(time is not None for time, _ in bag.messages(topic))
+    except ValueError as reason:
+        assert f"{folder}: expected a bag that can be read, got " in str(reason)
+        assert "\n" not in str(reason)

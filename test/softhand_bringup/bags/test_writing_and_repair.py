@@ -1,5 +1,7 @@
 """Bags: what is written can be read by an independent reader, also after the writer was killed."""
 
+import random
+import resource
 import shutil
 
 import pytest
@@ -16,7 +18,7 @@ from rosbags.rosbag2 import WriterError
 from rosbags.typesys import Stores, get_typestore
 
 from softhand_bringup.bags.repair import main, recover, repair
-from softhand_bringup.bags.writing import BagWriter
+from softhand_bringup.bags.writing import BagWriter, UnwritableBag
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 STRING = TYPES.types["std_msgs/msg/String"]
@@ -137,3 +139,75 @@ def test_a_type_without_definition_is_refused_by_name(tmp_path):
     bag = BagWriter(tmp_path / "bag")
     with pytest.raises(ValueError, match="topic /x.*my_msgs/msg/Thing"):
         bag.add_topic("/x", "my_msgs/msg/Thing", [])
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_bag_with_damaged_bytes_is_repaired_or_refused_in_one_line(tmp_path, capsys, seed):
+    write_strings(tmp_path / "bag", 45, closed=False)
+    path, chance = tmp_path / "bag" / "bag_0.mcap", random.Random(seed)
+    content = bytearray(path.read_bytes())
+    for _ in range(chance.choice((1, 10, 100))):
+        content[chance.randrange(len(content))] = chance.randrange(256)
+    path.write_bytes(content)
+    status = main([str(tmp_path / "bag")])
+    said = capsys.readouterr()
+    assert len((said.out + said.err).splitlines()) == 1
+    if status:
+        assert str(path) in said.err
+        assert path.read_bytes() == content and not (tmp_path / "bag" / "repair").exists()
+    else:
+        with AnyReader([tmp_path / "bag"]) as reader:
+            assert reader.message_count <= 45
+
+
+def test_damage_in_one_chunk_leaves_those_after_it(tmp_path):
+    write_strings(tmp_path / "bag", 40, closed=False)
+    path = tmp_path / "bag" / "bag_0.mcap"
+    content = bytearray(path.read_bytes())
+    start = content.rindex(b"\x05", 0, content.index(b"text 15") - 20)  # of its record
+    content[start + 1 : start + 9] = b"\xff" * 8
+    path.write_bytes(content)
+    texts = [m.data[8:-1].decode() for m in recover(bytes(content))]
+    assert texts[:15] == [f"text {n}" for n in range(15)]
+    assert texts[-20:] == [f"text {n}" for n in range(20, 40)]
+
+
+@pytest.fixture
+def no_room():
+    """A function that limits the size of files [bytes], as a full disk does."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_full_disk_is_told_once_with_what_is_kept_and_how_to_repair_elsewhere(tmp_path, no_room):
+    folder = tmp_path / "bag"
+    bag = BagWriter(folder)
+    topic = bag.add_topic("/a", "std_msgs/msg/String", [])
+    data = bytes(TYPES.serialize_cdr(STRING(data="x" * 1000), "std_msgs/msg/String"))
+    no_room(20_000)
+    with pytest.raises(UnwritableBag, match="repair-bag .*--out FOLDER") as caught:
+        for number in range(100):
+            bag.write(topic, number, number, data)
+            if number % 5 == 4:
+                bag.flush()
+    bag.close()  # there is nothing left to do
+    kept = int(str(caught.value).split("; ")[1].split()[0])
+    assert 10 <= kept <= 20
+    with pytest.raises(UnwritableBag):
+        no_room(5_000)
+        repair(folder)
+    assert [path.name for path in folder.iterdir()] == ["bag_0.mcap"]
+    no_room(resource.RLIM_INFINITY)
+    assert main([str(folder), "--out", str(tmp_path / "whole")]) == 0
+    assert kept <= len(read_strings(tmp_path / "whole")) <= kept + 5
+    assert [path.name for path in folder.iterdir()] == ["bag_0.mcap"]
+
+
+def test_a_disk_that_is_full_at_the_end_is_told_too(tmp_path, no_room):
+    bag = write_strings(tmp_path / "bag", 45, closed=False)
+    no_room((tmp_path / "bag" / "bag_0.mcap").stat().st_size + 10)
+    with pytest.raises(UnwritableBag, match="45 of 45 messages are kept"):
+        bag.close()
+    no_room(resource.RLIM_INFINITY)
+    assert repair(tmp_path / "bag") == 45

@@ -21,6 +21,7 @@ from softhand_model.effects.stages import OutputEffect
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
+from softhand_model.quoted import listed
 
 KEPT = 5 * 10**9  # time [ns] for which pressures are kept; angles that come later find none
 SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it
@@ -252,7 +253,7 @@ def pressures_of(names: Sequence[str], effort: Sequence[float], channels: Sequen
     """
     missing = [channel for channel in channels if channel not in names]
     if missing:
-        raise ValueError(f"name: expected {', '.join(channels)}, got {_listed(names)}")
+        raise ValueError(f"name: expected {', '.join(channels)}, got {listed(names)}")
     values = _finite("effort", names, effort)
     return np.array([values[channel] for channel in channels])
 
@@ -266,7 +267,7 @@ def angles_of(
     """
     unknown = [name for name in names if name not in actuators]
     if unknown or not names:
-        raise ValueError(f"name: expected some of {', '.join(actuators)}, got {_listed(names)}")
+        raise ValueError(f"name: expected some of {', '.join(actuators)}, got {listed(names)}")
     return _finite("position", names, position)
 
 
@@ -277,7 +278,3 @@ def _finite(field: str, names: Sequence[str], values: Sequence[float]) -> dict[s
     if bad is not None:
         raise ValueError(f"{field}: expected finite numbers, got {bad}")
     return dict(zip(names, values, strict=True))
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names) or "nothing"

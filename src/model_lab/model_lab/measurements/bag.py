@@ -285,6 +285,9 @@ def _read_topic(
         received.append(stamp)
         stamps.append(_stamp(message.header.stamp) if hasattr(message, "header") else 0)
         rows.append([_value(source, read, message, len(rows)) for source, read in fields])
+    if not rows:  # although the index counts some
+        topic = shortened(first.topic)
+        raise DocumentError(f"{folder}: topic {topic}: expected messages to read, got none")
     time = np.array(stamps, dtype=np.int64)
     if not time.any():  # no header, or one that was never filled in
         time = clock.time(np.array(received, dtype=np.int64))

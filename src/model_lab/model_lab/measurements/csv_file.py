@@ -81,7 +81,7 @@ def _lines(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
             yield reader.line_num, cells
     except csv.Error as reason:
         raise DocumentError(
-            f"{path}: line {reader.line_num + 1}: expected cells of at most {LONGEST_CELL} "
+            f"{path}: line {reader.line_num}: expected cells of at most {LONGEST_CELL} "
             f"characters, in quotes where they hold line ends, got {reason}"
         ) from reason
 

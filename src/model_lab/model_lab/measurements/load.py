@@ -28,7 +28,6 @@ from softhand_model.quoted import listed, shortened
 from softhand_model.yaml_document import (
     DocumentError,
     Node,
-    named_entries,
     open_fields,
     read_document,
 )
@@ -87,7 +86,7 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
 def _units(node: Node) -> Units:
     return {
         name: _unit(open_fields(entry, ["unit"])["unit"], name)
-        for name, entry in named_entries(node).items()
+        for name, entry in node.mapping().items()
     }
 
 
@@ -102,7 +101,7 @@ def _unit(node: Node, column: str) -> Unit:
 
 def _noise(node: Node, units: Mapping[str, Unit]) -> dict[str, float]:
     """One sigma by column in SI units, given in the unit of the column."""
-    entries = named_entries(node)
+    entries = node.mapping()
     for name, entry in entries.items():
         if name not in units:
             raise entry.error(f"a column ({listed(units)})", shortened(name))
@@ -125,7 +124,7 @@ class _RunReader:
 
     def runs(self, node: Node, tell: Tell) -> tuple[Run, ...]:
         """The runs of the document, in its order."""
-        entries = named_entries(node)
+        entries = node.mapping()
         if not entries:
             raise node.error("at least one run")
         runs = []
@@ -196,7 +195,7 @@ class _RunReader:
 
     # ---------------------------------------------------------------- bags
     def _bag(self, path: Path, node: Node, told: Told) -> dict[str, Array]:
-        topics = named_entries(node)
+        topics = node.mapping()
         for name in self._needed():
             if name not in topics and name != "time":
                 raise node.error(

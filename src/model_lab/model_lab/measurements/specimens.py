@@ -12,7 +12,7 @@ from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.units import largest
 from softhand_model.hand.actuator import read_profile
 from softhand_model.quoted import listed
-from softhand_model.yaml_document import DocumentError, Node, named_entries, open_fields
+from softhand_model.yaml_document import DocumentError, Node, open_fields
 
 DOCUMENT = "experiment.yaml"
 KNOWN = {
@@ -33,7 +33,7 @@ MOUNTS = ("bending_plane_level", "base_up", "base_down")
 
 def read_specimens(node: Node) -> dict[str, Specimen]:
     """Specimens by name; raises DocumentError naming file, key, expected and got."""
-    specimens = {name: _specimen(name, entry) for name, entry in named_entries(node).items()}
+    specimens = {name: _specimen(name, entry) for name, entry in node.mapping().items()}
     if not specimens:
         raise node.error("at least one specimen")
     return specimens

@@ -11,8 +11,8 @@ import numpy as np
 from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.box.ranges import Range, refusal
 from pneumaticbox_driver.modes import MODES
-from pneumaticbox_driver.safety import cut
 from pneumaticbox_driver.settings import BoxSettings
+from softhand_model.quoted import quoted
 
 
 @dataclass(frozen=True)
@@ -146,11 +146,9 @@ class CommandRules:
         for name in names:
             if name not in self.channels:
                 known = list(self.channels)
-                raise ValueError(
-                    f"joint_names: expected channels of {known}, got {cut(repr(name))}"
-                )
+                raise ValueError(f"joint_names: expected channels of {known}, got {quoted(name)}")
         if len(set(names)) < len(names):
-            raise ValueError(f"joint_names: expected each channel once, got {cut(list(names))}")
+            raise ValueError(f"joint_names: expected each channel once, got {quoted(list(names))}")
         return tuple(self.channels.index(name) for name in names)
 
     def _values(self, key: str, indices: Sequence[int], point: TrajectoryPoint) -> list[float]:

@@ -34,9 +34,10 @@ from pneumaticbox_driver.ros.parameters import (
     sim_time_ignored,
 )
 from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
-from pneumaticbox_driver.safety import SampleWatch, cut, one_line
+from pneumaticbox_driver.safety import SampleWatch, one_line
 from pneumaticbox_driver.settings import per_channel
 from softhand_model.numerics.compiled import compilation_told
+from softhand_model.quoted import shortened
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation
 from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import SIM_TIME, declare
@@ -211,7 +212,7 @@ class PneumaticBoxNode(Node):
             stamp = self.get_clock().now().to_msg()
             board.command(self.on_sample(self._board_begin + board.time, stamp, pressures))
         except (ValueError, OSError) as error:
-            self._fault(f"backend {self.backend}: {cut(error)}")
+            self._fault(f"backend {self.backend}: {shortened(str(error))}")
         except Exception as error:  # noqa: BLE001 boards are not ours
             self._break_down(f"backend {self.backend}", error)
 

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
+from softhand_model.quoted import quoted
 from softhand_ros.topics import NEWEST, RELIABLE, subscribe_by_hand, take
 
 
@@ -27,7 +28,7 @@ def absolute_pressures(sample: JointState, channels: tuple[str, ...]) -> NDArray
     """
     expected = [*channels, "supply"]
     if sample.name != expected:
-        raise ValueError(f"name: expected {expected}, got {list(sample.name)}")
+        raise ValueError(f"name: expected {expected}, got {quoted(list(sample.name))}")
     if len(sample.effort) != len(expected):
         raise ValueError(f"effort: expected {len(expected)} values, got {len(sample.effort)}")
     return np.array(sample.effort)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
+
+from softhand_model.quoted import shortened
 
 Array = NDArray[np.float64]
 
@@ -57,13 +60,15 @@ class Bag:
         folder: the bag, with its `metadata.yaml`.
 
     Raises:
-        rosbags.highlevel.AnyReaderError: there is no readable bag; a cut-off one needs
-            `softhand_bringup.bags.repair` first.
+        ValueError: there is no readable bag, also later for messages that are damaged; a cut-off
+            one needs `softhand_bringup.bags.repair` first.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._reader = AnyReader([folder])
-        self._reader.open()
+        self._folder = folder
+        with _told(folder):
+            self._reader = AnyReader([folder])
+            self._reader.open()
         self._clock = self._read_clock()
 
     def __enter__(self) -> Bag:
@@ -143,8 +148,15 @@ class Bag:
         connections = [c for c in self._reader.connections if c.topic == topic]
         if not connections:  # to the reader, an empty list means all
             return
-        for connection, stamp, data in self._reader.messages(connections=connections):
-            yield stamp, self._reader.deserialize(data, connection.msgtype)
+        messages = self._reader.messages(connections=connections)
+        while True:
+            with _told(self._folder):
+                found = next(messages, None)
+                if found is None:
+                    return
+                connection, stamp, data = found
+                message = self._reader.deserialize(data, connection.msgtype)
+            yield stamp, message
 
     def _read_clock(self) -> tuple[NDArray[np.int64], Array]:
         """Stamps of reception [ns] and the simulated time [s] that /clock told then."""
@@ -157,6 +169,19 @@ class Bag:
         if len(stamps) == 0:  # recorded on hardware: no /clock, seconds since the start of the bag
             return (received - self._reader.start_time) * 1e-9
         return float(np.interp(received - stamps[0], stamps - stamps[0], times))
+
+
+@contextmanager
+def _told(folder: Path) -> Iterator[None]:
+    """Have whatever rosbags and what is below it raise name the bag."""
+    try:
+        yield
+    except Exception as reason:
+        got = shortened(f"{type(reason).__name__}: {reason}")
+        raise ValueError(
+            f"{folder}: expected a bag that can be read, got {got}; `softhand repair-bag` mends "
+            "one that was cut off"
+        ) from reason
 
 
 def stamp_seconds(stamp: Any) -> float:

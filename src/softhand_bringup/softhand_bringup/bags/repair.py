@@ -2,7 +2,8 @@
 
 Such a bag has chunks of messages but neither index nor `metadata.yaml`. The messages are read
 record by record up to where the file breaks off and written to a new bag, which then takes the
-place of the old one.
+place of the old one, or stands elsewhere with `--out`. Of a chunk that is damaged the records
+before the damage are kept; messages whose channel is damaged are left out.
 """
 
 from __future__ import annotations
@@ -16,17 +17,27 @@ from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
-from mcap.exceptions import EndOfFile, InvalidMagic, RecordLengthLimitExceeded
+import zstandard
+from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from rosbags.interfaces import Connection, Qos
+from rosbags.rosbag2 import ReaderError, WriterError
 from rosbags.rosbag2.metadata import parse_qos
 
-from softhand_bringup.bags.writing import BagWriter
+from softhand_bringup.bags.writing import BagWriter, UnwritableBag
 
 MAGIC = b"\x89MCAP0\r\n"
-BROKEN = (EndOfFile, InvalidMagic, RecordLengthLimitExceeded, struct.error)
+BROKEN = (  # what damaged bytes raise in mcap and in the decompression below it
+    McapError,
+    struct.error,
+    UnicodeDecodeError,
+    OverflowError,
+    MemoryError,
+    RuntimeError,
+    zstandard.ZstdError,
+)
 CHUNK_HEAD = 9 + 28  # opcode and length; start, end, uncompressed size, checksum [bytes]
 
 
@@ -66,18 +77,25 @@ def recover(content: bytes) -> Iterator[Recovered]:
         ValueError: not an MCAP file.
     """
     if not content.startswith(MAGIC):
-        raise ValueError(f"file: expected the magic {MAGIC!r}, got {content[:8]!r}")
+        raise ValueError(f"expected the magic {MAGIC!r}, got {content[:8]!r}")
     types: dict[int, str] = {}
     topics: dict[int, Topic] = {}
     for record in _records(content):
         if isinstance(record, Schema):
             types[record.id] = record.name
-        elif isinstance(record, Channel):
-            qos = parse_qos(record.metadata.get("offered_qos_profiles", ""))
-            topics[record.id] = Topic(record.topic, types[record.schema_id], qos)
-        elif isinstance(record, Message):
+        elif isinstance(record, Channel) and record.schema_id in types:
+            topics[record.id] = Topic(record.topic, types[record.schema_id], _offered(record))
+        elif isinstance(record, Message) and record.channel_id in topics:
             topic = topics[record.channel_id]
             yield Recovered(topic, record.log_time, record.publish_time, record.data)
+
+
+def _offered(channel: Channel) -> list[Qos]:
+    """What its publishers offer, as far as that can be read."""
+    try:
+        return parse_qos(channel.metadata.get("offered_qos_profiles", ""))
+    except (ReaderError, ValueError, LookupError, TypeError, AttributeError):
+        return []
 
 
 def _records(content: bytes) -> Iterator[McapRecord]:
@@ -85,10 +103,19 @@ def _records(content: bytes) -> Iterator[McapRecord]:
     stream, whole = _Whole(content), 0
     try:
         for record in StreamReader(stream, emit_chunks=True).records:
-            yield from breakup_chunk(record) if isinstance(record, Chunk) else [record]
+            yield from _of_chunk(record) if isinstance(record, Chunk) else [record]
             whole = stream.tell()
     except BROKEN:
         yield from _of_cut_chunk(content[whole:])
+
+
+def _of_chunk(chunk: Chunk) -> Iterator[McapRecord]:
+    """Records of a chunk up to the first that is damaged."""
+    try:
+        stream, size = get_chunk_data_stream(chunk)
+        yield from StreamReader(_Whole(stream.read(size)), skip_magic=True).records
+    except BROKEN:
+        return
 
 
 def _of_cut_chunk(content: bytes) -> Iterator[McapRecord]:
@@ -103,24 +130,32 @@ def _of_cut_chunk(content: bytes) -> Iterator[McapRecord]:
         return
 
 
-def repair(folder: Path) -> int:
-    """Make a cut-off bag whole in place; returns the number of messages saved.
+def repair(folder: Path, out: Path | None = None) -> int:
+    """Make a cut-off bag whole in place, or as a new bag at `out`; returns how many messages were
+    saved.
 
     A bag that has its `metadata.yaml` is left alone.
 
     Raises:
         ValueError: the folder holds no MCAP file, or one that cannot be read.
-        OSError: the folder cannot be written.
+        OSError, UnwritableBag: it cannot be written; then the broken bag is as it was.
+        rosbags.rosbag2.WriterError: `out` exists.
     """
     if (folder / "metadata.yaml").exists():
         raise ValueError(f"{folder}: nothing to repair, metadata.yaml is there")
     files = sorted(folder.glob("*.mcap"))
     if len(files) != 1:
         raise ValueError(f"{folder}: expected one .mcap file, got {len(files)}")
+    if out is not None:
+        return _rewrite(files[0], out)
     workplace = folder / "repair"
     shutil.rmtree(workplace, ignore_errors=True)
     whole = workplace / folder.resolve().name
-    count = _rewrite(files[0], whole)
+    try:
+        count = _rewrite(files[0], whole)
+    except (UnwritableBag, OSError, ValueError):
+        shutil.rmtree(workplace, ignore_errors=True)
+        raise
     for path in whole.iterdir():
         path.replace(folder / path.name)
     if files[0].name != f"{whole.name}_0.mcap":  # the folder was renamed after recording
@@ -130,14 +165,20 @@ def repair(folder: Path) -> int:
 
 
 def _rewrite(broken: Path, whole: Path) -> int:
+    with broken.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            file.seek(0)
+            raise ValueError(f"{broken}: expected the magic {MAGIC!r}, got {file.read(8)!r}")
     bag = BagWriter(whole)
-    connections: dict[str, Connection] = {}
+    connections: dict[tuple[str, str], Connection] = {}
     for message in recover(broken.read_bytes()):
         topic = message.topic
-        name = topic.name
-        if name not in connections:
-            connections[name] = bag.add_topic(name, topic.message_type, topic.offered_qos)
-        bag.write(connections[name], message.logged, message.published, message.data)
+        key = topic.name, topic.message_type
+        if not bag.knows(topic.message_type):
+            continue
+        if key not in connections:
+            connections[key] = bag.add_topic(*key, topic.offered_qos)
+        bag.write(connections[key], message.logged, message.published, message.data)
     bag.close()
     return bag.message_count
 
@@ -147,14 +188,27 @@ def main(arguments: list[str] | None = None) -> int:
     words = "Repair a bag whose recorder was killed."
     parser = argparse.ArgumentParser(prog="softhand repair-bag", description=words)
     parser.add_argument("folder", type=Path, help="the bag's folder")
-    folder = parser.parse_args(arguments).folder
+    parser.add_argument(
+        "--out", type=Path, help="a new folder for the whole bag, as on another disk"
+    )
+    options = parser.parse_args(arguments)
+    folder, out = options.folder, options.out
     try:
-        count = repair(folder)
-    except (ValueError, OSError) as error:
-        print(f"softhand repair-bag: {error}", file=sys.stderr)
-        return 1
-    print(f"softhand repair-bag: {count} messages saved in {folder}")
+        count = repair(folder, out)
+    except UnwritableBag as error:
+        return _refuse(
+            f"{out or folder}: expected room for the whole bag, got {error.reason}; the broken one "
+            "is as it was: give --out FOLDER on another disk"
+        )
+    except (ValueError, OSError, WriterError) as error:
+        return _refuse(str(error))
+    print(f"softhand repair-bag: {count} messages saved in {out or folder}")
     return 0
+
+
+def _refuse(reason: str) -> int:
+    print(f"softhand repair-bag: {reason}", file=sys.stderr)
+    return 1
 
 
 if __name__ == "__main__":

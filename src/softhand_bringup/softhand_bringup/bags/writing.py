@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -52,14 +53,29 @@ class _ChunkedMcap(McapWriter):
         size = _MESSAGE_OVERHEAD + len(data)
         chunk.bio.write(_MESSAGE_HEADER.pack(_MESSAGE_OPCODE, size, channel, 0, logged, published))
         chunk.bio.write(data)
-        if chunk.bio.tell() > CHUNK_SIZE:
-            self.flush()
+
+    @property
+    def chunk_size(self) -> int:
+        """Size of the chunk under way [bytes]."""
+        return self.chunk.bio.tell()
 
     def flush(self) -> None:
         """Close the chunk under way and hand it to the operating system."""
         if self.chunk.bio.tell():
             self.close_chunk()
         self.bio.flush()
+
+
+class UnwritableBag(RuntimeError):
+    """A bag that could not be written on: what is whole on the disk stays, and can be repaired."""
+
+    def __init__(self, folder: Path, reason: OSError, kept: int, count: int) -> None:
+        self.reason = reason.strerror
+        super().__init__(
+            f"{folder}: expected to write on, got {reason.strerror}; {kept} of {count} messages "
+            f"are kept: `softhand repair-bag {folder}` makes a whole bag of them where there is "
+            "room again, `--out FOLDER` one elsewhere"
+        )
 
 
 class _Writer(Writer):
@@ -73,16 +89,18 @@ class BagWriter:
         folder: the bag; must not exist yet, its parents are made.
 
     Raises:
-        OSError: the folder cannot be made or written.
+        OSError: the folder cannot be made.
+        UnwritableBag: it cannot be written; also later, by all that writes. Then the bag is closed.
         rosbags.rosbag2.WriterError: the folder exists.
     """
 
     def __init__(self, folder: Path) -> None:
+        self._folder, self._kept, self._is_open = folder, 0, True
         self._writer = _Writer(folder, version=METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
         self._storage = cast(_ChunkedMcap, self._writer.storage)
         self._types = get_typestore(Stores.ROS2_JAZZY)
-        self._storage.flush()
+        self.flush()
 
     @property
     def message_count(self) -> int:
@@ -114,14 +132,35 @@ class BagWriter:
         writer.counts[topic.id] += 1
         writer.min_timestamp = min(logged, writer.min_timestamp)
         writer.max_timestamp = max(logged, writer.max_timestamp)
+        if self._storage.chunk_size > CHUNK_SIZE:
+            self.flush()
 
     def flush(self) -> None:
         """Make what was written so far survive the end of this process."""
-        self._storage.flush()
+        try:
+            self._storage.flush()
+        except OSError as reason:
+            raise self._given_up(reason) from reason
+        self._kept = self.message_count
 
     def close(self) -> None:
-        """Write the index and `metadata.yaml`."""
-        self._writer.close()
+        """Write the index and `metadata.yaml`; nothing for a bag that could not be written on."""
+        if not self._is_open:
+            return
+        self.flush()
+        self._is_open = False
+        try:
+            self._writer.close()
+        except OSError as reason:
+            raise self._given_up(reason) from reason
+
+    def _given_up(self, reason: OSError) -> UnwritableBag:
+        """Close the file as it is; the error to raise."""
+        self._is_open = False
+        with suppress(OSError):  # what is still buffered fails once more
+            self._storage.bio.close()
+        (self._folder / "metadata.yaml.tmp").unlink(missing_ok=True)
+        return UnwritableBag(self._folder, reason, self._kept, self.message_count)
 
 
 @dataclass(frozen=True)

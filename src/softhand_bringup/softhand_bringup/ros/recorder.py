@@ -33,7 +33,7 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import WriterError
 
-from softhand_bringup.bags.writing import BagWriter
+from softhand_bringup.bags.writing import BagWriter, UnwritableBag
 from softhand_bringup.processes.suite import RECORDER
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Report
 from softhand_ros.run_node import run_node
@@ -190,6 +190,8 @@ def _open_bag(folder: Path) -> BagWriter:
     """Open the bag, or end with one sentence that says why not."""
     try:
         return BagWriter(folder)
+    except UnwritableBag as error:
+        sys.exit(f"recorder: {error}")
     except OSError as error:
         sys.exit(f"recorder: cannot write the bag {folder}: {error.strerror}")
     except WriterError:
@@ -197,7 +199,9 @@ def _open_bag(folder: Path) -> BagWriter:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Record until SIGINT or SIGTERM; 0 when the bag was closed in order."""
+    """Record until SIGINT or SIGTERM; 0 when the bag was closed in order, 1 when it could not be
+    written, as on a full disk.
+    """
     words = sys.argv[1:] if arguments is None else arguments
     parser = argparse.ArgumentParser(
         prog="softhand record",
@@ -213,11 +217,28 @@ def main(arguments: list[str] | None = None) -> int:
     parsed = parser.parse_args(remove_ros_args(words))
     bag = _open_bag(parsed.folder)
     try:
-        status = run_node(RECORDER, lambda: Recorder(bag, parsed.topics), Recorder.run, args=words)
+        status = run_node(
+            RECORDER,
+            lambda: Recorder(bag, parsed.topics),
+            Recorder.run,
+            args=words,
+            failures=(UnwritableBag,),
+        )
     finally:
+        closed = _close(bag)
+    if status == closed == 0:
+        print(f"recorder: {bag.message_count} messages", flush=True)
+    return status or closed
+
+
+def _close(bag: BagWriter) -> int:
+    """Close the bag; 1 where that cannot be written, which is printed."""
+    try:
         bag.close()
-    print(f"recorder: {bag.message_count} messages", flush=True)
-    return status
+    except UnwritableBag as error:
+        print(f"recorder: {error}", file=sys.stderr)
+        return 1
+    return 0
 
 
 if __name__ == "__main__":
