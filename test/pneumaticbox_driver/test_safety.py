@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pneumaticbox_driver.safety import PressureGuard, SampleWatch, VentLatch, cut, one_line
+from pneumaticbox_driver.safety import PressureGuard, SampleWatch, VentLatch
 
 INFLATE = np.array([1, 1], dtype=np.int8)
 TARGETS = np.array([9e-5, 9e-5])
@@ -91,10 +91,3 @@ def test_the_latch_keeps_each_reason_once_until_it_is_released():
     assert len(latch.reasons) == 10 and latch
     latch.release()
     assert not latch
-
-
-def test_words_of_others_are_kept_whole_up_to_200_characters_and_in_one_line():
-    assert cut("no such\n  device") == "no such device"
-    assert cut("a" * 200) == "a" * 200
-    assert cut("a" * 201) == "a" * 196 + " ..."
-    assert one_line(OSError("no such\ndevice")) == "OSError: no such device"
