@@ -239,6 +239,12 @@ def test_pairs_are_tried_with_the_best_effects_that_bring_a_fifth_of_the_best(ch
     assert begun == {"a", "b"}
 
 
+def test_five_second_effects_are_fitted_to_each(choose):
+    models = {"": BASE, "a": leaves(0.8, 500.0), **{n: leaves(0.9, 999.0) for n in "bcdefgh"}}
+    _, landscape = choose(models)
+    assert len([pair for pair in landscape.tried if len(pair) == 2]) == 5
+
+
 def test_the_search_for_pairs_ends_with_the_first_that_reaches_the_floor(choose):
     _, landscape = choose(pairs(0.0))
     assert "ab" in landscape.tried and "ba" not in landscape.tried
