@@ -3,8 +3,8 @@ PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
 OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
-.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-lab bench-pneumatics bench-robust pneumatics-experiments \
-	pneumatics-figures docs figures lab-figure live-figure clean
+.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-lab bench-mutants bench-pneumatics bench-robust \
+	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -73,6 +73,11 @@ pneumatics-figures: setup
 # minutes on an idle machine (ARGS="--small", ARGS="--rows trials").
 bench-sim: setup
 	@$(PYTHON_IN_VENV) -m bench.sim $(ARGS)
+
+# Small bugs put in on purpose, one at a time: which does no test see? Half an hour, one process
+# (ARGS="--seed 3", ARGS="--only judge verdict").
+bench-mutants: setup
+	@$(PYTHON_IN_VENV) -m bench.mutants $(ARGS)
 
 # Hostile messages, wrong calls, signals, faults, damaged files, long work; half an hour on an idle
 # machine (ARGS="--rows messages calls", ARGS="--minutes 60 --seed 3").

@@ -21,13 +21,12 @@ import yaml
 from bench.__main__ import OUT, table
 from bench.mutants.modules import MODULES, Row
 from bench.mutants.places import Mutant, even_sample, source_file
-from bench.mutants.trial import load_libraries, passes
+from bench.mutants.trial import ROOT, load_libraries, passes
 from bench.row import at_least, stated
 
-ROOT = Path(__file__).parents[2]
 MEANINGS = Path(__file__).with_name("survivors.yaml")
-SAMPLE, SEED, TARGET = 440, 12, 85.0
-SECONDS = 10  # of processor time that a mutant may take beside three times that of the tests
+SAMPLE, SEED, TARGET = 420, 12, 85.0
+SECONDS = 5  # of processor time that a mutant may take beside five times that of the tests
 LONGEST = 600  # of the tests without a mutant
 
 
@@ -35,9 +34,21 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(prog="bench.mutants", description=__doc__.splitlines()[0])
     add = parser.add_argument
-    add("--count", type=int, default=SAMPLE, metavar="N", help=f"mutants (default: {SAMPLE})")
+    add(
+        "--count",
+        type=int,
+        default=SAMPLE,
+        metavar="N",
+        help=f"mutants of all modules (default: {SAMPLE})",
+    )
     add("--seed", type=int, default=SEED, help=f"of the sample (default: {SEED})")
-    add("--only", nargs="+", default=[""], metavar="WORD", help="modules whose name holds a word")
+    add(
+        "--only",
+        nargs="+",
+        default=[""],
+        metavar="WORD",
+        help="of the sample, those in modules whose name holds a word",
+    )
     return parser.parse_args(arguments)
 
 
@@ -47,15 +58,17 @@ def try_row(row: Row, mutants: list[Mutant], code: str) -> list[dict[str, Any]]:
     Raises:
         RuntimeError: its tests fail, or find nothing to do, without a mutant.
     """
-    sound, duration = passes(row, None, LONGEST)
+    sound, used = passes(row, None, LONGEST)
     if not sound:
         raise RuntimeError(f"{row.module}: expected its tests to pass without a mutant")
     records = []
     for mutant in mutants:
-        passed, _ = passes(row, mutant.source(code), SECONDS + int(3 * duration))
+        passed, _ = passes(row, mutant.source(code), SECONDS + int(5 * used))
         records.append(record_of(mutant, code, not passed))
         if passed:
             print(f"  {row.module}:{mutant.position[0]}: {records[-1]['change']}", flush=True)
+    seen = sum(record["seen"] for record in records)
+    print(f"{row.module}: {seen} of {len(records)} seen", flush=True)
     return records
 
 
@@ -88,12 +101,12 @@ def rows_of(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def main(arguments: list[str] | None = None) -> int:
     """Sample, try, print and write."""
     chosen = options(arguments)
+    code = {row.module: source_file(ROOT, row.module).read_text("utf-8") for row in MODULES}
     rows = [row for row in MODULES if any(word in row.module for word in chosen.only)]
-    code = {row.module: source_file(ROOT, row.module).read_text("utf-8") for row in rows}
-    sample = even_sample(code, chosen.count, chosen.seed)
+    names = {row.module for row in rows}
+    sample = [m for m in even_sample(code, chosen.count, chosen.seed) if m.module in names]
     print(
-        f"mutants: {len(sample)} over {len(rows)} modules, seed {chosen.seed}; not seen:",
-        flush=True,
+        f"mutants: {len(sample)} in {len(rows)} modules, seed {chosen.seed}; not seen:", flush=True
     )
     load_libraries()
     begin = time.monotonic()

@@ -15,29 +15,58 @@ class Row:
 
 
 DRIVER = "test/pneumaticbox_driver"
+CONTROL, OBSERVER = f"{DRIVER}/control", f"{DRIVER}/observer"
+KNOWN = f"{OBSERVER}/test_known_masses.py"
+DECISIONS = f"{CONTROL}/test_decisions.py"
 MODULES = (
     Row("grasp_strategies.judge", ("test/grasp_strategies/test_judge.py",)),
     Row("grasp_strategies.sequencer", ("test/grasp_strategies/test_sequencer.py",)),
     Row("pneumaticbox_driver.safety", (f"{DRIVER}/test_safety.py",)),
     Row(
         "pneumaticbox_driver.faults.fault_watch",
-        (f"{DRIVER}/faults/test_frozen_reading.py", f"{DRIVER}/faults/test_fault_watch.py"),
+        (
+            f"{DRIVER}/faults/test_frozen_reading.py",
+            f"{DRIVER}/faults/test_fault_evidence.py",
+        ),
     ),
     Row(
         "pneumaticbox_driver.faults.pulse_effect",
-        (f"{DRIVER}/faults/test_pulse_effect.py", f"{DRIVER}/faults/test_fault_watch.py"),
+        (f"{DRIVER}/faults/test_pulse_effect.py", f"{DRIVER}/faults/test_fault_evidence.py"),
+        interpreted=True,
     ),
     Row("pneumaticbox_driver.modes", (f"{DRIVER}/test_modes.py",)),
-    Row("pneumaticbox_driver.control.channels", (f"{DRIVER}/control",)),
-    Row("pneumaticbox_driver.control.interface", (f"{DRIVER}/control",)),
-    Row("pneumaticbox_driver.control.mass", (f"{DRIVER}/control",), interpreted=True),
-    Row("pneumaticbox_driver.control.pulsewise", (f"{DRIVER}/control",)),
-    Row("pneumaticbox_driver.observer.observer", (f"{DRIVER}/observer",)),
-    Row("pneumaticbox_driver.observer.pulses", (f"{DRIVER}/observer",), interpreted=True),
-    Row("pneumaticbox_driver.observer.coefficients", (f"{DRIVER}/observer",)),
-    Row("pneumaticbox_driver.observer.volume_model", (f"{DRIVER}/observer",)),
-    Row("pneumaticbox_driver.observer.drift", (f"{DRIVER}/observer",)),
-    Row("pneumaticbox_driver.observer.zeroing", (f"{DRIVER}/observer",)),
+    Row(
+        "pneumaticbox_driver.control.channels",
+        (f"{CONTROL}/test_pulse_timing.py", DECISIONS),
+    ),
+    Row("pneumaticbox_driver.control.interface", (DECISIONS,)),
+    Row("pneumaticbox_driver.control.mass", (DECISIONS,), interpreted=True),
+    Row(
+        "pneumaticbox_driver.control.pulsewise",
+        (DECISIONS,),
+    ),
+    Row("pneumaticbox_driver.observer.observer", (f"{OBSERVER}/test_observer.py",)),
+    Row(
+        "pneumaticbox_driver.observer.pulses",
+        (f"{OBSERVER}/test_pulses.py", f"{OBSERVER}/test_observer.py"),
+        interpreted=True,
+    ),
+    Row(
+        "pneumaticbox_driver.observer.coefficients",
+        (f"{OBSERVER}/test_pulses.py", f"{OBSERVER}/test_observer.py"),
+    ),
+    Row("pneumaticbox_driver.observer.volume_model", (f"{OBSERVER}/test_volume_model.py",)),
+    Row(
+        "pneumaticbox_driver.observer.drift",
+        (KNOWN, f"{OBSERVER}/test_drift_bound.py"),
+    ),
+    Row(
+        "pneumaticbox_driver.observer.still_pressure", (f"{OBSERVER}/test_still_pressure.py", KNOWN)
+    ),
+    Row(
+        "pneumaticbox_driver.observer.zeroing",
+        (KNOWN,),
+    ),
     Row("softhand_model.hand.section", ("test/softhand_model/hand/test_section.py",)),
     Row(
         "softhand_model.equilibrium.joint_springs",

@@ -74,12 +74,12 @@ def mutants_of(module: str, code: str) -> dict[Position, list[Mutant]]:
     >>> list(mutants_of("m", "x: 'int | None' = a + 1"))
     [(1, 20), (1, 22)]
     """
-    tree = get_ast(code)
-    idle = list(_idle(tree))
+    nodes = list(ast_nodes(get_ast(code)))
+    idle = list(_idle(nodes))
     found: dict[Position, list[Mutant]] = defaultdict(list)
     for name in OPERATORS:
         operator, occurrence = get_operator(name)(), 0
-        for node in ast_nodes(tree):
+        for node in nodes:
             for start, _ in operator.mutation_positions(node):
                 if not any(low <= start < high for low, high in idle):
                     found[start].append(Mutant(module, start, name, occurrence))
@@ -87,9 +87,9 @@ def mutants_of(module: str, code: str) -> dict[Position, list[Mutant]]:
     return dict(sorted(found.items()))
 
 
-def _idle(tree: Any) -> Iterator[tuple[Position, Position]]:
+def _idle(nodes: Sequence[Any]) -> Iterator[tuple[Position, Position]]:
     """Start and end of what decides nothing."""
-    for node in ast_nodes(tree):
+    for node in nodes:
         if node.type in NO_DECISIONS:
             yield node.start_pos, node.end_pos
         elif node.type in ("tfpdef", "annassign"):

@@ -7,6 +7,7 @@ from mock_scene import GRIP, MockScene
 from scipy.spatial.transform import Rotation
 
 from grasp_strategies.pose import Pose, angle_between
+from grasp_strategies.scene import SceneError
 from grasp_strategies.sequencer import Sequencer, goal_pose
 from grasp_strategies.strategy import Waypoint
 
@@ -218,7 +219,7 @@ def test_a_time_out_ends_the_run_with_what_was_missed(make_strategy):
     scene = MockScene()
     result, phases = run(scene, with_touch(make_strategy))
     assert names(phases) == ["approach", "touch", "failed"]
-    assert not result.completed and result.outcome == "none"
+    assert not result.completed and result.safe and result.outcome == "none"
     assert (
         result.reason
         == "phase touch: expected contact_force above 5 N within 1 s, got contact_force 0"
@@ -260,14 +261,12 @@ def test_an_abort_that_holds_keeps_the_air_that_is_in_the_channels(make_strategy
     scene.on_step = lambda: scene.time > 0.8 and abort.set()
     result, _ = run(scene, make_strategy(), abort=abort, abort_action="hold")
     assert scene.vented == 0
-    assert "holds" in result.reason
+    assert "holds" in result.reason and result.safe and not result.completed
     assert scene.air_commands[-1][1] == pytest.approx(scene.air)
     assert scene.air[0] > 0
 
 
 def test_an_abort_that_cannot_vent_says_so(make_strategy):
-    from grasp_strategies.scene import SceneError
-
     class Stuck(MockScene):
         def vent(self):
             raise SceneError("the driver is gone")
@@ -284,6 +283,18 @@ def test_a_scene_that_fails_ends_the_run_with_its_reason(make_strategy):
     assert names(phases)[-1] == "failed"
     assert result.reason == "phase close: the mock broke as asked"
     assert not result.completed
+
+
+def test_a_scene_that_cannot_be_seen_at_the_start_is_left_as_it_is(make_strategy):
+    class Dark(MockScene):
+        def observe(self):
+            raise SceneError("no pose of the object")
+
+    scene = Dark()
+    result, phases = run(scene, make_strategy())
+    assert names(phases) == ["failed"]
+    assert (result.outcome, result.reason) == ("none", "no pose of the object")
+    assert not result.completed and scene.wrist_commands == [] and scene.air_commands == []
 
 
 def test_an_object_carried_when_the_run_failed_is_lost(make_strategy):

@@ -28,3 +28,9 @@ def test_every_mode_stands_on_its_page_with_the_field_and_the_unit_that_it_reads
 def test_a_mode_that_does_not_exist_is_refused_with_those_that_do():
     with pytest.raises(ValueError, match=r"control_mode must be one of \['mass', .*, got 'magic'"):
         check_mode("magic")
+
+
+def test_only_a_flow_and_a_schedule_have_a_target_that_asks_for_nothing():
+    idle = {name: mode.idle for name, mode in MODES.items() if not math.isnan(mode.idle)}
+    assert idle == {"mass_flow": 0.0, "time": 0.0}
+    assert [name for name, mode in MODES.items() if mode.scheduled] == ["time"]

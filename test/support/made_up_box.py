@@ -13,7 +13,7 @@ MG, KPA = 1e-6, 1e3
 REST = 30e-6
 SUPPLY = 300 * KPA + AMBIENT_PRESSURE
 SHORTEST = 0.045
-LIMIT = 250 * KPA
+LIMIT = 150 * KPA
 
 
 class Swelling(FixedVolumes):
@@ -53,8 +53,15 @@ def made_up_view(
 
     observer = SimpleNamespace(mass=mass, flow=np.full(n, flow), pulse_mass=pulse_mass)
     rest = np.full(n, REST)
-    model, limits = model or FixedVolumes(rest), np.full(n, LIMIT)
-    view = BoxView(observer, model, rest, limits, AMBIENT_PRESSURE, GAS, SHORTEST)
+    view = BoxView(
+        observer=observer,
+        volume_model=model or FixedVolumes(rest),
+        rest_volumes=rest,
+        limits=np.full(n, LIMIT),
+        ambient=AMBIENT_PRESSURE,
+        gas=GAS,
+        shortest_pulse=SHORTEST,
+    )
     view.pressures_abs = AMBIENT_PRESSURE + mass * GAS / rest
     view.setpoints = np.atleast_1d(np.asarray(setpoints, float))
     view.direction = np.full(n, direction, dtype=np.int8)

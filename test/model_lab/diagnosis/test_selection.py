@@ -3,6 +3,7 @@ are stated in units of the noise floor, and so is the answer.
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -231,10 +232,17 @@ def test_pairs_are_tried_with_the_best_effects_that_bring_a_fifth_of_the_best(ch
     _, landscape = choose(models)
     begun = {pair[0] for pair in landscape.tried if len(pair) == 2}
     assert begun == {"a", "b", "c"}
+    del models["d"]
     models["b"], models["c"] = leaves(0.8, 890.0), leaves(0.8, 910.0)
     _, landscape = choose(models)
     begun = {pair[0] for pair in landscape.tried if len(pair) == 2}
-    assert begun == {"a", "d", "b"}
+    assert begun == {"a", "b"}
+
+
+def test_five_second_effects_are_fitted_to_each(choose):
+    models = {"": BASE, "a": leaves(0.8, 500.0), **{n: leaves(0.9, 999.0) for n in "bcdefgh"}}
+    _, landscape = choose(models)
+    assert len([pair for pair in landscape.tried if len(pair) == 2]) == 5
 
 
 def test_the_search_for_pairs_ends_with_the_first_that_reaches_the_floor(choose):
@@ -364,8 +372,17 @@ def test_an_effect_must_also_be_half_the_floor_to_show(choose):
     assert smallest == pytest.approx(3.0)
 
 
+def test_of_an_effect_without_parameters_nothing_is_stated(choose):
+    problem = made_up_problem()
+    bare = SimpleNamespace(name="bare", parameters=())
+    problem = replace(problem, classes={**problem.classes, "bare": bare})
+    scored = made_up_model(problem, ["bare"], Said(1.0), signature=signature_of(problem, 0))
+    chosen, _ = choose({"": BASE, "a": leaves(0.9)})
+    assert detectable_effects(problem, replace(chosen, singles=(scored,), threshold=0.5)) == []
+
+
 def test_where_all_values_show_the_weakest_is_stated(choose):
-    assert detectable(choose, 0.5, size=np.full(3, 10.0))[0][2] == 1.0
+    assert detectable(choose, 0.8, size=np.full(3, 10.0))[0][2] == 1.0
 
 
 def test_of_an_effect_that_never_shows_nothing_is_stated(choose):
@@ -373,10 +390,10 @@ def test_of_an_effect_that_never_shows_nothing_is_stated(choose):
 
 
 def test_other_parameters_are_taken_at_their_middle_value(choose):
-    grid = [[1.0, 0.1], [1.0, 0.2], [1.0, 0.3], [4.0, 0.1], [4.0, 0.2], [4.0, 0.3]]
-    change = np.zeros((6, 1200))
-    change[:, 0] = [9.0, 1.0, 9.0, 9.0, 2.0, 9.0]
+    grid = [[first, second] for first in (1.0, 4.0) for second in (0.1, 0.2, 0.3, 0.4)]
+    change = np.zeros((8, 1200))
+    change[:, 0] = [9.0, 9.0, 1.0, 9.0, 9.0, 9.0, 2.0, 9.0]
     ((*_, smallest),) = detectable(
-        choose, 2.0, values=np.array(grid), change=change, size=np.full(6, 10.0)
+        choose, 2.0, values=np.array(grid), change=change, size=np.full(8, 10.0)
     )
     assert smallest == pytest.approx(2.5)  # strengths 1/2 at 1 and 2 at 4

@@ -15,20 +15,28 @@ from model_lab.diagnosis.verdict import depends_on, verdict_of
 
 ADEQUATE, MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
 EXACT = 1e6  # degrees of freedom of repeats that tell the noise to the last digit
+FLOOR = 0.5  # in the unit of the outputs
 EXCESS = 20.0  # of the model as it is, where effects were named
 PLAIN, MEMORY = "pressure", "pressure_rate"  # black boxes: the latter depends on what was before
 GENT, CREEP = "gent_stiffening", "viscoelasticity"  # and effects likewise
 
 
 def black_box(problem, rmse, name=PLAIN):
-    return BlackBox(name, np.full(problem.data.table.samples, rmse), 3)
+    return BlackBox(name, np.full(problem.data.table.samples, FLOOR * rmse), 3)
+
+
+def model(problem, effects, said):
+    """The fitted model of which this is said in units of the floor."""
+    fitted = None if said.fitted is None else FLOOR * said.fitted
+    said = replace(said, shape=FLOOR * said.shape, gain=FLOOR * said.gain, fitted=fitted)
+    return made_up_model(problem, effects, said)
 
 
 def verdict(said, effects=(), base=None, boxes=(), **options):
     """The verdict on a model with these effects added, beside black boxes (error, name)."""
-    problem = made_up_problem(**options)
-    first = made_up_model(problem, (), base or said)
-    final = made_up_model(problem, effects, said) if effects else first
+    problem = made_up_problem(level=FLOOR, **options)
+    first = model(problem, (), base or said)
+    final = model(problem, effects, said) if effects else first
     chosen = Selection(first, (), (), final, {}, 0.0, ())
     return verdict_of(problem, chosen, [black_box(problem, *box) for box in boxes])
 
@@ -76,11 +84,11 @@ def test_an_error_must_exceed_the_scatter_of_repeats_beyond_chance(dof):
 
 def test_bands_in_which_no_repeats_were_seen_tell_nothing():
     assert verdict(Said(3.0), dof=EXACT) == UNEXPLAINED
-    problem = made_up_problem()
+    problem = made_up_problem(level=FLOOR)
     of_gains = np.array([EXACT] + [0.0] * (problem.spectrum.band_count - 1))
     problem = replace(problem, floor=replace(problem.floor, dof=of_gains))
-    model = made_up_model(problem, (), Said(3.0))
-    assert verdict_of(problem, Selection(model, (), (), model, {}, 0.0, ()), []) == ADEQUATE
+    base = model(problem, (), Said(3.0))
+    assert verdict_of(problem, Selection(base, (), (), base, {}, 0.0, ()), []) == ADEQUATE
 
 
 @pytest.mark.parametrize(("shape", "answer"), [(1.24, ADEQUATE), (1.26, UNEXPLAINED)])
@@ -195,8 +203,8 @@ AXES = [SimpleNamespace(against=name) for name in ("time_since_step", "direction
 
 
 def rest_of(boxes, failures=(), verdict=UNEXPLAINED, axes=AXES):
-    problem = made_up_problem()
-    final = made_up_model(problem, (), Said(2.0))
+    problem = made_up_problem(level=FLOOR)
+    final = model(problem, (), Said(2.0))
     localised = SimpleNamespace(axes=axes, failures=failures)
     found = [black_box(problem, *box) for box in boxes]
     return depends_on(problem.data, final, found, localised, verdict)

@@ -157,6 +157,14 @@ def test_the_transform_keeps_squares_and_has_the_prediction_as_its_first_vector(
     assert power[0, 0] == pytest.approx(np.sum(residuals[0] ** 2))
 
 
+@pytest.mark.parametrize("level", [-2.0, 2.0])
+def test_a_constant_prediction_of_any_sign_is_a_first_vector_too(level):
+    reference = np.full(400, level)
+    found = make_spectrum(ramps().table, reference).coefficients(reference[None])[0]
+    assert np.abs(found[::100]) == pytest.approx(np.full(4, 20.0))
+    assert np.sum(found**2) == pytest.approx(1600.0)
+
+
 def scattered(shape, gain, groups=2):
     """Coefficients of pairs of repeats that lie so far to both sides of what they share."""
     rows = []
@@ -285,6 +293,10 @@ def test_repeats_that_scatter_far_more_than_the_others_are_left_out():
 @pytest.mark.parametrize("levels", [[1.0, 1.0, 30.0], [1.0, 1.2, 0.9, 1.1, 1.0, 1.3]])
 def test_few_repeats_and_those_that_scatter_alike_are_kept(levels):
     assert kept(levels) == [True] * len(levels)
+
+
+def test_one_odd_group_among_many_is_told():
+    assert kept([1.0] * 9 + [4.5], dof=400.0) == [True] * 9 + [False]
 
 
 def test_four_groups_tell_an_odd_one():

@@ -33,6 +33,10 @@ def test_the_other_outlet_follows_only_through_a_pause():
     assert history([1] * 6 + [-1] * 9) == [1] * 6 + [0] * 6 + [-1] * 3
 
 
+def test_the_inlet_follows_the_outlet_only_through_a_pause():
+    assert history([-1] * 6 + [1] * 9) == [-1] * 6 + [0] * 6 + [1] * 3
+
+
 def test_channels_do_not_wait_for_each_other():
     timing = PulseTiming(2, 0.045, 0.06)
     valves = np.array([1, 0], dtype=np.int8)

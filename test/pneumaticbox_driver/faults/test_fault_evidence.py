@@ -273,3 +273,16 @@ def test_a_frozen_sensor_is_told_and_not_its_valve_besides():
         for _ in range(200):
             told.update(watch.look(view(40 * KPA, valve=valve, flow=valve * 50 * MG)))
     assert told == {"sensor a: its reading stands still"}
+
+
+def test_pulses_are_judged_by_smoothed_pressures_and_what_is_left_of_the_noise(monkeypatch):
+    watch, seen = taught(), []
+    sigma = watch._frozen.noise[0]
+    monkeypatch.setattr(watch._effect, "look", lambda dt, given, *rest: seen.append(given))
+    for pressure in [0.0] * 40 + [1000.0] * 2:
+        watch.due(DT, np.full(3, AMBIENT_PRESSURE))
+        watch.look(view(pressure))
+    # a low-pass of 30 ms at samples 10 ms apart takes a quarter of each
+    assert [given.pressures[0] for given in seen[-3:]] == pytest.approx([0.0, 250.0, 437.5])
+    assert seen[0].pressures[0] == 0.0
+    assert seen[-1].noise[0] == pytest.approx(sigma * np.sqrt(0.25**2 / (1 - 0.75**2)))

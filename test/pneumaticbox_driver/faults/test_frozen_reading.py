@@ -52,6 +52,24 @@ def test_the_noise_is_learnt_from_steps_so_that_a_slow_drift_does_not_count():
     assert watch.noise[0] == pytest.approx(60.0, rel=0.25)
 
 
+@pytest.mark.parametrize(("samples", "marked"), [(96, False), (101, True)])
+def test_a_run_of_equal_readings_is_judged_by_half_the_share_of_steps_that_was_seen(
+    samples, marked
+):
+    """A step in two samples: at one in four a run of 97 has a chance of 1e-12."""
+    lesson = np.zeros(LESSON)
+    lesson[3::4] = STEP * np.resize([1, -1, 2], len(lesson[3::4]))
+    watch = taught(lesson)
+    assert (samples_marked(watch, np.full(samples, 9 * STEP)) > 0) == marked
+
+
+def test_the_noise_is_learnt_once():
+    watch = taught(np.random.default_rng(1).normal(0.0, 60.0, LESSON))
+    noise = watch.noise[0]
+    samples_marked(watch, np.random.default_rng(1).normal(0.0, 600.0, 2 * LESSON))
+    assert watch.noise[0] == noise
+
+
 def test_a_quiet_sensor_that_drifts_over_steps_at_the_start_may_stand_still_afterwards():
     drift = STEP * np.round(np.linspace(0, 8, LESSON))
     assert samples_marked(taught(drift), np.zeros(2000)) == 0

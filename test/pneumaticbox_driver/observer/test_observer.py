@@ -1,12 +1,13 @@
 """The observer's mass against the truth of the bench, for any spacing of the samples."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from bottle_rig import BottleRig
 
-from pneumaticbox_driver.observer.coefficients import ChannelCalibration, PulseCoefficients
+from pneumaticbox_driver.observer.coefficients import ChannelCalibration, Leak, PulseCoefficients
 from pneumaticbox_driver.observer.observer import MassObserver
 from softhand_model.gas import AMBIENT_PRESSURE, psi
 
@@ -75,6 +76,109 @@ def test_a_closed_channel_keeps_its_mass_whatever_its_pressure_does():
         eye.advance(0.1, np.array([pressure]), 400e3)
     assert eye.mass[0] == 12 * MG
     assert eye.flow[0] == 0.0
+
+
+def test_a_leak_of_the_calibration_is_taken_off_above_ambient_pressure_if_asked():
+    eye = MassObserver([ChannelCalibration(PULSE, VENT, leak=Leak(2e-12))] * 2)
+    eye.set_mass(0, 12 * MG)
+    eye.set_mass(1, 12 * MG)
+    pressures = np.array([AMBIENT_PRESSURE + 50e3, AMBIENT_PRESSURE - 5e3])
+    eye.advance(3.0, pressures, 400e3)
+    assert eye.mass == pytest.approx([12 * MG] * 2)
+    eye.leak_model = True
+    eye.advance(3.0, pressures, 400e3)
+    assert eye.mass == pytest.approx([12 * MG - 3.0 * 2e-12 * 50e3, 12 * MG])
+
+
+def test_a_pulse_that_follows_before_the_last_has_closed_adds_to_it():
+    up, down = np.array([1], dtype=np.int8), np.array([-1], dtype=np.int8)
+    p, supply = np.array([150e3]), 400e3
+    eye, one, other = observer(), observer(), observer()
+    for observed, valves in ((eye, up), (one, up)):
+        observed.switch(valves, p, supply)
+        observed.advance(0.05, p, supply)
+    brought = one.mass[0]
+    for observed in (eye, other):
+        observed.switch(down, p, supply)
+        observed.advance(0.05, p, supply)
+        assert observed.flow[0] < 0
+    assert eye.mass[0] == pytest.approx(brought + other.mass[0], rel=1e-12)
+    assert eye.moved[0] == pytest.approx(other.moved[0], rel=1e-12)
+
+
+def test_a_closed_valve_has_no_flow_and_its_pulse_ends_with_the_delay():
+    eye, p, supply = observer(), np.array([150e3]), 400e3
+    eye.switch(np.array([1], dtype=np.int8), p, supply)
+    eye.advance(0.05, p, supply)
+    assert eye.flow[0] == pytest.approx(2e-13 * 250e3 + 1.2e-10 * 400e3 * float(psi(0.375)))
+    eye.switch(np.array([0], dtype=np.int8), p, supply)
+    assert eye.flow[0] == 0.0
+    eye.advance(0.02, p, supply)
+    assert eye.moved[0] > 0 and eye.pulses[0] == 0
+    before = eye.mass[0]
+    eye.advance(0.02, p, supply)
+    assert eye.moved[0] == 0.0 and eye.pulses[0] == 1
+    assert eye.mass[0] == pytest.approx(before)
+    eye.advance(0.5, np.array([250e3]), 100e3)
+    assert eye.mass[0] == pytest.approx(before)
+
+
+def test_a_mass_that_is_set_in_a_pulse_stays_until_the_next():
+    eye, p, supply = observer(), np.array([150e3]), 400e3
+    eye.switch(np.array([1], dtype=np.int8), p, supply)
+    eye.advance(0.02, p, supply)
+    eye.set_mass(0, 3 * MG)
+    eye.advance(0.02, p, supply)
+    assert eye.mass[0] == 3 * MG
+    eye.switch(np.array([0], dtype=np.int8), p, supply)
+    eye.advance(0.1, p, supply)
+    assert eye.mass[0] == 3 * MG and eye.pulses[0] == 0
+
+
+def test_a_pulse_of_no_length_brings_an_uncertainty_that_is_finite():
+    sure = replace(PULSE, jitter=1e-3)
+    eye, p, supply = MassObserver([ChannelCalibration(sure, VENT)]), np.array([150e3]), 400e3
+    eye.switch(np.array([1], dtype=np.int8), p, supply)
+    eye.switch(np.array([0], dtype=np.int8), p, supply)
+    eye.advance(0.1, p, supply)
+    assert eye.pulses[0] == 1
+    assert 0.0 <= eye.drift_bound[0] < 0.1 * MG
+
+
+@pytest.mark.parametrize(("valve", "jitter"), [(1, 1e-3), (-1, 4e-3)])
+def test_the_scatter_of_a_pulse_is_its_jitter_times_its_mean_flow(valve, jitter):
+    fits = ChannelCalibration(replace(PULSE, jitter=1e-3), replace(VENT, jitter=4e-3))
+    eye, p, supply = MassObserver([fits]), np.array([150e3]), 400e3
+    eye.switch(np.array([valve], dtype=np.int8), p, supply)
+    eye.advance(0.05, p, supply)
+    flow = abs(eye.flow[0])
+    eye.switch(np.array([0], dtype=np.int8), p, supply)
+    eye.advance(0.1, p, supply)
+    assert eye.drift_bound[0] == pytest.approx(2 * jitter * flow)
+
+
+def test_calibrations_of_another_number_of_channels_are_refused():
+    eye = observer(2)
+    with pytest.raises(ValueError, match="calibrations must be 2, one a channel, got 1"):
+        eye.set_calibrations([ChannelCalibration(PULSE, VENT)])
+    eye.set_calibrations([ChannelCalibration(VENT, PULSE)] * 2)
+    up, p = np.array([1, 0], dtype=np.int8), np.array([150e3, 150e3])
+    eye.switch(up, p, 400e3)
+    eye.advance(0.05, p, 400e3)
+    expected = observer(2)
+    expected.switch(up, p, 400e3)
+    expected.advance(0.05, p, 400e3)
+    assert eye.mass[0] != pytest.approx(expected.mass[0])
+
+
+def test_the_pulse_to_come_is_that_of_equation_4_1_in_each_direction():
+    gain, loss = observer(2).pulse_mass(0.05, np.array([150e3, 120e3]), 400e3)
+    for channel, pressure in enumerate((150e3, 120e3)):
+        for found, valve in ((gain, 1), (-loss, -1)):
+            eye, p = observer(), np.array([pressure])
+            eye.switch(np.array([valve], dtype=np.int8), p, 400e3)
+            eye.advance(0.05, p, 400e3)
+            assert found[channel] == pytest.approx(eye.mass[0], rel=1e-9)
 
 
 @pytest.mark.parametrize(

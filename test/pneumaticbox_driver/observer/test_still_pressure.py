@@ -36,3 +36,14 @@ def test_restarting_a_channel_forgets_it_alone():
     still.restart(np.array([True, False]))
     assert still.still.tolist() == [False, True]
     assert np.isnan(still.mean).tolist() == [True, False]
+
+
+def test_a_window_goes_on_when_the_offset_of_its_sensor_is_found():
+    still = StillPressure(1)
+    told = [still.add(4e-3, np.array([101e3])) for _ in range(13)]
+    still.shift(0, -500.0)
+    told += [still.add(4e-3, np.array([100.5e3])) for _ in range(12)]
+    assert told == [False] * 24 + [True]
+    assert still.mean[0] == pytest.approx(100.5e3)
+    still.shift(0, 200.0)
+    assert still.mean[0] == pytest.approx(100.7e3)

@@ -28,6 +28,13 @@ def test_longer_tubes_add_to_the_volume_at_every_pressure():
     np.testing.assert_array_equal(long.slopes(gauge), short.slopes(gauge))
 
 
+@pytest.mark.parametrize("share", [0.9, 1.0, 3.5])
+def test_at_rest_the_volumes_are_those_that_are_given(share):
+    rest = share * load_hand("rbo_hand_2").rest_volumes()
+    model = make_volume_model("hand", "rbo_hand_2", rest)
+    np.testing.assert_allclose(model.volumes(np.zeros(len(rest))), rest)
+
+
 def test_the_pressure_after_a_growth_gives_that_growth():
     finger = HandVolumes("single_finger", load_hand("single_finger").rest_volumes())
     for start, end in ((0.0, 4e4), (4e4, 1e4), (2e4, 2.1e4)):

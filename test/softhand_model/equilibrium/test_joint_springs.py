@@ -17,7 +17,8 @@ MOMENT = 1.5 * MOMENT  # rotations of up to two thirds of a turn
 
 def progressive(bend, rest, points):
     """Factor on the stiffness in bending: each point its own, growing with the bend."""
-    return 1.0 + (0.1 + 0.05 * points) * (bend - rest) ** 2
+    turned = bend - rest
+    return 1.0 + (0.1 + 0.05 * points) * turned**2 + 0.02 * turned**3
 
 
 KINDS = {
@@ -51,7 +52,7 @@ def elastic(kind, joint, point, rotation):
         here, there = 1 + gain * (rest + y), 1 + gain * rest
         bending = ((here - here**-3) - (there - there**-3)) / (2 * gain)
     if "factor" in more:
-        bending *= 1.0 + (0.1 + 0.05 * point) * y**2
+        bending *= 1.0 + (0.1 + 0.05 * point) * y**2 + 0.02 * y**3
     coupling = more["coupling"][point] if "coupling" in more else 0.0
     return STIFFNESS[joint, point] * np.array(
         [lateral * x + coupling * z, bending, twist * z + coupling * x]
