@@ -29,9 +29,9 @@ from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.units import display_of
 from model_lab.report import write_report
+from softhand_model.documents.yaml_document import DocumentError
 from softhand_model.model_file import Model, load_model
 from softhand_model.progress import Progress
-from softhand_model.yaml_document import DocumentError
 
 Array = NDArray[np.float64]
 

@@ -39,10 +39,10 @@ from pneumaticbox_driver.backends.hardware.hardware_file import read_hardware
 from pneumaticbox_driver.calibration.file import SHIPPED, load_box_note, load_calibration
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.bags.repair import repair
+from softhand_model.documents.yaml_document import data_file
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 from softhand_model.pneumatics.parameters import load_pneumatics
-from softhand_model.yaml_document import data_file
 
 ROOT = Path(__file__).resolve().parents[2]
 SET = ROOT / "examples" / "measurements" / "finger"

@@ -11,8 +11,8 @@ from grasp_strategies.judge import GraspJudge, GraspResult
 from grasp_strategies.pose import IDENTITY, Motion, Pose, duration_at_speed, heading, inverse
 from grasp_strategies.scene import Array, Observation, Scene, SceneError, masses_in_order
 from grasp_strategies.strategy import Phase, Strategy, Waypoint
+from softhand_model.documents.quoted import listed, quoted, shortened
 from softhand_model.numerics.rotations import compose, from_rpy
-from softhand_model.quoted import listed, quoted, shortened
 
 CONTROL_STEP = 0.01  # [s]
 VENT, HOLD = "vent", "hold"

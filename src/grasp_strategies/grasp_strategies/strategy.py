@@ -26,8 +26,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from softhand_model.quoted import listed, quoted
-from softhand_model.yaml_document import Bounds, Node, is_document, read_document
+from softhand_model.documents.quoted import listed, quoted
+from softhand_model.documents.yaml_document import Bounds, Node, is_document, read_document
 
 FORMAT = "softhand-strategy/1"
 DATA = Path(__file__).with_name("data") / "strategies"

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from softhand_model.quoted import quoted
+from softhand_model.documents.quoted import quoted
 
 
 @dataclass(frozen=True)

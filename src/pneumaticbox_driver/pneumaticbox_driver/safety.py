@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from pneumaticbox_driver.arrays import Flags, Floats, Valves
-from softhand_model.quoted import shortened
+from softhand_model.documents.quoted import shortened
 
 RELIEF_END = 0.97  # of the limit; the outlet closes again below it
 BURST_MARGIN = 1.2  # of the limit; above it relief has failed

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pneumaticbox_driver.modes import check_mode
+from softhand_model.documents.quoted import quoted
 from softhand_model.gas import AMBIENT_PRESSURE, ROOM_TEMPERATURE
-from softhand_model.quoted import quoted
 
 MOST_CHANNELS = 8
 NOT_NEGATIVE = (

@@ -15,17 +15,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from softhand_model.effects import Effect, effect_classes, effects_in_file
-from softhand_model.effects.effect import BASES
-from softhand_model.effects.pipeline import in_order
-from softhand_model.hand.joint_stiffness import SpringModel, read_springs
-from softhand_model.yaml_document import (
+from softhand_model.documents.yaml_document import (
     DocumentError,
     Node,
     find_document,
     read_document,
     shipped_names,
 )
+from softhand_model.effects import Effect, effect_classes, effects_in_file
+from softhand_model.effects.effect import BASES
+from softhand_model.effects.pipeline import in_order
+from softhand_model.hand.joint_stiffness import SpringModel, read_springs
 
 FORMAT = "softhand-model/1"
 ALLOW_EFFECT_FILES = "--allow-effect-files"  # option of the commands that take a model file

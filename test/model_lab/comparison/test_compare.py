@@ -9,8 +9,8 @@ from tensile_set import tensile_set
 
 from model_lab.comparison.compare import accuracy, compare
 from model_lab.report.comparison_text import comparison_json, comparison_text
+from softhand_model.documents.output_file import plain
 from softhand_model.model_file import Model
-from softhand_model.output_file import plain
 
 
 def test_the_calibration_is_fitted_where_the_file_has_none():

@@ -8,7 +8,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from model_lab.measurements.bag import MessageField
 from model_lab.measurements.load import load_measurements
-from softhand_model.yaml_document import DocumentError
+from softhand_model.documents.yaml_document import DocumentError
 
 TOPICS = {
     "pressure": {"topic": "/pneumaticbox/state", "field": "effort[a]"},

@@ -11,7 +11,7 @@ from measurement_folder import ROWS, SPECIMEN, csv_text, document, write_set
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
 from model_lab.measurements.units import column_unit
-from softhand_model.yaml_document import DocumentError
+from softhand_model.documents.yaml_document import DocumentError
 
 REAL = os.environ.get("SOFTHAND_MEASUREMENTS")
 

@@ -6,9 +6,9 @@ from measurement_folder import document, write_set
 
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.specimens import require_columns, require_keys
+from softhand_model.documents.yaml_document import DocumentError
 from softhand_model.hand.rubber import Rubber
 from softhand_model.hand.sizing import Wish, actuator_entry, design_actuator
-from softhand_model.yaml_document import DocumentError
 
 
 def test_a_key_that_the_model_needs_is_named_with_unit_and_example(tmp_path):

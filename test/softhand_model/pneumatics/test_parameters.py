@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
+from softhand_model.documents.yaml_document import data_file
 from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
-from softhand_model.yaml_document import data_file
 
 
 @pytest.fixture

@@ -49,7 +49,7 @@ def diagnose(arguments: argparse.Namespace) -> None:
     """Diagnose, print the verdict, and write JSON and report."""
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.report.text import diagnosis_text
-    from softhand_model.output_file import check_new
+    from softhand_model.documents.output_file import check_new
 
     options.check_json(arguments)
     if arguments.report is not None:

@@ -10,10 +10,10 @@ from typing import Any
 
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.documents.output_file import check_new, write_json
 from softhand_model.effects import Effect, effect_classes, effects_in_file
 from softhand_model.effects.effect import EXPERIMENTS
 from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP, Model, load_model
-from softhand_model.output_file import check_new, write_json
 from softhand_model.progress import Progress
 
 Argument = tuple[tuple[str, ...], dict[str, Any]]

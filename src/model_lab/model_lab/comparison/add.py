@@ -26,10 +26,10 @@ from model_lab.experiments.forward import inapplicable
 from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
 from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.documents.output_file import check_new, plain, write_new
 from softhand_model.effects import Effect
 from softhand_model.hand.joint_stiffness import THESIS
 from softhand_model.model_file import FORMAT, Model
-from softhand_model.output_file import check_new, plain, write_new
 
 NOT_PHYSICS = "a generic term, not physics"
 

@@ -16,12 +16,12 @@ import numpy as np
 
 from model_lab.aliases import Array, Mask
 from softhand_model.chain.chain import BEND, discretise
+from softhand_model.documents.quoted import listed
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import OutputEffect
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
-from softhand_model.quoted import listed
 
 KEPT = 5 * 10**9  # time [ns] for which pressures are kept; angles that come later find none
 SEGMENTS = 5  # of an actuator; the free tip angle of a straight one does not depend on it

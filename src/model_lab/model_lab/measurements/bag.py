@@ -14,8 +14,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from model_lab.aliases import Array, IntArray
-from softhand_model.quoted import listed, quoted, shortened
-from softhand_model.yaml_document import DocumentError
+from softhand_model.documents.quoted import listed, quoted, shortened
+from softhand_model.documents.yaml_document import DocumentError
 
 SHOWN_FIELDS = 24  # of those a message has, in an error
 _STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[([^\[\]]+)\]")

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from model_lab.aliases import Array
-from softhand_model.quoted import listed, quoted, shortened
-from softhand_model.yaml_document import DocumentError
+from softhand_model.documents.quoted import listed, quoted, shortened
+from softhand_model.documents.yaml_document import DocumentError
 
 LONGEST_CELL = 131_072  # characters
 

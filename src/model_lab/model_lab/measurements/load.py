@@ -24,8 +24,8 @@ from model_lab.measurements.measurement_set import (
 )
 from model_lab.measurements.specimens import document_of, read_specimens
 from model_lab.measurements.units import COLUMN_UNITS, Unit, column_unit, largest
-from softhand_model.quoted import listed, shortened
-from softhand_model.yaml_document import (
+from softhand_model.documents.quoted import listed, shortened
+from softhand_model.documents.yaml_document import (
     DocumentError,
     Node,
     open_fields,

@@ -10,9 +10,9 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.units import largest
+from softhand_model.documents.quoted import listed
+from softhand_model.documents.yaml_document import DocumentError, Node, open_fields
 from softhand_model.hand.actuator import read_profile
-from softhand_model.quoted import listed
-from softhand_model.yaml_document import DocumentError, Node, open_fields
 
 DOCUMENT = "experiment.yaml"
 KNOWN = {

@@ -12,7 +12,7 @@ import numpy as np
 import pint
 
 from model_lab.aliases import Array
-from softhand_model.quoted import quoted
+from softhand_model.documents.quoted import quoted
 
 COLUMN_UNITS = {
     **dict.fromkeys(("time", "duration"), "s"),

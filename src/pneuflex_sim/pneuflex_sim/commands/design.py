@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from softhand_model.documents.output_file import check_new, write_new
+from softhand_model.documents.yaml_document import NAME_RULE, Bounds, is_name
 from softhand_model.hand.actuator import Actuator, actuator_names, nominal_rubber
 from softhand_model.hand.design_rules import BrokenRule
 from softhand_model.hand.plausible import DENSITY, LENGTH, SECTION, SHEAR_MODULUS, WALL
@@ -27,8 +29,6 @@ from softhand_model.hand.sizing import (
     design_actuator,
     finger_text,
 )
-from softhand_model.output_file import check_new, write_new
-from softhand_model.yaml_document import NAME_RULE, Bounds, is_name
 
 MILLI, KILO = 1e-3, 1e3
 USUAL_RUBBER = "Dragon Skin 10"

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from pneuflex_sim.commands import design as design_command
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import write_urdf
+from softhand_model.documents.output_file import PICTURES, check_new, write_new
 from softhand_model.hand.hand import HandDescription, load_hand
 from softhand_model.model_file import load_model
-from softhand_model.output_file import PICTURES, check_new, write_new
 
 Array = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.mesh import box, merged
 from pneuflex_sim.scene.object_body import Sheet
 from pneuflex_sim.scene.objects import ObjectDescription, load_object, load_objects
-from softhand_model.output_file import PICTURES, check_new
+from softhand_model.documents.output_file import PICTURES, check_new
 
 SIZE = (360, 300)  # of one picture [px]
 COLUMNS = 4

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from pneuflex_sim.pictures.hand_picture import hand_at_rest
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from pneuflex_sim.scene.mesh import write_meshes
+from softhand_model.documents.output_file import check_new
 from softhand_model.hand.hand import HandDescription, load_hand
-from softhand_model.output_file import check_new
 
 Array = NDArray[np.float64]
 

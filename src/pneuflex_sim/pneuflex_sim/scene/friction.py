@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from softhand_model.quoted import listed
-from softhand_model.yaml_document import Node, read_document
+from softhand_model.documents.quoted import listed
+from softhand_model.documents.yaml_document import Node, read_document
 
 FORMAT = "pneuflex-friction/1"
 RUBBER = "rubber"

@@ -17,9 +17,15 @@ from pneuflex_sim.hand.collision import MARGIN
 from pneuflex_sim.scene.friction import FrictionTable
 from pneuflex_sim.scene.mesh import SUFFIXES
 from pneuflex_sim.scene.object_shapes import Geometry, geometry
+from softhand_model.documents.quoted import quoted
+from softhand_model.documents.yaml_document import (
+    Bounds,
+    DocumentError,
+    Node,
+    is_document,
+    read_document,
+)
 from softhand_model.hand import plausible
-from softhand_model.quoted import quoted
-from softhand_model.yaml_document import Bounds, DocumentError, Node, is_document, read_document
 
 FORMAT, ALL_FORMAT = "pneuflex-object/1", "pneuflex-objects/1"
 MESH_DENSITY, MESH_MATERIAL = 500.0, "polyolefin"  # [kg/m3], of a mesh file without YAML

@@ -16,9 +16,9 @@ import pybullet
 
 from pneuflex_sim.hand.collision import ENVIRONMENT
 from pneuflex_sim.scene.friction import FrictionTable
+from softhand_model.documents.quoted import quoted
+from softhand_model.documents.yaml_document import Bounds, Node, is_document, read_document
 from softhand_model.hand import plausible
-from softhand_model.quoted import quoted
-from softhand_model.yaml_document import Bounds, Node, is_document, read_document
 
 FORMAT, ALL_FORMAT = "pneuflex-scene/1", "pneuflex-scenes/1"
 # beyond the latter the wall is where the hand starts [deg]

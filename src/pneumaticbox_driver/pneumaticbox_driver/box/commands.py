@@ -12,7 +12,7 @@ from pneumaticbox_driver.arrays import Floats
 from pneumaticbox_driver.box.ranges import Range, refusal
 from pneumaticbox_driver.modes import MODES
 from pneumaticbox_driver.settings import BoxSettings
-from softhand_model.quoted import quoted
+from softhand_model.documents.quoted import quoted
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,9 @@ from pneumaticbox_driver.observer.coefficients import (
     Range,
     flow_rates,
 )
+from softhand_model.documents.quoted import listed
+from softhand_model.documents.yaml_document import Bounds, DocumentError, Node, read_document
 from softhand_model.gas import AMBIENT_PRESSURE
-from softhand_model.quoted import listed
-from softhand_model.yaml_document import Bounds, DocumentError, Node, read_document
 
 SHIPPED = Path(str(resources.files("pneumaticbox_driver"))) / "data" / "calibration.yaml"
 FORMAT = "pneumaticbox-calibration/2"

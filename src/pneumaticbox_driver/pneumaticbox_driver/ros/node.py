@@ -36,8 +36,8 @@ from pneumaticbox_driver.ros.parameters import (
 from pneumaticbox_driver.ros.plant_topics import ClockPulse, ValvesOut, absolute_pressures
 from pneumaticbox_driver.safety import SampleWatch, one_line
 from pneumaticbox_driver.settings import per_channel
+from softhand_model.documents.quoted import shortened
 from softhand_model.numerics.compiled import compilation_told
-from softhand_model.quoted import shortened
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, Preparation
 from softhand_ros.executor import RoundRobin
 from softhand_ros.parameters import SIM_TIME, declare

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from softhand_model.quoted import quoted
+from softhand_model.documents.quoted import quoted
 from softhand_ros.topics import NEWEST, RELIABLE, subscribe_by_hand, take
 
 

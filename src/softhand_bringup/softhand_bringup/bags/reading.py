@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 
-from softhand_model.quoted import shortened
+from softhand_model.documents.quoted import shortened
 
 Array = NDArray[np.float64]
 

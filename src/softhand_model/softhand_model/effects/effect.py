@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softhand_model.quoted import quoted, shortened
+from softhand_model.documents.quoted import quoted, shortened
 
 STAGES = ("input", "load", "elastic", "structure", "output", "flow")
 BASES = ("pneuflex", "linear")

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
+from softhand_model.documents.quoted import quoted, shortened
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.stages import FlowEffect, Pulse
 from softhand_model.numerics.arrays import Array
-from softhand_model.quoted import quoted, shortened
 
 CALL_LIMIT = 5.0  # wall time of one call [s]
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_model.documents.quoted import shortened
+from softhand_model.documents.yaml_document import Bounds, Node, data_file, read_document
 from softhand_model.hand import plausible, section
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
 from softhand_model.numerics.arrays import Array
-from softhand_model.quoted import shortened
-from softhand_model.yaml_document import Bounds, Node, data_file, read_document
 
 FORMAT = "softhand-actuators/1"
 GAUSS_POINTS = 8  # on each of PANELS pieces: the tip angle of a P10 finger is exact to 1e-9

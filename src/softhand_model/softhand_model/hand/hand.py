@@ -14,19 +14,19 @@ from pathlib import Path
 
 import numpy as np
 
-from softhand_model.hand import plausible
-from softhand_model.hand.actuator import Actuator, actuator_names, load_actuator, own_actuators
-from softhand_model.hand.palm_sheet import PalmSheet
-from softhand_model.numerics.arrays import Array
-from softhand_model.numerics.rotations import from_rpy, rotate
-from softhand_model.quoted import listed, shortened
-from softhand_model.yaml_document import (
+from softhand_model.documents.quoted import listed, shortened
+from softhand_model.documents.yaml_document import (
     Bounds,
     Node,
     find_document,
     read_document,
     shipped_names,
 )
+from softhand_model.hand import plausible
+from softhand_model.hand.actuator import Actuator, actuator_names, load_actuator, own_actuators
+from softhand_model.hand.palm_sheet import PalmSheet
+from softhand_model.numerics.arrays import Array
+from softhand_model.numerics.rotations import from_rpy, rotate
 
 FORMAT = "softhand-hand/1"
 WRIST = "wrist"

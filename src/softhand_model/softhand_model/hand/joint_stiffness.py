@@ -45,10 +45,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_model.documents.yaml_document import Node
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.section import arrays
 from softhand_model.numerics.arrays import Array
-from softhand_model.yaml_document import Node
 
 RULE, CURVATURE = "rule", "curvature"
 SECTION = "section"

@@ -7,7 +7,7 @@ number in mm, kPa, g or ml begins: P10's 90 mm, 67 kPa, 15 g and 0.94 ml are all
 
 import math
 
-from softhand_model.yaml_document import Bounds
+from softhand_model.documents.yaml_document import Bounds
 
 LENGTH = Bounds(0.002, 2.0, "m")  # along an actuator, a strut or a sheet; as of meshes to grasp
 SECTION = Bounds(0.0003, 0.3, "m")  # height and width, from 0.3 mm: in mm that is at the upper end

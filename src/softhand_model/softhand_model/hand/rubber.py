@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_model.documents.yaml_document import Node, data_file, read_document
 from softhand_model.hand import plausible
 from softhand_model.hand.section import NEWTON_STEPS
 from softhand_model.numerics.arrays import Array
-from softhand_model.yaml_document import Node, data_file, read_document
 
 FORMAT = "softhand-rubbers/1"
 USEFUL_STRETCH = (0.3, 0.5)  # stretch in use over the largest one (section 3.3.3)

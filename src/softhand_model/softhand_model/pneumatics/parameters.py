@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from softhand_model.documents.yaml_document import Bounds, Node, data_file, read_document
 from softhand_model.numerics.arrays import Array
-from softhand_model.yaml_document import Bounds, Node, data_file, read_document
 
 FORMAT = "softhand-pneumatics/1"
 Range = tuple[float, float]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from softhand_model.quoted import quoted
-from softhand_model.yaml_document import Bounds, Node, read_document
+from softhand_model.documents.quoted import quoted
+from softhand_model.documents.yaml_document import Bounds, Node, read_document
 
 FORMAT = "pneumaticbox-hardware/1"
 LINUX = "linux"

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from softhand_model.quoted import LONGEST, listed, quoted, shortened
+from softhand_model.documents.quoted import LONGEST, listed, quoted, shortened
 
 
 def nested(depth):

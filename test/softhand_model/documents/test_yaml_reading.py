@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from softhand_model.yaml_document import DocumentError, read_document
-from softhand_model.yaml_reading import DEEPEST, LARGEST_FILE, LONGEST_KEY, MOST_VALUES
+from softhand_model.documents.yaml_document import DocumentError, read_document
+from softhand_model.documents.yaml_reading import DEEPEST, LARGEST_FILE, LONGEST_KEY, MOST_VALUES
 
 LAUGHS = "".join(
     f"{name}: &{name} [{', '.join([f'*{before}'] * 10)}]\n"

@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 from yaml.constructor import ConstructorError
 
-from softhand_model.quoted import quoted, shortened
+from softhand_model.documents.quoted import quoted, shortened
 
 LARGEST_FILE = 2**20  # [bytes]; a calibration of eight outlets has 25,000
 DEEPEST = 32  # levels of lists and mappings

@@ -14,8 +14,8 @@ from typing import Any
 
 import yaml
 
-from softhand_model.quoted import listed, quoted, shortened
-from softhand_model.yaml_reading import LARGEST_FILE, read_yaml
+from softhand_model.documents.quoted import listed, quoted, shortened
+from softhand_model.documents.yaml_reading import LARGEST_FILE, read_yaml
 
 NAME_RULE = "a name of letters, digits, _ and -"
 LEAST, LARGEST = 1e-20, 1e15  # of what is measured, in SI units: beyond it squares overflow
@@ -128,9 +128,9 @@ class Node:
     def within(self, bounds: Bounds) -> float:
         """A number within bounds, which the error names with their unit.
 
-        >>> Node("a", "wall", 3).within(Bounds(0, 1, "m"))
+        >>> Node("a", "d", 3).within(Bounds(0, 1, "m"))
         Traceback (most recent call last):
-        softhand_model.yaml_document.DocumentError: a: wall: expected a number from 0 to 1 m, got 3
+        softhand_model.documents.yaml_document.DocumentError: a: d: expected a number from 0 to 1 m, got 3
         """
         try:
             return self.number(bounds.low, bounds.high)

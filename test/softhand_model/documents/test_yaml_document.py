@@ -2,7 +2,7 @@
 
 import pytest
 
-from softhand_model.yaml_document import DocumentError, Node, find_document, read_document
+from softhand_model.documents.yaml_document import DocumentError, Node, find_document, read_document
 
 
 @pytest.mark.parametrize(
