@@ -128,7 +128,7 @@ def test_a_saved_calibration_is_read_back(tmp_path):
     ("old", "new", "expected"),
     [
         ("calibration/2", "calibration/9", "format: expected one of pneumaticbox-calibration/2"),
-        ("points: 120", "points: many", "outlets[0].points: expected a number"),
+        ("points: 120", "points: many", "outlets[0].points: expected a whole number"),
         ("friction:", "frction:", "outlets[0].inflate: expected the key friction"),
     ],
 )

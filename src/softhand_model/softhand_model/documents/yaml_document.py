@@ -130,7 +130,7 @@ class Node:
 
         >>> Node("a", "d", 3).within(Bounds(0, 1, "m"))  # doctest: +ELLIPSIS
         Traceback (most recent call last):
-        softhand_model.documents.yaml_document.DocumentError: a: d: expected ... from 0 to 1 m, got 3
+        softhand_model.documents.yaml_document.DocumentError: a: d: expected ... to 1 m, got 3
         """
         try:
             return self.number(bounds.low, bounds.high)
