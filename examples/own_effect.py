@@ -6,6 +6,8 @@ monitor and lab have it; `model-lab diagnose DATA --model M --effects examples/o
 it compete with the built-in ones. `python examples/own_effect.py` prints what it does.
 """
 
+import shutil
+
 import numpy as np
 
 from model_lab.experiments.forward import Forward
@@ -42,7 +44,7 @@ MODEL = """
 format: softhand-model/1
 base: pneuflex
 effects:
-  - {{name: stretching_layer, file: {file}, parameters: {{compliance: 5.0e-6}}}}
+  - {name: stretching_layer, file: own_effect.py, parameters: {compliance: 5.0e-6}}
 """
 FINGER = load_hand("single_finger").chain("finger")
 
@@ -63,8 +65,9 @@ def measured_bending(pressure, tip_angle):
 
 def test_a_model_file_brings_the_effect_into_the_simulator(tmp_path):
     path = tmp_path / "model.yaml"
-    path.write_text(MODEL.format(file=__file__), encoding="utf-8")
-    stretched = simulated_angle(load_model(path), 40e3)
+    path.write_text(MODEL, encoding="utf-8")
+    shutil.copy(__file__, tmp_path)
+    stretched = simulated_angle(load_model(path, allow_effect_files=True), 40e3)
     np.testing.assert_allclose(stretched, simulated_angle(Model(), 40e3) / 1.2, rtol=1e-6)
 
 

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -50,7 +51,7 @@ OWN_MODEL = """
 format: softhand-model/1
 base: pneuflex
 effects:
-  - {{name: stretching_layer, file: {file}, parameters: {{compliance: 5.0e-6}}}}
+  - {name: stretching_layer, file: own_effect.py, parameters: {compliance: 5.0e-6}}
 """
 OWN = """
 import sys
@@ -141,7 +142,8 @@ def test_the_picture_shows_a_run_before_and_after(story):
 
 def test_an_effect_of_the_users_own_acts_in_simulator_and_monitor_alike(domain, tmp_path):
     model = tmp_path / "own.yaml"
-    model.write_text(OWN_MODEL.format(file=OWN_EFFECT))
+    shutil.copy(OWN_EFFECT, model.parent)
+    model.write_text(OWN_MODEL)
     told = subprocess.run(
         [sys.executable, "-c", OWN, str(tmp_path), str(model)],
         env=os.environ | {"ROS_DOMAIN_ID": str(domain)},
