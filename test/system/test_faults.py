@@ -19,6 +19,7 @@ VOLUME = 30e-6
 LIMIT = 80e3
 MG = 1e-6
 FULL = np.array([15 * MG, 12 * MG])
+GREEDY = 100 * MG  # more than a channel holds at its limit
 BOX = {"channels": CHANNELS, "rest_volumes": [VOLUME] * 2, "pressure_limits": [LIMIT] * 2}
 RELIEF = load_pneumatics().relief
 # with a spool stuck inflating only the relief valve holds: to where it is wide open
@@ -109,7 +110,7 @@ def test_a_fault_is_named_and_vents_below_the_limit_until_reset(filled, fault):
 
 def test_ten_thousand_commands_at_once_are_warned_of_and_the_last_one_wins(filled):
     bench = filled
-    drawn = np.random.default_rng(1).uniform(0, 1e-3, (10_000, 2))
+    drawn = np.random.default_rng(1).uniform(0, GREEDY, (10_000, 2))
     bench.order("clear")  # the highest pressure is noted from here
     for masses in drawn.tolist():
         bench.command(*masses)
@@ -125,7 +126,7 @@ def test_two_commanders_are_warned_of_and_the_limit_holds(filled, nodes):
     bench = filled
     other = bench.node.create_publisher(JointTrajectory, "pneumaticbox/command", 10)
     greedy = JointTrajectory(
-        joint_names=CHANNELS, points=[JointTrajectoryPoint(positions=[1e-3, 1e-3])]
+        joint_names=CHANNELS, points=[JointTrajectoryPoint(positions=[GREEDY, GREEDY])]
     )
     bench.order("clear")
     for _ in range(30):
@@ -144,7 +145,7 @@ def test_killed_with_an_inlet_open_it_leaves_a_plant_that_vents_and_starts_anew(
     bench.command(0.0, 0.0)
     wait_until_vented(bench)
     bench.order("clear")  # the highest pressure is noted from here
-    bench.command(1e-3, 0.0)  # more than the channel ever holds: the inlet stays open
+    bench.command(GREEDY, 0.0)  # the inlet stays open
     bench.wait(lambda: gauge(bench)[0] > 10e3, 10.0, "the channel to fill")
     killed = bench.time()
     nodes["driver"].send(signal.SIGKILL)
