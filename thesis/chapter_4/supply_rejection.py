@@ -106,6 +106,7 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
     """Supply, mass of the first channel and its tracking error over time, in the first runs."""
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(1, 2, 1))
     runs = {name: of(f"{name}_0", results) for name in ("constant", "varied")}
+    far = 5.0  # [mg]; beyond it lies the filling
     top.plot(runs["varied"]["time"], runs["varied"]["supply"] / 1e3, color=SUPPLY)
     top.set(ylabel="supply\n[kPa abs.]")
     middle.plot(runs["varied"]["time"], runs["varied"]["target"] / MG, color=TARGET, label="target")
@@ -115,7 +116,8 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
         middle.plot(run["time"], run["truth"][:, 0] / MG, label=f"{name} supply", **style)
         error = (run["truth"][:, 0] - run["target"]) / MG
         bottom.plot(run["time"], error, **style)
+        far = max(far, 1.1 * float(np.abs(error[len(error) // 2 :]).max()))
     middle.set(ylabel="air mass [mg]")
     middle.legend(loc="lower right", ncols=3)
     bottom.axhline(0, color=TARGET, lw=0.6)
-    bottom.set(xlabel="time [s]", ylabel="error [mg]", ylim=(-5, 5))
+    bottom.set(xlabel="time [s]", ylabel="error [mg]", ylim=(-far, far))
