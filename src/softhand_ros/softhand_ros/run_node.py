@@ -14,6 +14,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from softhand_ros.middleware import set_up_middleware
 from softhand_ros.topics import refuse_time_before_zero
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
@@ -58,6 +59,7 @@ def run_node(
     # Event.set from a handler of its own: rclpy's would end the context under the node's feet
     for number in ENDING:
         signal.signal(number, lambda *_: stop.set())
+    set_up_middleware()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node, status = None, 0
     try:

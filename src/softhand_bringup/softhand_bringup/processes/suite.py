@@ -5,18 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.resources import files
 from pathlib import Path
 
 from softhand_bringup.processes.launcher import NodeCommand, ParameterValue
 
 RECORDER = "recorder"  # the node's name, too
 COMMAND_TIMEOUT = 5.0  # [s] after which the driver lets go what the sequencer commands no more
-
-
-def discovery_profile() -> Path:
-    """Fast DDS profile with which late joiners are found within 0.3 s."""
-    return Path(str(files("softhand_bringup") / "data" / "fastdds.xml"))
 
 
 def node_environment(log_folder: Path, domain: int | None = None) -> dict[str, str]:
@@ -31,7 +25,6 @@ def node_environment(log_folder: Path, domain: int | None = None) -> dict[str, s
     """
     environment = dict(os.environ)
     environment.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    environment.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(discovery_profile()))
     environment["ROS_LOG_DIR"] = str(log_folder)
     environment["PYTHONUNBUFFERED"] = "1"
     # several processes share the cores: numpy must not start one thread per core in each
