@@ -123,8 +123,6 @@ def test_a_killed_launcher_leaves_no_orphans(tmp_path):
 
 def test_what_the_user_has_set_stands(tmp_path, monkeypatch):
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
-    monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE", raising=False)
     environment = node_environment(tmp_path, domain=42)
     assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
     assert environment["ROS_DOMAIN_ID"] == "42"
-    assert os.path.exists(environment["FASTRTPS_DEFAULT_PROFILES_FILE"])
