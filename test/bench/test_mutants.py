@@ -2,6 +2,7 @@
 
 import ast
 import json
+import os
 import subprocess
 import sys
 from collections import Counter
@@ -78,7 +79,12 @@ def test_the_share_that_is_seen_is_told_of_all_and_of_each_module():
 def test_mutants_are_tried_listed_and_written_with_the_seed(tmp_path):
     command = [sys.executable, "-m", "bench.mutants", "--only", "driver.modes", "--count", "1000"]
     done = subprocess.run(
-        [*command, "--seed", "5"], cwd=tmp_path, capture_output=True, text=True, check=True
+        [*command, "--seed", "5"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
     )
     written = json.loads((tmp_path / "out/bench/bench-mutants.json").read_text())
     found = len(written["mutants"])

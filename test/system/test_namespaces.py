@@ -105,13 +105,15 @@ def test_two_hands_grasp_at_once_by_one_clock(hands, peer):
 
 
 def offered(peer, name, namespace):
-    """What a running node offers, as way and name."""
+    """What a running node offers, as way and name; nothing before it is discovered."""
     node = peer.node
     found = {
         "pub": node.get_publisher_names_and_types_by_node,
         "sub": node.get_subscriber_names_and_types_by_node,
         "srv": node.get_service_names_and_types_by_node,
     }
+    if (name, namespace) not in node.get_node_names_and_namespaces():
+        return set()
     return {
         f"{way} {topic.removeprefix(f'{namespace}/')}"
         for way, look in found.items()
