@@ -183,5 +183,6 @@ def _draw_course(panels: Sequence[Axes], course: Course) -> None:
             panel.axvline(opening, color="black", linewidth=0.8, linestyle=":")
         panel.plot(course.time, values, color=colour, linewidth=1)
     middle = 1e6 * course.before(course.mass)
-    panels[AIR].set_ylim(middle - AIR_SPAN, middle + AIR_SPAN)
+    span = max(AIR_SPAN, 1.1 * float(np.abs(1e6 * course.mass - middle).max()))
+    panels[AIR].set_ylim(middle - span, middle + span)
     panels[-1].set_xlabel("time [s]")
