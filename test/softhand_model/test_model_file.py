@@ -16,7 +16,7 @@ def written(tmp_path, text):
 
 
 def test_shipped_models():
-    assert model_names() == ["base", "gravity", "linear"]
+    assert model_names() == ["base", "gravity", "linear", "rbo_hand_1"]
     assert load_model("linear").base == "linear"
     assert load_model("base").effects == ()
     assert load_model().gravity_scale == 1.0
