@@ -100,12 +100,11 @@ class Trial:
     real_time_factor: float
 
     def record(self) -> dict[str, Any]:
-        """Plain data for JSON, SI units; a slip that was not seen is null."""
+        """Plain data for JSON, SI units; slip and turn that were not seen are null."""
         record = asdict(self)
         result = record.pop("result")
-        if math.isnan(result["slip"]):
-            result["slip"] = None
-        return record | result
+        unseen = {key: None for key in ("slip", "turn") if math.isnan(result[key])}
+        return record | result | unseen
 
 
 class StartedScene:
