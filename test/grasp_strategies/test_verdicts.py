@@ -147,3 +147,18 @@ def test_what_was_in_the_hand_is_told_of_the_last_moment_that_it_was_held():
     held = verdict(course.gripped())
     assert result.pose_in_hand == pytest.approx(held.pose_in_hand, abs=1e-3)
     assert result.touching == held.touching
+
+
+def test_what_gave_way_in_the_lift_is_told_beside_the_verdict():
+    moments = course.changed(course.gripped(), "lift", 0.4, 0.6, course.shifted(0.03))
+    result = verdict(course.changed(moments, "lift", 0.7, 0.7, course.turned(30.0)))
+    assert result.gripped and result.slip == pytest.approx(0.0, abs=1e-9)
+    assert result.lift_slip == pytest.approx(0.03)
+    assert math.degrees(result.lift_turn) == pytest.approx(30.0)
+
+
+def test_the_lift_begins_when_the_object_leaves_the_ground_for_the_last_time():
+    moments = course.changed(course.gripped(), "lift", 0.2, 0.3, course.shifted(0.03))
+    back = course.changed(moments, "lift", 0.31, 0.31, course.touched_by("table"))
+    assert verdict(back).lift_slip == pytest.approx(0.0, abs=1e-9)
+    assert math.isnan(verdict(NEVER_LIFTED).lift_slip)

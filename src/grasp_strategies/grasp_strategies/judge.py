@@ -32,7 +32,9 @@ class GraspResult:
     break [s]; `duration` of the whole strategy [s]; `reason`: one sentence; `completed`: whether
     all phases ran; `safe`: false when an abort could not be carried out; `pose_in_hand`: position
     [m] and quaternion (x, y, z, w) of the object in the wrist frame when it was held last, and
-    `touching`: the parts of the hand that held it then, both empty if it never was.
+    `touching`: the parts of the hand that held it then, both empty if it never was; `lift_slip`,
+    `lift_turn`: as slip and turn, from when the hand alone had the object off the ground to the
+    hold. They are told, not judged: soft fingers give way when they take the weight.
     """
 
     outcome: str
@@ -46,6 +48,8 @@ class GraspResult:
     turn: float = math.nan
     pose_in_hand: tuple[float, ...] = ()
     touching: tuple[str, ...] = ()
+    lift_slip: float = math.nan
+    lift_turn: float = math.nan
 
     @property
     def gripped(self) -> bool:
@@ -88,9 +92,26 @@ def held_by(observation: Observation, hand_bodies: frozenset[str]) -> bool:
 
 
 def is_number(observation: Observation) -> bool:
-    """Whether the poses of wrist and object are finite, as in a simulation that has not diverged."""
+    """Whether the poses of wrist and object are finite, as they are until a simulation diverges."""
     pose = in_hand(observation)
     return bool(np.isfinite(pose.position).all() and np.isfinite(pose.orientation).all())
+
+
+class Drift:
+    """Greatest distance `slip` [m] and angle `turn` [rad] of a pose from where it was first, NaN
+    before that.
+    """
+
+    def __init__(self) -> None:
+        self._origin: Pose | None = None
+        self.slip = self.turn = math.nan
+
+    def watch(self, now: Pose) -> None:
+        """Take in where it is now."""
+        if self._origin is None:
+            self._origin, self.slip, self.turn = now, 0.0, 0.0
+        self.slip = max(self.slip, float(np.linalg.norm(now.position - self._origin.position)))
+        self.turn = max(self.turn, angle_between(self._origin.orientation, now.orientation))
 
 
 class GraspJudge:
@@ -101,11 +122,10 @@ class GraspJudge:
         self._first = self._last = first
         self._lift_height = 0.0
         self._carried = False
-        self._hold_origin: Pose | None = None
+        self._lift, self._hold = Drift(), Drift()
         self._held_last: Observation | None = None
         self._held_since: float | None = None
         self._hold_time = 0.0
-        self._slip = self._turn = math.nan
         self._flaw = NOT_REACHED
 
     def rise(self, observation: Observation) -> float:
@@ -117,11 +137,14 @@ class GraspJudge:
         self._last = observation
         rise = self.rise(observation)
         self._lift_height = max(self._lift_height, rise)
-        self._carried |= rise > CARRIED_HEIGHT and held_by(observation, self._hand_bodies)
+        carried = rise > CARRIED_HEIGHT and held_by(observation, self._hand_bodies)
+        self._carried |= carried
         if holding:
             self._watch_hold(observation, rise)
-        else:
-            self._held_since = None
+            return
+        self._held_since = None
+        if self._flaw == NOT_REACHED:
+            self._watch_lift(observation, carried)
 
     def result(self) -> GraspResult:
         """The outcome by what was seen so far."""
@@ -132,14 +155,22 @@ class GraspJudge:
         return GraspResult(
             outcome,
             self._lift_height,
-            self._slip,
+            self._hold.slip,
             self._hold_time,
             self._last.time - self._first.time,
             failing or self._praise(),
-            turn=self._turn,
+            turn=self._hold.turn,
             pose_in_hand=(*pose.position.tolist(), *pose.orientation.tolist()) if pose else (),
             touching=tuple(sorted(held.touching)) if held else (),
+            lift_slip=self._lift.slip,
+            lift_turn=self._lift.turn,
         )
+
+    def _watch_lift(self, observation: Observation, carried: bool) -> None:
+        if not carried:
+            self._lift = Drift()
+        elif is_number(observation):
+            self._lift.watch(in_hand(observation))
 
     def _watch_hold(self, observation: Observation, rise: float) -> None:
         if self._flaw == NOT_REACHED:
@@ -149,19 +180,11 @@ class GraspJudge:
             self._flaw = self._flaw or flaw
             self._held_since = None
             return
-        self._measure(in_hand(observation))
+        self._hold.watch(in_hand(observation))  # a break does not begin the drift anew
         self._held_last = observation
         if self._held_since is None:
             self._held_since = observation.time
         self._hold_time = max(self._hold_time, observation.time - self._held_since)
-
-    def _measure(self, now: Pose) -> None:
-        """Slip and turn since the hold began; a break of the hold does not begin them anew."""
-        if self._hold_origin is None:
-            self._hold_origin, self._slip, self._turn = now, 0.0, 0.0
-        origin = self._hold_origin
-        self._slip = max(self._slip, float(np.linalg.norm(now.position - origin.position)))
-        self._turn = max(self._turn, angle_between(origin.orientation, now.orientation))
 
     def _flaw_of(self, observation: Observation, rise: float) -> str:
         """Why this instant does not count as held; empty when it does."""
@@ -182,20 +205,21 @@ class GraspJudge:
         held = self._hold_time > asked.hold_time - 1e-6
         if self._flaw and not held:
             return self._flaw
-        if self._slip > asked.max_slip:
+        if self._hold.slip > asked.max_slip:
             return (
-                f"the object slipped by {1e3 * self._slip:.1f} mm in the hold, more than "
+                f"the object slipped by {1e3 * self._hold.slip:.1f} mm in the hold, more than "
                 f"{1e3 * asked.max_slip:.1f} mm"
             )
-        if self._turn > asked.max_turn:
+        if self._hold.turn > asked.max_turn:
             return (
-                f"the object turned by {math.degrees(self._turn):.1f} deg in the hand, more than "
-                f"{math.degrees(asked.max_turn):.1f} deg"
+                f"the object turned by {math.degrees(self._hold.turn):.1f} deg in the hand, more "
+                f"than {math.degrees(asked.max_turn):.1f} deg"
             )
         return "" if held else f"held only {self._hold_time:.2f} s of {asked.hold_time:.2f} s"
 
     def _praise(self) -> str:
         return (
             f"lifted {1e3 * self._lift_height:.0f} mm, held {self._hold_time:.2f} s by the hand "
-            f"alone, slip {1e3 * self._slip:.2f} mm, turn {math.degrees(self._turn):.1f} deg"
+            f"alone, slip {1e3 * self._hold.slip:.2f} mm, "
+            f"turn {math.degrees(self._hold.turn):.1f} deg"
         )

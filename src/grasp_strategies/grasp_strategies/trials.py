@@ -100,11 +100,15 @@ class Trial:
     real_time_factor: float
 
     def record(self) -> dict[str, Any]:
-        """Plain data for JSON, SI units; slip and turn that were not seen are null."""
+        """Plain data for JSON, SI units; numbers that were not seen are null."""
         record = asdict(self)
-        result = record.pop("result")
-        unseen = {key: None for key in ("slip", "turn") if math.isnan(result[key])}
-        return record | result | unseen
+        record |= record.pop("result")
+        unseen = [key for key, value in record.items() if _is_nan(value)]
+        return record | dict.fromkeys(unseen)
+
+
+def _is_nan(value: object) -> bool:
+    return isinstance(value, float) and math.isnan(value)
 
 
 class StartedScene:
