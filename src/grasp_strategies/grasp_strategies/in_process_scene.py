@@ -168,12 +168,20 @@ class InProcessScene:
         """Snapshot for `restart`."""
         return self.simulation.save()
 
-    def restart(self, saved: dict[str, Any], offset: tuple[float, ...], mass_scale: float) -> None:
+    def restart(
+        self,
+        saved: dict[str, Any],
+        offset: tuple[float, ...],
+        mass_scale: float,
+        yaw: float = 0.0,
+        friction_scale: float = 1.0,
+    ) -> None:
         """Go back to a snapshot from before anything was commanded, with the object shifted by
-        `offset` [m] and its mass scaled; the same, bit for bit, as in a new simulation.
+        `offset` [m], turned by `yaw` [rad], its mass and the friction of all pairs scaled; the
+        same, bit for bit, as in a new simulation.
         """
         self.simulation.restore(saved)
-        self.simulation.place_object(offset, mass_scale)
+        self.simulation.place_object(offset, mass_scale, yaw, friction_scale)
         self._air = ImposedAir(self.simulation.hand.max_pressures())
 
     def close(self) -> None:

@@ -95,14 +95,19 @@ class _PhaseTimedOut(Exception):
     """No end condition of a phase came true in time."""
 
 
+class _GivenUp(Exception):
+    """What the grasp still could do would not make it succeed."""
+
+
 class Sequencer:
     """One run of one strategy.
 
     `options` switches optional phases on; `control_step` [s] is the time between two commands;
     `on_phase` is told each phase's name and at the end `done`, `aborted` or `failed`; `abort` may
     be set by any thread at any time, and `abort_action` says what then happens to the air: `vent`
-    opens every outlet, `hold` keeps what the channels contain. Raises ValueError for an unknown
-    option, channel, action or a control step that is not positive.
+    opens every outlet, `hold` keeps what the channels contain. `give_up` is asked after each
+    control step, with the phase and what is seen, and ends the run early by a reason. Raises
+    ValueError for an unknown option, channel, action or a control step that is not positive.
     """
 
     def __init__(
@@ -115,7 +120,9 @@ class Sequencer:
         on_phase: Callable[[str], None] = lambda name: None,
         abort: threading.Event | None = None,
         abort_action: str = VENT,
+        give_up: Callable[[str, Observation], str] | None = None,
     ) -> None:
+        self._give_up = give_up
         self._scene, self._strategy = scene, strategy
         self._options = frozenset(options)
         self._control_step = control_step
@@ -173,6 +180,8 @@ class Sequencer:
             return self._stop(ABORTED, f"aborted in phase {self._phase}: {reason}", safe)
         except _PhaseTimedOut as timed_out:
             return self._stop(FAILED, str(timed_out))
+        except _GivenUp as sure:
+            return self._stop(FAILED, f"phase {self._phase}: {sure}")
         except SceneError as error:
             return self._stop(FAILED, f"phase {self._phase}: {error}")
         self._on_phase(DONE)
@@ -202,6 +211,7 @@ class Sequencer:
             self._raise_if_aborted()
             self._observed = self._scene.observe()
             self._watch()
+            self._raise_if_given_up()
             if self._ended(run):
                 break
         if not phase.until:  # to the goal itself, however long the last step was
@@ -226,6 +236,11 @@ class Sequencer:
     def _raise_if_aborted(self) -> None:
         if self._abort.is_set():
             raise _Aborted
+
+    def _raise_if_given_up(self) -> None:
+        reason = self._give_up(self._phase, self._observed) if self._give_up else ""
+        if reason:
+            raise _GivenUp(reason)
 
     def _ended(self, run: PhaseRun) -> bool:
         phase, elapsed = run.phase, self._observed.time - run.start
