@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from grasp_strategies.judge import GraspJudge, GraspResult
+from grasp_strategies.failure import ABORTED, DIVERGED, SCENE_FAILED, TIMED_OUT, GraspWatch
+from grasp_strategies.judge import GraspResult
 from grasp_strategies.pose import IDENTITY, Motion, Pose, duration_at_speed, heading, inverse
 from grasp_strategies.scene import Array, Observation, Scene, SceneError, masses_in_order
 from grasp_strategies.strategy import Phase, Strategy, Waypoint
@@ -17,7 +18,7 @@ from softhand_model.numerics.rotations import compose, from_rpy
 CONTROL_STEP = 0.01  # [s]
 VENT, HOLD = "vent", "hold"
 ABORT_ACTIONS = (VENT, HOLD)
-DONE, ABORTED, FAILED = "done", "aborted", "failed"  # what `on_phase` gets after the last phase
+DONE, FAILED = "done", "failed"  # what `on_phase` gets after the last phase; or ABORTED
 
 
 class PhaseRun:
@@ -158,7 +159,7 @@ class Sequencer:
         except SceneError as error:
             self._on_phase(FAILED)
             return GraspResult.not_begun(str(error))
-        self._judge = GraspJudge(self._strategy.success, self._scene.hand_bodies, first)
+        self._grasp = GraspWatch(self._strategy, self._scene.hand_bodies, first)
         self._observed, self._commanded_air = first, first.air_mass
         self._commanded_pose = first.wrist
         return self._run_phases()
@@ -170,17 +171,20 @@ class Sequencer:
                     self._run_phase(phase)
         except _Aborted:
             reason, safe = abort_scene(self._scene, self._abort_action)
-            return self._stop(ABORTED, f"aborted in phase {self._phase}: {reason}", safe)
+            reason = f"aborted in phase {self._phase}: {reason}"
+            return self._stop(ABORTED, ABORTED, reason, safe)
         except _PhaseTimedOut as timed_out:
-            return self._stop(FAILED, str(timed_out))
+            return self._stop(FAILED, TIMED_OUT, str(timed_out))
         except SceneError as error:
-            return self._stop(FAILED, f"phase {self._phase}: {error}")
+            # in process and over ROS alike it is the simulator's sentence that tells
+            cause = DIVERGED if DIVERGED in str(error) else SCENE_FAILED
+            return self._stop(FAILED, cause, f"phase {self._phase}: {error}")
         self._on_phase(DONE)
-        return self._judge.result()
+        return self._grasp.result()
 
-    def _stop(self, ending: str, reason: str, safe: bool = True) -> GraspResult:
+    def _stop(self, ending: str, cause: str, reason: str, safe: bool = True) -> GraspResult:
         self._on_phase(ending)
-        return self._judge.result().stopped(reason, safe)
+        return self._grasp.result().stopped(reason, safe, phase=self._phase, cause=cause)
 
     # ---------------------------------------------------------------- one phase
     def _run_phase(self, phase: Phase) -> None:
@@ -195,21 +199,19 @@ class Sequencer:
             self._commanded_air,
             self._scene.channels,
         )
-        self._watch()  # the hold counts from the instant at which its phase begins
+        self._grasp.watch(
+            self._observed, phase.name
+        )  # the hold counts from the instant at which its phase begins
         while True:
             self._command(run, self._scene.time - run.start)
             self._scene.step(self._control_step)
             self._raise_if_aborted()
             self._observed = self._scene.observe()
-            self._watch()
+            self._grasp.watch(self._observed, phase.name)
             if self._ended(run):
                 break
         if not phase.until:  # to the goal itself, however long the last step was
             self._command(run, run.least_duration)
-
-    def _watch(self) -> None:
-        holding = self._phase == self._strategy.success.hold_phase
-        self._judge.watch(self._observed, holding)
 
     def _command(self, run: PhaseRun, elapsed: float) -> None:
         if run.motion is not None:
@@ -245,7 +247,7 @@ class Sequencer:
         seen = self._observed
         return {
             "contact_force": float(np.linalg.norm(seen.wrist_force)),
-            "height": self._judge.rise(seen),
+            "height": self._grasp.judge.rise(seen),
             "air_mass_error": float(np.max(np.abs(run.air_goal - seen.air_mass), initial=0.0)),
             "pressure": float(np.max(seen.pressure, initial=0.0)),
         }
