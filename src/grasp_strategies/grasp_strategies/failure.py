@@ -70,7 +70,7 @@ def stages(strategy: Strategy) -> dict[str, int]:
         phase = phases[index]
         if phase.wrist is not None and phase.wrist.position[2] > 0 and phase.wrist.rpy is None:
             lift = index
-        elif phase.wrist is not None or phase.air_mass:
+        elif phase.wrist is not None or phase.air_mass or phase.pressure:
             break
     moving = [index for index in range(hold) if phases[index].wrist is not None]
     lift = moving[-1] if lift == hold and moving else lift
