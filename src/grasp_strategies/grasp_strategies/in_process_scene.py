@@ -14,15 +14,23 @@ import numpy as np
 from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
-from softhand_model.gas import AMBIENT_PRESSURE, line_conductance, orifice_conductance, series_flow
+from softhand_model.gas import (
+    AMBIENT_PRESSURE,
+    GAS_CONSTANT,
+    line_conductance,
+    orifice_conductance,
+    series_flow,
+)
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 
+LEAST_GAUGE = 2e3  # below which the air in a channel says nothing about how much it takes [Pa]
 SMALLEST_PULSE = 2.5e-6  # air that one shortest opening of a valve moves (thesis 4.3) [kg]
 RELIEF_END = 0.97  # of the limit, as the driver has it; the outlet closes again below it
 
 
 class ImposedAir:
-    """Air masses (channels,) [kg above the fill at rest] on their way to the commanded ones.
+    """Air masses (channels,) [kg above the fill at rest] on their way to what is commanded: masses,
+    or gauge pressures, which are kept from then on.
 
     A command is met to the nearest whole pulse. Until then a channel fills from the supply or
     empties to ambient through its choke and tube (mean of their tolerances). As the driver does, it
@@ -31,9 +39,11 @@ class ImposedAir:
 
     Args:
         limits: largest gauge pressures (channels,) [Pa].
+        rest_volumes: of the channels (channels,) [m3]; how much air a pressure takes is judged by
+            them at first, and then by the air that the channel has taken so far.
         parameters: of the box.
 
-    >>> air = ImposedAir(np.array([80e3]))
+    >>> air = ImposedAir(np.array([80e3]), np.array([3e-5]))
     >>> air.command(np.array([1.1e-5]))
     >>> for _ in range(1000):
     ...     masses = air.advance(0.001, np.array([120e3]))
@@ -41,7 +51,9 @@ class ImposedAir:
     10.0
     """
 
-    def __init__(self, limits: Array, parameters: Pneumatics | None = None) -> None:
+    def __init__(
+        self, limits: Array, rest_volumes: Array, parameters: Pneumatics | None = None
+    ) -> None:
         box = parameters or load_pneumatics()
         foil = float(np.mean(box.choke.discharge_coefficient)) * np.pi / 4
         self._inlet = orifice_conductance(foil * box.choke.inlet_diameter**2, box.temperature)
@@ -53,22 +65,43 @@ class ImposedAir:
         self._supply = box.supply.pressure + box.ambient_pressure
         self._limits = limits + box.ambient_pressure
         self._relief_ends = RELIEF_END * limits + box.ambient_pressure
+        self._rest_capacity = rest_volumes / (GAS_CONSTANT * box.temperature)  # [kg/Pa]
         self.masses: Array = np.zeros(len(limits))
         self._goal: Array = np.zeros(len(limits))
+        self._pressure_goal: Array = np.full(len(limits), np.nan)
         self.limited, self._relieving, self._blocked = np.zeros((3, len(limits)), bool)
 
     def command(self, masses: Array) -> None:
-        """Set the masses to reach [kg]; raises ValueError unless there is one number a channel."""
-        wanted = np.asarray(masses, float)
-        if wanted.shape != self.masses.shape or not np.isfinite(wanted).all():
+        """Set the masses to reach [kg], NaN to leave a channel as it is commanded; raises
+        ValueError unless there is one number a channel.
+        """
+        wanted = self._checked("air masses", masses)
+        named = ~np.isnan(wanted)
+        pulses = np.round(wanted / SMALLEST_PULSE)
+        self._goal = np.where(named, pulses * SMALLEST_PULSE, self._goal)
+        self._pressure_goal = np.where(named, np.nan, self._pressure_goal)
+        self._blocked = np.where(named, self._relieving, self._blocked)
+
+    def command_pressure(self, pressures: Array) -> None:
+        """Set the gauge pressures to reach and keep [Pa], NaN as in `command`; raises ValueError as
+        that does.
+        """
+        wanted = self._checked("pressures", pressures)
+        named = ~np.isnan(wanted)
+        self._pressure_goal = np.where(named, wanted, self._pressure_goal)
+        self._blocked = np.where(named, self._relieving, self._blocked)
+
+    def _checked(self, what: str, values: Array) -> Array:
+        wanted = np.asarray(values, float)
+        if wanted.shape != self.masses.shape or np.isinf(wanted).any():
             raise ValueError(
-                f"air masses: expected {len(self.masses)} finite numbers, got {masses}"
+                f"{what}: expected {len(self.masses)} finite numbers, or NaN, got {values}"
             )
-        self._goal = np.round(wanted / SMALLEST_PULSE) * SMALLEST_PULSE
-        self._blocked = self._relieving.copy()
+        return wanted
 
     def advance(self, duration: float, pressures_abs: Array) -> Array:
         """Masses [kg] after `duration` [s] with the channels at absolute pressures [Pa]."""
+        self._follow_pressures(pressures_abs)
         missing = self._allowed(pressures_abs)
         if missing.any():
             self.masses = self.masses + np.clip(
@@ -77,6 +110,20 @@ class ImposedAir:
                 duration * series_flow(self._supply, pressures_abs, self._inlet, self._line),
             )
         return self.masses
+
+    def _follow_pressures(self, pressures_abs: Array) -> None:
+        """Where a pressure is commanded, want as many pulses as it lacks, judged by the air over
+        pressure so far: less than that of a further rise, so that it is not overshot.
+        """
+        by_pressure = ~np.isnan(self._pressure_goal)
+        if not by_pressure.any():
+            return
+        gauge = pressures_abs - self._ambient
+        taken = self.masses / np.maximum(gauge, LEAST_GAUGE)
+        capacity = np.maximum(self._rest_capacity, taken)
+        pulses = np.round(capacity * (self._pressure_goal - gauge) / SMALLEST_PULSE)
+        wanted = self.masses + pulses * SMALLEST_PULSE
+        self._goal = np.where(by_pressure, wanted, self._goal)
 
     def _allowed(self, pressures_abs: Array) -> Array:
         """Air (channels,) [kg] that is wanted and that the limits do not forbid; a channel that is
@@ -104,7 +151,11 @@ class InProcessScene:
         self.simulation = simulation
         self.channels: tuple[str, ...] = tuple(simulation.channels)
         self.hand_bodies = hand_body_names(chain.name for chain in simulation.hand.chains)
-        self._air = ImposedAir(simulation.hand.max_pressures())
+        self._air = self._air_at_rest()
+
+    def _air_at_rest(self) -> ImposedAir:
+        simulation = self.simulation
+        return ImposedAir(simulation.hand.max_pressures(), simulation.air.rest_volumes)
 
     @property
     def time(self) -> float:
@@ -116,8 +167,14 @@ class InProcessScene:
         self.simulation.command_wrist(position, orientation)
 
     def command_air(self, masses: Array) -> None:
-        """Set the air masses (channels,) [kg above rest] to reach."""
+        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps a channel's command."""
         self._air.command(masses)
+
+    def command_pressure(self, pressures: Array) -> None:
+        """Set the gauge pressures (channels,) [Pa] to reach and keep; NaN keeps a channel's
+        command.
+        """
+        self._air.command_pressure(pressures)
 
     def vent(self) -> None:
         """Let all air out."""
@@ -144,12 +201,14 @@ class InProcessScene:
                 raise SceneError(str(error)) from error
 
     def observe(self) -> Observation:
-        """Return the state now."""
+        """Return the state now; it stays as it is while the simulation goes on."""
         simulation = self.simulation
+        wrist_position, wrist_orientation = simulation.wrist_pose()
         return Observation(
             self.time,
-            *simulation.wrist_pose(),
-            simulation.wrist_wrench()[0],
+            wrist_position.copy(),
+            wrist_orientation.copy(),
+            simulation.wrist_wrench()[0].copy(),
             *simulation.object_pose(),
             self._air.masses,
             simulation.pressures(),
@@ -174,7 +233,7 @@ class InProcessScene:
         """
         self.simulation.restore(saved)
         self.simulation.place_object(offset, mass_scale, yaw, friction_scale)
-        self._air = ImposedAir(self.simulation.hand.max_pressures())
+        self._air = self._air_at_rest()
 
     def close(self) -> None:
         """Free the simulation."""
