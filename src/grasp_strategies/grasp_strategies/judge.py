@@ -68,9 +68,9 @@ class GraspResult:
         """Result of a strategy that never saw the scene."""
         return cls(NONE, 0.0, math.nan, 0.0, 0.0, reason, completed=False, cause=NOT_BEGUN)
 
-    def stopped(self, reason: str, safe: bool = True) -> GraspResult:
-        """The same observations when the strategy ended early."""
-        return replace(self, reason=reason, completed=False, safe=safe)
+    def stopped(self, reason: str, safe: bool = True, **why: str) -> GraspResult:
+        """The same observations when the strategy ended early; `why` has `phase` and `cause`."""
+        return replace(self, reason=reason, completed=False, safe=safe, **why)
 
     def summary(self) -> dict[str, str]:
         """All fields as texts; numbers in SI.
