@@ -364,6 +364,10 @@ class Simulation:
         """Contact points of the object with anything."""
         return [] if self.object_id < 0 else self._names.contacts(self.object_id)
 
+    def touching_object(self) -> frozenset[str]:
+        """Names of what presses on the object: chains, palm plate, parts of the scene."""
+        return frozenset() if self.object_id < 0 else self._names.touching(self.object_id)
+
     # ---------------------------------------------------------------- snapshots
     def save(self) -> dict[str, Any]:
         """Snapshot to return to with `restore`, bit for bit; it belongs to this simulation, and its
