@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
-from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_model.gas import (
@@ -213,12 +212,7 @@ class InProcessScene:
             *simulation.object_pose(),
             self._air.masses,
             simulation.pressures(),
-            frozenset(
-                body
-                for contact in simulation.object_contacts()
-                for body in (contact.first, contact.second)
-                if body != OBJECT
-            ),
+            simulation.touching_object(),
         )
 
     def save(self) -> dict[str, Any]:
