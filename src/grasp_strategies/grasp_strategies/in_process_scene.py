@@ -167,7 +167,7 @@ class InProcessScene:
         self.simulation.command_wrist(position, orientation)
 
     def command_air(self, masses: Array) -> None:
-        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps a channel's command."""
+        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps what was commanded."""
         self._air.command(masses)
 
     def command_pressure(self, pressures: Array) -> None:

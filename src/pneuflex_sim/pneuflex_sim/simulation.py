@@ -180,7 +180,7 @@ class Simulation:
                 for joint in range(joints.start, joints.stop):
                     links[base, joint - body.joints.start] = (chain, layout.names[joint])
         bodies = (
-            dict.fromkeys([*self.bodies.ids, self.bodies.pad_id], "palm_plate")
+            dict.fromkeys([*self.bodies.ids, *self.bodies.palm_ids], "palm_plate")
             | self._fixed_names
             | {self.object_id: OBJECT}
         )
