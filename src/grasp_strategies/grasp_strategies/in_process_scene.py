@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
-from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_model.gas import (
@@ -167,7 +166,7 @@ class InProcessScene:
         self.simulation.command_wrist(position, orientation)
 
     def command_air(self, masses: Array) -> None:
-        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps a channel's command."""
+        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps what was commanded."""
         self._air.command(masses)
 
     def command_pressure(self, pressures: Array) -> None:
@@ -212,24 +211,27 @@ class InProcessScene:
             *simulation.object_pose(),
             self._air.masses,
             simulation.pressures(),
-            frozenset(
-                body
-                for contact in simulation.object_contacts()
-                for body in (contact.first, contact.second)
-                if body != OBJECT
-            ),
+            simulation.touching_object(),
         )
 
     def save(self) -> dict[str, Any]:
         """Snapshot for `restart`."""
         return self.simulation.save()
 
-    def restart(self, saved: dict[str, Any], offset: tuple[float, ...], mass_scale: float) -> None:
+    def restart(
+        self,
+        saved: dict[str, Any],
+        offset: tuple[float, ...],
+        mass_scale: float,
+        yaw: float = 0.0,
+        friction_scale: float = 1.0,
+    ) -> None:
         """Go back to a snapshot from before anything was commanded, with the object shifted by
-        `offset` [m] and its mass scaled; the same, bit for bit, as in a new simulation.
+        `offset` [m], turned by `yaw` [rad], its mass and the friction of all pairs scaled; the
+        same, bit for bit, as in a new simulation.
         """
         self.simulation.restore(saved)
-        self.simulation.place_object(offset, mass_scale)
+        self.simulation.place_object(offset, mass_scale, yaw, friction_scale)
         self._air = self._air_at_rest()
 
     def close(self) -> None:
