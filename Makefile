@@ -34,7 +34,7 @@ thesis: setup
 equilibrium: setup
 	@$(PYTHON_IN_VENV) -m thesis run equilibrium_point --force $(if $(SEED),--seed $(SEED))
 
-# In two processes; one of them runs all tests that start nodes (ARGS="test/docs"; ARGS="-n 0": in one).
+# In two processes; at the end one of them runs all tests that start nodes (ARGS="test/docs"; ARGS="-n 0": in one).
 test: setup
 	@$(PYTHON_IN_VENV) -m pytest -q -n 2 $(ARGS)
 

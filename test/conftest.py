@@ -5,9 +5,14 @@ from pathlib import PurePath
 
 import pytest
 
+from softhand_ros.middleware import set_up_middleware
+
 # each process computes on one core: nodes beside it keep the other
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+set_up_middleware()  # a test's own nodes are found as soon as those that it starts
+
+NODES = "nodes"
 
 
 def share(path):
@@ -16,7 +21,7 @@ def share(path):
     """
     file = PurePath(path)
     starts_nodes = {"system", "ros", "softhand_ros"} & set(file.parts)
-    return "nodes" if starts_nodes else path
+    return NODES if starts_nodes else path
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -26,5 +31,10 @@ def pytest_xdist_make_scheduler(config, log):
     class Shares(LoadScopeScheduling):
         def _split_scope(self, nodeid):
             return share(nodeid.split("::")[0])
+
+        def _assign_work_unit(self, node):
+            if NODES in self.workqueue:  # nodes have the machine to themselves: after all else
+                self.workqueue.move_to_end(NODES)
+            super()._assign_work_unit(node)
 
     return Shares(config, log)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from bench.robust.rig import Rig, growth, started
+from bench.robust.rig import START_LIMIT, Rig, growth, started
 from bench.row import at_least, at_most
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.suite import SuiteOptions
@@ -88,8 +88,13 @@ def send(publish: Any, stream: Iterator[Any]) -> None:
 
 
 def input_topics(rig: Rig) -> list[tuple[str, type]]:
-    """Every topic that one of the nodes hears, with its type, as the graph tells."""
+    """Every topic that one of the nodes hears, with its type, as the graph tells.
+
+    Raises:
+        RigError: a node is not found.
+    """
     found: dict[str, type] = {}
+    rig.need(lambda: set(NODES) <= set(rig.node.get_node_names()), START_LIMIT, "all nodes")
     for node in NODES:
         heard = rig.node.get_subscriber_names_and_types_by_node(node, "/")
         found |= {topic: message_type(kinds[0]) for topic, kinds in heard if topic not in OWN}

@@ -257,6 +257,18 @@ def test_the_real_wrist_goes_where_it_is_told(scene):
     assert scene.observe().wrist_position == pytest.approx(goal, abs=5e-4)
 
 
+def test_what_was_observed_stays_as_it_was_while_the_simulation_goes_on(scene):
+    start = scene.observe()
+    copies = {name: np.array(value) for name, value in vars(start).items()}
+    scene.command_wrist(start.wrist_position + [0.0, 0.01, 0.01], start.wrist_orientation)
+    scene.command_air(np.full(4, 1e-5))
+    scene.step(0.3)
+    now = scene.observe()
+    for name in ("time", "wrist_position", "wrist_force", "air_mass", "pressure"):
+        assert not np.array_equal(getattr(now, name), copies[name])
+    assert all(np.array_equal(value, copies[name]) for name, value in vars(start).items())
+
+
 def test_the_real_pressures_rise_with_the_air_that_is_commanded(scene):
     scene.command_air(np.array([1e-5, 0.0, 0.0, 0.0]))
     scene.step(1.0)

@@ -54,7 +54,9 @@ def test_an_object_held_as_asked_is_gripped_and_the_figures_are_those_of_what_wa
     assert result.hold_time == pytest.approx(1.1)
     assert result.duration == pytest.approx(3.1)
     assert result.slip == pytest.approx(0.0, abs=1e-12)  # where the hold began is no slip
-    assert result.reason == "lifted 120 mm, held 1.10 s by the hand alone, slip 0.00 mm"
+    assert (
+        result.reason == "lifted 120 mm, held 1.10 s by the hand alone, slip 0.00 mm, turn 0.0 deg"
+    )
 
 
 def test_the_slip_is_the_greatest_of_the_hold_though_the_object_comes_back():
@@ -191,4 +193,9 @@ def test_a_strategy_that_never_saw_the_scene_took_no_time_and_got_nothing():
         "reason": "no simulator",
         "completed": "False",
         "safe": "True",
+        "turn": "nan",
+        "pose_in_hand": "",
+        "touching": "",
+        "lift_slip": "nan",
+        "lift_turn": "nan",
     }

@@ -1,3 +1,5 @@
+import math
+
 import pytest
 
 from grasp_strategies.strategy import Condition, load_strategy, strategy_names
@@ -54,6 +56,10 @@ WRIST = "wrist: {frame: wrist_level, position: [0, 0, 0.12]}"
         ("name: hold", "name: lift", ["phases", "different names"]),
         ("name: hold", "name: keep", ["hold_phase", "keep"]),
         ("hand: rbo_hand_2\n", "", ["hand"]),
+        ("phases:", "objects: ball\nphases:", ["objects", "list", "ball"]),
+        ("phases:", "objects: [3]\nphases:", ["objects[0]", "text", "3"]),
+        ("phases:", "success: {max_turn: 20}\nphases:", ["success.max_turn", "3.142 rad", "20"]),
+        ("phases:", "success: {max_turn: 0}\nphases:", ["success.max_turn", "above 0", "0"]),
     ],
 )
 def test_an_error_names_file_key_expected_and_got(write_strategy, old, new, expected):
@@ -76,6 +82,19 @@ def test_conditions_hold_on_their_side_only():
     assert (above.holds(0.2), above.holds(0.05)) == (True, False)
     assert (below.holds(0.2), below.holds(0.05)) == (False, True)
     assert str(above) == "height above 0.1 m"
+
+
+def test_an_object_may_turn_in_the_hand_by_20_deg_unless_the_strategy_says_otherwise(make_strategy):
+    assert make_strategy().success.max_turn == pytest.approx(math.pi / 9)
+    asked = make_strategy(("phases:", "success: {max_turn: 0.5}\nphases:"))
+    assert asked.success.max_turn == 0.5
+
+
+def test_a_strategy_may_name_the_objects_that_it_lifts(make_strategy):
+    assert make_strategy().objects == ()
+    fitting = make_strategy(("phases:", "objects: [ball, tube]\nphases:"))
+    assert fitting.objects == ("ball", "tube")
+    assert "cylinder" in load_strategy("surface_constrained").objects
 
 
 def test_options_are_those_of_the_phases(make_strategy):

@@ -16,7 +16,7 @@ def written(tmp_path, text):
 
 
 def test_shipped_models():
-    assert model_names() == ["base", "gravity", "linear"]
+    assert model_names() == ["base", "gravity", "linear", "rbo_hand_1"]
     assert load_model("linear").base == "linear"
     assert load_model("base").effects == ()
     assert load_model().gravity_scale == 1.0
@@ -124,7 +124,9 @@ def test_unknown_base_and_name_are_answered_with_lists(tmp_path):
     path.write_text("format: softhand-model/1\nbase: cubic\n", encoding="utf-8")
     with pytest.raises(ValueError, match="base: expected one of pneuflex, linear, got 'cubic'"):
         load_model(path)
-    with pytest.raises(ValueError, match="expected one of base, gravity, linear or the path"):
+    with pytest.raises(
+        ValueError, match="expected one of base, gravity, linear, rbo_hand_1 or the path"
+    ):
         load_model("everything")
 
 

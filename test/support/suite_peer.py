@@ -73,10 +73,13 @@ class SuitePeer(Peer):
         """Call a Trigger service and wait for its answer."""
         return self.call(Trigger, service, limit)
 
-    def diagnosis(self, *words, limit=10.0):
-        """Wait for a diagnostic status in which all these words stand; its text."""
+    def diagnosis(self, *words, limit=10.0, heard=False):
+        """Wait for a diagnostic status in which all these words stand; its text. What was `heard`
+        since the last look counts as well, if asked for.
+        """
         arrays = self.listen(DiagnosticArray, "/diagnostics")
-        del arrays[:]
+        if not heard:
+            del arrays[:]
 
         def told():
             texts = [status_text(status) for array in arrays for status in array.status]

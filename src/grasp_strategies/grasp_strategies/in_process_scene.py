@@ -145,12 +145,14 @@ class InProcessScene:
                 raise SceneError(str(error)) from error
 
     def observe(self) -> Observation:
-        """Return the state now."""
+        """Return the state now; it stays as it is while the simulation goes on."""
         simulation = self.simulation
+        wrist_position, wrist_orientation = simulation.wrist_pose()
         return Observation(
             self.time,
-            *simulation.wrist_pose(),
-            simulation.wrist_wrench()[0],
+            wrist_position.copy(),
+            wrist_orientation.copy(),
+            simulation.wrist_wrench()[0].copy(),
             *simulation.object_pose(),
             self._air.masses,
             simulation.pressures(),

@@ -1,4 +1,8 @@
-"""Whether a grasp succeeded: lifted, held for a while by the hand alone, without a slip."""
+"""Whether a grasp succeeded: lifted, held for a while by the hand alone, without slip or turn.
+
+After section 8.1.2 of the thesis: the hand lifts the object by 100 mm and holds it for 1 s; the
+object follows the hand, does not slip and touches nothing else.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,10 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from grasp_strategies.scene import Array, Observation
+from grasp_strategies.pose import Pose, angle_between, inverse
+from grasp_strategies.scene import Observation
 from grasp_strategies.strategy import Success
+from softhand_model.numerics.rotations import compose
 
 GRIPPED, LOST, NONE = "gripped", "lost", "none"
 NOT_REACHED = "the hold was not reached"
@@ -20,11 +26,15 @@ class GraspResult:
     """Outcome of one grasp.
 
     `outcome`: `gripped` (held as asked), `lost` (the hand had it off the ground, but not as asked)
-    or `none`. `lift_height`: greatest rise of the object [m]; `slip`: greatest drift of the object
-    in the wrist frame while it is held at height by the hand alone [m], NaN if it never is;
-    `hold_time`: longest time that this lasts [s]; `duration` of the whole strategy [s]; `reason`:
-    one sentence; `completed`: whether all phases ran; `safe`: false when an abort could not be
-    carried out.
+    or `none`. `lift_height`: greatest rise of the object [m]; `slip`, `turn`: greatest drift [m]
+    and rotation [rad] of the object in the wrist frame while it is held at height by the hand
+    alone, since that began, NaN if it never is; `hold_time`: longest time that this lasts without a
+    break [s]; `duration` of the whole strategy [s]; `reason`: one sentence; `completed`: whether
+    all phases ran; `safe`: false when an abort could not be carried out; `pose_in_hand`: position
+    [m] and quaternion (x, y, z, w) of the object in the wrist frame when it was held last, and
+    `touching`: the parts of the hand that held it then, both empty if it never was; `lift_slip`,
+    `lift_turn`: as slip and turn, from when the hand alone had the object off the ground to the
+    hold. They are told, not judged: soft fingers give way when they take the weight.
     """
 
     outcome: str
@@ -35,6 +45,11 @@ class GraspResult:
     reason: str
     completed: bool = True
     safe: bool = True
+    turn: float = math.nan
+    pose_in_hand: tuple[float, ...] = ()
+    touching: tuple[str, ...] = ()
+    lift_slip: float = math.nan
+    lift_turn: float = math.nan
 
     @property
     def gripped(self) -> bool:
@@ -56,10 +71,47 @@ class GraspResult:
         >>> GraspResult.not_begun("no simulator").summary()["slip"]
         'nan'
         """
-        return {
-            key: f"{value:.6g}" if isinstance(value, float) else str(value)
-            for key, value in asdict(self).items()
-        }
+        return {key: _text(value) for key, value in asdict(self).items()}
+
+
+def _text(value: object) -> str:
+    if isinstance(value, tuple):
+        return ", ".join(map(_text, value))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def in_hand(observation: Observation) -> Pose:
+    """Pose of the object in the wrist frame: constant while the hand holds it."""
+    turned = compose(inverse(observation.wrist_orientation), observation.object_orientation)
+    return Pose(observation.object_in_wrist, turned)
+
+
+def held_by(observation: Observation, hand_bodies: frozenset[str]) -> bool:
+    """Whether the hand, and nothing else, touches the object."""
+    return bool(observation.touching) and observation.touching <= hand_bodies
+
+
+def is_number(observation: Observation) -> bool:
+    """Whether the poses of wrist and object are finite, as they are until a simulation diverges."""
+    pose = in_hand(observation)
+    return bool(np.isfinite(pose.position).all() and np.isfinite(pose.orientation).all())
+
+
+class Drift:
+    """Greatest distance `slip` [m] and angle `turn` [rad] of a pose from where it was first, NaN
+    before that.
+    """
+
+    def __init__(self) -> None:
+        self._origin: Pose | None = None
+        self.slip = self.turn = math.nan
+
+    def watch(self, now: Pose) -> None:
+        """Take in where it is now."""
+        if self._origin is None:
+            self._origin, self.slip, self.turn = now, 0.0, 0.0
+        self.slip = max(self.slip, float(np.linalg.norm(now.position - self._origin.position)))
+        self.turn = max(self.turn, angle_between(self._origin.orientation, now.orientation))
 
 
 class GraspJudge:
@@ -70,10 +122,10 @@ class GraspJudge:
         self._first = self._last = first
         self._lift_height = 0.0
         self._carried = False
-        self._hold_origin: Array | None = None
+        self._lift, self._hold = Drift(), Drift()
+        self._held_last: Observation | None = None
         self._held_since: float | None = None
         self._hold_time = 0.0
-        self._slip = math.nan
         self._flaw = NOT_REACHED
 
     def rise(self, observation: Observation) -> float:
@@ -85,29 +137,40 @@ class GraspJudge:
         self._last = observation
         rise = self.rise(observation)
         self._lift_height = max(self._lift_height, rise)
-        self._carried |= rise > CARRIED_HEIGHT and self._held_by_hand_alone(observation)
+        carried = rise > CARRIED_HEIGHT and held_by(observation, self._hand_bodies)
+        self._carried |= carried
         if holding:
             self._watch_hold(observation, rise)
-        else:
-            self._held_since = None
+            return
+        self._held_since = None
+        if self._flaw == NOT_REACHED:
+            self._watch_lift(observation, carried)
 
     def result(self) -> GraspResult:
         """The outcome by what was seen so far."""
-        held = self._hold_time > self._success.hold_time - 1e-6
-        slipped = self._slip > self._success.max_slip
-        gripped = held and not slipped
-        outcome = GRIPPED if gripped else LOST if self._carried else NONE
+        failing = self._failing()
+        outcome = GRIPPED if not failing else LOST if self._carried else NONE
+        held = self._held_last
+        pose = held and in_hand(held)
         return GraspResult(
             outcome,
             self._lift_height,
-            self._slip,
+            self._hold.slip,
             self._hold_time,
             self._last.time - self._first.time,
-            self._reason(held, slipped),
+            failing or self._praise(),
+            turn=self._hold.turn,
+            pose_in_hand=(*pose.position.tolist(), *pose.orientation.tolist()) if pose else (),
+            touching=tuple(sorted(held.touching)) if held else (),
+            lift_slip=self._lift.slip,
+            lift_turn=self._lift.turn,
         )
 
-    def _held_by_hand_alone(self, observation: Observation) -> bool:
-        return bool(observation.touching) and observation.touching <= self._hand_bodies
+    def _watch_lift(self, observation: Observation, carried: bool) -> None:
+        if not carried:
+            self._lift = Drift()
+        elif is_number(observation):
+            self._lift.watch(in_hand(observation))
 
     def _watch_hold(self, observation: Observation, rise: float) -> None:
         if self._flaw == NOT_REACHED:
@@ -117,36 +180,46 @@ class GraspJudge:
             self._flaw = self._flaw or flaw
             self._held_since = None
             return
-        if self._hold_origin is None:
-            self._hold_origin, self._slip = observation.object_in_wrist, 0.0
-        drift = float(np.linalg.norm(observation.object_in_wrist - self._hold_origin))
-        self._slip = max(self._slip, drift)
+        self._hold.watch(in_hand(observation))  # a break does not begin the drift anew
+        self._held_last = observation
         if self._held_since is None:
             self._held_since = observation.time
         self._hold_time = max(self._hold_time, observation.time - self._held_since)
 
     def _flaw_of(self, observation: Observation, rise: float) -> str:
         """Why this instant does not count as held; empty when it does."""
+        if not is_number(observation):
+            return "the pose of the object or of the wrist was no number in the hold"
         others = sorted(observation.touching - self._hand_bodies)
         if others:
             return f"{', '.join(others)} touched the object in the hold"
         if not observation.touching:
             return "nothing touched the object in the hold"
-        if rise < self._success.lift_height:
+        if not rise >= self._success.lift_height:
             return f"the object was only {1e3 * rise:.0f} mm up in the hold"
         return ""
 
-    def _reason(self, held: bool, slipped: bool) -> str:
+    def _failing(self) -> str:
+        """Why the grasp is no success by what was seen so far; empty when it is one."""
+        asked = self._success
+        held = self._hold_time > asked.hold_time - 1e-6
         if self._flaw and not held:
             return self._flaw
-        if slipped:
+        if self._hold.slip > asked.max_slip:
             return (
-                f"the object slipped by {1e3 * self._slip:.1f} mm in the hold, more than "
-                f"{1e3 * self._success.max_slip:.1f} mm"
+                f"the object slipped by {1e3 * self._hold.slip:.1f} mm in the hold, more than "
+                f"{1e3 * asked.max_slip:.1f} mm"
             )
-        if not held:
-            return f"held only {self._hold_time:.2f} s of {self._success.hold_time:.2f} s"
+        if self._hold.turn > asked.max_turn:
+            return (
+                f"the object turned by {math.degrees(self._hold.turn):.1f} deg in the hand, more "
+                f"than {math.degrees(asked.max_turn):.1f} deg"
+            )
+        return "" if held else f"held only {self._hold_time:.2f} s of {asked.hold_time:.2f} s"
+
+    def _praise(self) -> str:
         return (
             f"lifted {1e3 * self._lift_height:.0f} mm, held {self._hold_time:.2f} s by the hand "
-            f"alone, slip {1e3 * self._slip:.2f} mm"
+            f"alone, slip {1e3 * self._hold.slip:.2f} mm, "
+            f"turn {math.degrees(self._hold.turn):.1f} deg"
         )

@@ -1,8 +1,9 @@
 """A grasp strategy as data: phases of wrist motion and air, read from YAML.
 
 The file has the keys `format: softhand-strategy/1`, `name`, `description`, `hand`, `object_rpy`
-(optional), `success` (optional) and `phases`. `hand` is the name of a hand, or the path of its file
-from the strategy's on. A phase has a `name` and any of
+(optional), `objects` (optional: names of objects that it lifts, as trials have shown), `success`
+(optional) and `phases`. `hand` is the name of a hand, or the path of its file from the strategy's
+on. A phase has a `name` and any of
 
 * `wrist: {frame, position, rpy}` with `speed` (greatest, [m/s]; turning `turn_speed` [rad/s]) or
   `duration` [s]. Frames: `object` (centre of the object as seen when the phase begins, z up, turned
@@ -63,6 +64,7 @@ BOUNDS = {
     **dict.fromkeys(("lift_height", "max_slip"), Bounds(0.0, 10.0, "m")),
     "speed": Bounds(0.0, 10.0, "m/s"),
     "turn_speed": Bounds(0.0, 100.0, "rad/s"),
+    "max_turn": Bounds(0.0, math.pi, "rad"),
 }
 
 Vector = tuple[float, float, float]
@@ -117,24 +119,28 @@ class Phase:
 
 @dataclass(frozen=True)
 class Success:
-    """When a grasp counts: least lift [m] and hold [s], the phase to judge, largest slip [m]."""
+    """When a grasp counts: least lift [m] and hold [s], the phase to judge, largest slip [m] and
+    largest turn [rad] of the object in the hand.
+    """
 
     lift_height: float = 0.100
     hold_time: float = 1.0
     hold_phase: str = "hold"
     max_slip: float = 0.010
+    max_turn: float = math.radians(20.0)
 
 
 @dataclass(frozen=True)
 class Strategy:
     """A strategy: its name, what it is for, the hand it was written for (by name, or by the path of
-    its file) and its phases in order.
+    its file), the objects that it is known to lift, and its phases in order.
     """
 
     name: str
     description: str
     hand: str
     object_rpy: Vector | None
+    objects: tuple[str, ...]
     success: Success
     phases: tuple[Phase, ...]
 
@@ -171,7 +177,7 @@ def load_strategy(name: str | Path) -> Strategy:
 
 def _strategy(document: Node) -> Strategy:
     top = document.fields(
-        ("format", "name", "description", "hand", "phases"), ("object_rpy", "success")
+        ("format", "name", "description", "hand", "phases"), ("object_rpy", "objects", "success")
     )
     phases = tuple(_phase(node) for node in top["phases"].items())
     names = [phase.name for phase in phases]
@@ -185,6 +191,7 @@ def _strategy(document: Node) -> Strategy:
         top["description"].text(),
         _hand(top["hand"]),
         _vector(top["object_rpy"], ANGLE) if "object_rpy" in top else None,
+        tuple(node.text() for node in top["objects"].items()) if "objects" in top else (),
         success,
         phases,
     )
@@ -202,7 +209,7 @@ def _hand(node: Node) -> str:
 
 
 def _success(node: Node) -> Success:
-    fields = node.fields(optional=("lift_height", "hold_time", "hold_phase", "max_slip"))
+    fields = node.fields(optional=tuple(Success.__dataclass_fields__))
     read = {
         key: child.text() if key == "hold_phase" else _above_zero(child, BOUNDS[key])
         for key, child in fields.items()

@@ -100,12 +100,15 @@ class Trial:
     real_time_factor: float
 
     def record(self) -> dict[str, Any]:
-        """Plain data for JSON, SI units; a slip that was not seen is null."""
+        """Plain data for JSON, SI units; numbers that were not seen are null."""
         record = asdict(self)
-        result = record.pop("result")
-        if math.isnan(result["slip"]):
-            result["slip"] = None
-        return record | result
+        record |= record.pop("result")
+        unseen = [key for key, value in record.items() if _is_nan(value)]
+        return record | dict.fromkeys(unseen)
+
+
+def _is_nan(value: object) -> bool:
+    return isinstance(value, float) and math.isnan(value)
 
 
 class StartedScene:

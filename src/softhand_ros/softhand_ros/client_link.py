@@ -16,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock
 
+from softhand_ros.middleware import set_up_middleware
 from softhand_ros.parameters import SIM_TIME
 from softhand_ros.topics import NEWEST, seconds, subscribe_by_hand, take
 
@@ -34,6 +35,7 @@ class ClientLink:
     def __init__(self, name: str, domain: int | None = None, namespace: str = "") -> None:
         self._heard = 0  # messages so far
         self._context = Context()
+        set_up_middleware()
         rclpy.init(
             context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
         )

@@ -62,7 +62,7 @@ class AirCoupling:
         self.actuation = Actuation(np.zeros((n, 3)), np.zeros((n, 3)))
 
     def _stack_tables(self) -> RestTables:
-        """Rest tables of all actuators, without effects."""
+        """Rest tables of all actuators."""
         found = [
             (table, channel, self.layout.chain_joints[name].start)
             for name, channels in self._fed.items()

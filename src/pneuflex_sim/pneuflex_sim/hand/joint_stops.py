@@ -22,7 +22,7 @@ class JointStops:
 
     lowest [Pa]: gauge pressure in all channels at which the first joint comes to its stop, infinite
     where none does. told: the warning, once it has been given, else empty. Effects of the model
-    file are left out.
+    file that the rest tables leave out are left out.
     """
 
     def __init__(self, layout: HandLayout) -> None:

@@ -12,7 +12,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from softhand_model.chain.free_response import RestTable, SegmentResponse, bends
+from softhand_model.chain.free_response import (
+    RestTable,
+    SegmentResponse,
+    bends,
+    tabulates,
+)
 from softhand_model.chain.joint_map import angle_maps, volume_gains
 from softhand_model.chain.segments import BEND, LATERAL, TWIST, cut_chain
 from softhand_model.gas import ROOM_TEMPERATURE
@@ -80,28 +85,33 @@ class ChainModel:
         self._angle_maps = angle_maps(self.description, self.segments, segments, model.springs)
         self._tables, self._responses, volumes = [], [], []
         for part, onto_joints in zip(parts.values(), self._angle_maps, strict=True):
-            self._tables.append(RestTable(part, segments, onto_joints))
+            response = SegmentResponse(part, segments, model) if bends(model) else None
+            tabled = response if tabulates(model) else None
+            self._tables.append(RestTable(part, segments, onto_joints, tabled))
             volumes.append(part.chamber_volume() + part.supply_volume)
-            if bends(model):
-                self._responses.append(SegmentResponse(part, segments, model))
+            if response and not tabled:
+                self._responses.append(response)
         self._rest_volume = np.array(volumes)
         self.volume_gain = volume_gains(self.description, self.segments, segments)
 
     @property
     def rest_tables(self) -> tuple[RestTable, ...]:
-        """Tables (actuators) whose sum is what `step` returns; none when effects act on it."""
+        """Tables (actuators) whose sum is what `step` returns; none when effects with memory, or on
+        input or springs, act on it.
+        """
         return () if self._responses else tuple(self._tables)
 
     @property
     def base_tables(self) -> tuple[RestTable, ...]:
-        """Tables (actuators) of the base model, whatever effects act on it."""
+        """Tables (actuators), which leave out effects that cannot be tabulated."""
         return tuple(self._tables)
 
     def rest_rotation(self, pressures: Sequence[float] | Array) -> Array:
         """Rotation (n, 3) [rad] of each joint's rest by the pressures (actuators,) [Pa].
 
         It is a rotation vector in the link's frame: the rest orientation of a joint under pressure
-        is `segments.rest` followed by this rotation. No memory, no effects: the base model.
+        is `segments.rest` followed by this rotation. No memory, and no effects that cannot be
+        tabulated (`free_response.tabulates`).
         """
         rotation = self._tables[0].value(pressures[0])
         for table, pressure in zip(self._tables[1:], pressures[1:], strict=True):

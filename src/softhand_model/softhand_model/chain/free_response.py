@@ -1,5 +1,5 @@
-"""Free bending of an actuator's segments over pressure: tabulated for the base model,
-stage by stage under effects.
+"""Free bending of an actuator's segments over pressure: tabulated for the base model and for effects
+that only change the rubber's law, stage by stage under others.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ import numpy as np
 
 from softhand_model.bending.balance import SteppedBalance, free_curvature
 from softhand_model.chain.segments import BEND
+from softhand_model.effects.catalogue import effect_classes
 from softhand_model.effects.effect import Effect
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, overrides
 from softhand_model.effects.stages import (
@@ -17,13 +18,16 @@ from softhand_model.effects.stages import (
     SectionShape,
     StructureEffect,
 )
+from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.actuator import Actuator
 from softhand_model.model_file import Model
 from softhand_model.numerics.arrays import Array
 
 INTERVALS = 1024
 HIGHEST_OVER_LIMIT = 3.0  # the table ends at three times the actuator's pressure limit
-ACTING_ON_CHAINS = ("wall_stress", "act_on_curvature", "stiffness_factor", "bend_twist_coupling")
+BENDING_FREELY = ("wall_stress", "act_on_curvature")
+HOLDING = ("stiffness_factor", "bend_twist_coupling")
+NEARBY = 10.0  # [Pa] on either side, between which the slope under effects is taken
 
 
 class RestTable:
@@ -35,16 +39,26 @@ class RestTable:
     beyond the table it goes on in a straight line, as kappa(p) does.
 
     step [Pa]: width of an interval; cubic (INTERVALS + 1, 4, m): coefficients of 1, t, t**2, t**3
-    with t the pressure in an interval over its width.
+    with t the pressure in an interval over its width. response: under effects that `tabulates` is
+    right for, else None.
     """
 
-    def __init__(self, actuator: Actuator, segments: int, onto_joints: Array) -> None:
+    def __init__(
+        self,
+        actuator: Actuator,
+        segments: int,
+        onto_joints: Array,
+        response: SegmentResponse | None = None,
+    ) -> None:
         highest = HIGHEST_OVER_LIMIT * actuator.max_pressure
         self.step = highest / INTERVALS
         pressures = np.linspace(0.0, highest, INTERVALS + 1)
-        value, slope = (
-            part @ onto_joints.T for part in segment_angles(actuator, segments, pressures)
+        found = (
+            segment_angles(actuator, segments, pressures)
+            if response is None
+            else response.angles_and_slopes(pressures)
         )
+        value, slope = (part @ onto_joints.T for part in found)
         self.cubic = hermite(value, slope * self.step)
 
     def __deepcopy__(self, memo: dict[int, object]) -> RestTable:
@@ -137,6 +151,14 @@ class SegmentResponse:
             )
         return np.sum(self._weight * curvature, axis=-1)
 
+    def angles_and_slopes(self, pressures: Array) -> tuple[Array, Array]:
+        """As `segment_angles`, of effects without memory."""
+        below, there, above = (
+            self.angles(0.0, (pressures + shift)[:, None, None], ROOM_TEMPERATURE)
+            for shift in (-NEARBY, 0.0, NEARBY)
+        )
+        return there, (above - below) / (2.0 * NEARBY)
+
     def springs(
         self, bend: Array, rest: Array, temperature: Array | float
     ) -> tuple[Array, Array | float]:
@@ -156,9 +178,24 @@ def bends(model: Model) -> bool:
     return any(_acts(effect) for effect in model.effects)
 
 
+def tabulates(model: Model) -> bool:
+    """Whether the free shape under the model's effects is a smooth function of the pressure, and
+    its springs are those of the base; of effects of one's own it is not known.
+    """
+    return all(_is_smooth(effect) for effect in model.effects if _acts(effect))
+
+
 def _acts(effect: Effect) -> bool:
     if isinstance(effect, LoadEffect):
         return overrides(effect, LoadEffect, "act_on_load", "modulus_factor")
     if isinstance(effect, StructureEffect):
-        return overrides(effect, StructureEffect, *ACTING_ON_CHAINS)
+        return overrides(effect, StructureEffect, *BENDING_FREELY, *HOLDING)
     return isinstance(effect, InputEffect | ElasticEffect)
+
+
+def _is_smooth(effect: Effect) -> bool:
+    if effect.has_memory or type(effect) is not effect_classes().get(effect.name):
+        return False
+    if isinstance(effect, StructureEffect):
+        return not overrides(effect, StructureEffect, *HOLDING)
+    return isinstance(effect, ElasticEffect)
