@@ -135,7 +135,9 @@ def runs(count: int, loops: int, options: SuiteOptions) -> list[Run]:
 def run(count: int = RUNS, loops: int = BUSY, seed: int = 0) -> list[dict[str, Any]]:
     """Rows on runs of one seed on an idle and on a busy machine, all against the first."""
     offset, mass_scale = draw_placement(seed)
-    options = SuiteOptions(object_offset=offset, object_mass_scale=mass_scale, seed=seed)
+    options = SuiteOptions(
+        object_offset=offset, object_mass_scale=mass_scale, seed=seed, await_commander=True
+    )
     idle = runs(count, 0, options)
     loaded = runs(count, loops, options)
     first, others = idle[0], [*idle[1:], *loaded]
