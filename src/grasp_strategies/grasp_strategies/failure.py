@@ -116,6 +116,11 @@ class GraspWatch:
         self._no_number: Moment | None = None
 
     @property
+    def phase(self) -> str:
+        """Name of the phase in which the last observation was made."""
+        return self._phase
+
+    @property
     def off_table(self) -> bool:
         """Whether the object is below the table's surface and the hand does not touch it."""
         return self._off is not None
