@@ -210,8 +210,7 @@ class Sequencer:
     def _stop(self, ending: str, reason: str, cause: str = "", safe: bool = True) -> GraspResult:
         """The result of a run that ended early; without a cause, that of what was seen."""
         self._on_phase(ending)
-        why = {"phase": self._phase, "cause": cause} if cause else {}
-        return self._grasp.result().stopped(reason, safe, **why)
+        return self._grasp.result().stopped(reason, safe, self._phase, cause)
 
     # ---------------------------------------------------------------- one phase
     def _run_phase(self, phase: Phase) -> None:
