@@ -314,8 +314,8 @@ def conclude(results: Results) -> str:
         f"its own modulus, nor the thick hull brings it to 17 mm alone (at best {max(alone):.1f} "
         "mm); both together, with the modulus that the thesis's thinnest finger asks for, give "
         f"{wide['ring and Yeoh, modulus by the 2.5 mm finger']:.1f} mm and leave "
-        f"{results['left'][f'{STIFFENING:g}']:.2f} times the modulus to the batch and to what is not known. "
-        f"The model file gives {wide[SHIPPED]:.1f} mm."
+        f"{results['left'][f'{STIFFENING:g}']:.2f} times the modulus to the batch and to what is "
+        f"not known. The model file gives {wide[SHIPPED]:.1f} mm."
     )
 
 
