@@ -12,20 +12,19 @@ from typing import Any
 import numpy as np
 
 from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
-from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_model.gas import (
     AMBIENT_PRESSURE,
-    GAS_CONSTANT,
+    air_mass,
     line_conductance,
     orifice_conductance,
     series_flow,
 )
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 
-LEAST_GAUGE = 2e3  # below which the air in a channel says nothing about how much it takes [Pa]
 SMALLEST_PULSE = 2.5e-6  # air that one shortest opening of a valve moves (thesis 4.3) [kg]
+WORTH_A_PULSE = 0.6  # of it, that have to lack for a pressure; half would take turns
 RELIEF_END = 0.97  # of the limit, as the driver has it; the outlet closes again below it
 
 
@@ -40,8 +39,7 @@ class ImposedAir:
 
     Args:
         limits: largest gauge pressures (channels,) [Pa].
-        rest_volumes: of the channels (channels,) [m3]; how much air a pressure takes is judged by
-            them at first, and then by the air that the channel has taken so far.
+        rest_volumes: of the channels (channels,) [m3].
         parameters: of the box.
 
     >>> air = ImposedAir(np.array([80e3]), np.array([3e-5]))
@@ -66,7 +64,7 @@ class ImposedAir:
         self._supply = box.supply.pressure + box.ambient_pressure
         self._limits = limits + box.ambient_pressure
         self._relief_ends = RELIEF_END * limits + box.ambient_pressure
-        self._rest_capacity = rest_volumes / (GAS_CONSTANT * box.temperature)  # [kg/Pa]
+        self._rest_masses = air_mass(box.ambient_pressure, rest_volumes, box.temperature)
         self.masses: Array = np.zeros(len(limits))
         self._goal: Array = np.zeros(len(limits))
         self._pressure_goal: Array = np.full(len(limits), np.nan)
@@ -113,18 +111,18 @@ class ImposedAir:
         return self.masses
 
     def _follow_pressures(self, pressures_abs: Array) -> None:
-        """Where a pressure is commanded, want as many pulses as it lacks, judged by the air over
-        pressure so far: less than that of a further rise, so that it is not overshot.
+        """Where a pressure is commanded, want the air that it lacks, to the nearest whole pulse, as
+        if the channel's volume stayed what it is: no more than what is lacking, as it grows.
         """
         by_pressure = ~np.isnan(self._pressure_goal)
         if not by_pressure.any():
             return
-        gauge = pressures_abs - self._ambient
-        taken = self.masses / np.maximum(gauge, LEAST_GAUGE)
-        capacity = np.maximum(self._rest_capacity, taken)
-        pulses = np.round(capacity * (self._pressure_goal - gauge) / SMALLEST_PULSE)
-        wanted = self.masses + pulses * SMALLEST_PULSE
-        self._goal = np.where(by_pressure, wanted, self._goal)
+        capacity = (self._rest_masses + self.masses) / pressures_abs  # V/(R_s T) [kg/Pa]
+        lacking = self._pressure_goal + self._ambient - pressures_abs
+        wanted = self.masses + capacity * lacking
+        worth = np.abs(wanted - self._goal) > WORTH_A_PULSE * SMALLEST_PULSE
+        pulses = np.round(wanted / SMALLEST_PULSE)
+        self._goal = np.where(by_pressure & worth, pulses * SMALLEST_PULSE, self._goal)
 
     def _allowed(self, pressures_abs: Array) -> Array:
         """Air (channels,) [kg] that is wanted and that the limits do not forbid; a channel that is
@@ -168,7 +166,7 @@ class InProcessScene:
         self.simulation.command_wrist(position, orientation)
 
     def command_air(self, masses: Array) -> None:
-        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps a channel's command."""
+        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps what was commanded."""
         self._air.command(masses)
 
     def command_pressure(self, pressures: Array) -> None:
@@ -213,12 +211,7 @@ class InProcessScene:
             *simulation.object_pose(),
             self._air.masses,
             simulation.pressures(),
-            frozenset(
-                body
-                for contact in simulation.object_contacts()
-                for body in (contact.first, contact.second)
-                if body != OBJECT
-            ),
+            simulation.touching_object(),
         )
 
     def save(self) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from grasp_strategies.judge import GraspJudge, GraspResult
+from grasp_strategies.failure import ABORTED, DIVERGED, SCENE_FAILED, TIMED_OUT, GraspWatch
+from grasp_strategies.judge import GraspResult
 from grasp_strategies.pose import IDENTITY, Motion, Pose, duration_at_speed, heading, inverse
 from grasp_strategies.scene import AirTarget, Array, Observation, Scene, SceneError
 from grasp_strategies.strategy import Phase, Strategy, Waypoint
@@ -19,7 +20,7 @@ TIME_TOLERANCE = 1e-9  # [s]
 VENT, HOLD = "vent", "hold"
 ABORT_ACTIONS = (VENT, HOLD)
 OF_AIR = ("air_mass_error", "pressure_error", "pressure")  # count once the ramp is over
-DONE, ABORTED, FAILED = "done", "aborted", "failed"  # what `on_phase` gets after the last phase
+DONE, FAILED = "done", "failed"  # what `on_phase` gets after the last phase; or ABORTED
 
 
 class PhaseRun:
@@ -107,8 +108,8 @@ class _PhaseTimedOut(Exception):
     """No end condition of a phase came true in time."""
 
 
-class _GivenUp(Exception):
-    """What the grasp still could do would not make it succeed."""
+class _Decided(Exception):
+    """What is still to come would not change the verdict."""
 
 
 class Sequencer:
@@ -117,9 +118,9 @@ class Sequencer:
     `options` switches optional phases on; `control_step` [s] is the time between two commands;
     `on_phase` is told each phase's name and at the end `done`, `aborted` or `failed`; `abort` may
     be set by any thread at any time, and `abort_action` says what then happens to the air: `vent`
-    opens every outlet, `hold` keeps what the channels contain. `give_up` is asked after each
-    control step, with the phase and what is seen, and ends the run early by a reason. Raises
-    ValueError for an unknown option, channel, action or a control step that is not positive.
+    opens every outlet, `hold` keeps what the channels contain. `decided` is asked after each
+    control step and ends the run early by a reason. Raises ValueError for an unknown option,
+    channel, action or a control step that is not positive.
     """
 
     def __init__(
@@ -132,9 +133,9 @@ class Sequencer:
         on_phase: Callable[[str], None] = lambda name: None,
         abort: threading.Event | None = None,
         abort_action: str = VENT,
-        give_up: Callable[[str, Observation], str] | None = None,
+        decided: Callable[[GraspWatch], str] | None = None,
     ) -> None:
-        self._give_up = give_up
+        self._decided = decided
         self._scene, self._strategy = scene, strategy
         self._options = frozenset(options)
         self._control_step = control_step
@@ -179,7 +180,7 @@ class Sequencer:
         except SceneError as error:
             self._on_phase(FAILED)
             return GraspResult.not_begun(str(error))
-        self._judge = GraspJudge(self._strategy.success, self._scene.hand_bodies, first)
+        self._grasp = GraspWatch(self._strategy, self._scene.hand_bodies, first)
         self._observed = first
         self._commanded_air = AirTarget(first.air_mass, np.full_like(first.air_mass, np.nan))
         self._commanded_pose = first.wrist
@@ -192,19 +193,24 @@ class Sequencer:
                     self._run_phase(phase)
         except _Aborted:
             reason, safe = abort_scene(self._scene, self._abort_action)
-            return self._stop(ABORTED, f"aborted in phase {self._phase}: {reason}", safe)
+            reason = f"aborted in phase {self._phase}: {reason}"
+            return self._stop(ABORTED, reason, ABORTED, safe)
         except _PhaseTimedOut as timed_out:
-            return self._stop(FAILED, str(timed_out))
-        except _GivenUp as sure:
-            return self._stop(FAILED, f"phase {self._phase}: {sure}")
+            return self._stop(FAILED, str(timed_out), TIMED_OUT)
+        except _Decided as sure:
+            if not self._grasp.result().gripped:
+                return self._stop(FAILED, f"phase {self._phase}: {sure}")
         except SceneError as error:
-            return self._stop(FAILED, f"phase {self._phase}: {error}")
+            # in process and over ROS alike it is the simulator's sentence that tells
+            cause = DIVERGED if DIVERGED in str(error) else SCENE_FAILED
+            return self._stop(FAILED, f"phase {self._phase}: {error}", cause)
         self._on_phase(DONE)
-        return self._judge.result()
+        return self._grasp.result()
 
-    def _stop(self, ending: str, reason: str, safe: bool = True) -> GraspResult:
+    def _stop(self, ending: str, reason: str, cause: str = "", safe: bool = True) -> GraspResult:
+        """The result of a run that ended early; without a cause, that of what was seen."""
         self._on_phase(ending)
-        return self._judge.result().stopped(reason, safe)
+        return self._grasp.result().stopped(reason, safe, self._phase, cause)
 
     # ---------------------------------------------------------------- one phase
     def _run_phase(self, phase: Phase) -> None:
@@ -219,14 +225,16 @@ class Sequencer:
             self._commanded_air,
             self._scene.channels,
         )
-        self._watch()  # the hold counts from the instant at which its phase begins
+        self._grasp.watch(
+            self._observed, phase.name
+        )  # the hold counts from the instant at which its phase begins
         while True:
             self._command(run, self._scene.time - run.start)
             self._scene.step(self._control_step)
             self._raise_if_aborted()
             self._observed = self._scene.observe()
-            self._watch()
-            self._raise_if_given_up()
+            self._grasp.watch(self._observed, phase.name)
+            self._raise_if_decided()
             if self._ended(run):
                 break
         self._finish(run)
@@ -238,10 +246,6 @@ class Sequencer:
         if not run.phase.conditional:
             self._command_wrist(run, run.least_duration)
         self._command_air(run, self._observed.time - run.start)
-
-    def _watch(self) -> None:
-        holding = self._phase == self._strategy.success.hold_phase
-        self._judge.watch(self._observed, holding)
 
     def _command(self, run: PhaseRun, elapsed: float) -> None:
         self._command_wrist(run, elapsed)
@@ -267,10 +271,10 @@ class Sequencer:
         if self._abort.is_set():
             raise _Aborted
 
-    def _raise_if_given_up(self) -> None:
-        reason = self._give_up(self._phase, self._observed) if self._give_up else ""
+    def _raise_if_decided(self) -> None:
+        reason = self._decided(self._grasp) if self._decided else ""
         if reason:
-            raise _GivenUp(reason)
+            raise _Decided(reason)
 
     def _ended(self, run: PhaseRun) -> bool:
         phase, elapsed = run.phase, self._observed.time - run.start
@@ -295,7 +299,7 @@ class Sequencer:
         seen, goal = self._observed, run.air_goal
         return {
             "contact_force": float(np.linalg.norm(seen.wrist_force - run.start_force)),
-            "height": self._judge.rise(seen),
+            "height": self._grasp.judge.rise(seen),
             "air_mass_error": _largest_error(goal.masses, seen.air_mass),
             "pressure_error": _largest_error(goal.pressures, seen.pressure),
             "pressure": float(np.max(seen.pressure, initial=0.0)),
@@ -311,12 +315,11 @@ def _largest_error(goal: Array, seen: Array) -> float:
     return float(np.max(np.abs(goal - seen)[~np.isnan(goal)], initial=0.0))
 
 
-def _time_out_sentence(
-    phase: Phase, quantities: dict[str, float], touching: frozenset[str]
-) -> str:
-    wanted, got = [str(c) for c in phase.until], [
-        f"{c.quantity} {quantities[c.quantity]:.3g}" for c in phase.until
-    ]
+def _time_out_sentence(phase: Phase, quantities: dict[str, float], touching: frozenset[str]) -> str:
+    wanted, got = (
+        [str(c) for c in phase.until],
+        [f"{c.quantity} {quantities[c.quantity]:.3g}" for c in phase.until],
+    )
     if phase.until_touching:
         wanted.append(f"touching {', '.join(sorted(phase.until_touching))}")
         got.append(f"touching {', '.join(sorted(touching)) or 'nothing'}")

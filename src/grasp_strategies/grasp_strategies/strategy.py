@@ -1,9 +1,10 @@
 """A grasp strategy as data: phases of wrist motion and air, read from YAML.
 
 The file has the keys `format: softhand-strategy/1`, `name`, `description`, `hand`, `object_rpy`
-(optional), `objects` (optional: names of objects that it lifts, as trials have shown), `success`
-(optional) and `phases`. `hand` is the name of a hand, or the path of its file from the strategy's
-on. A phase has a `name` and any of
+(optional), `success` (optional) and `phases`. `hand` is the name of a hand, or the path of its file
+from the strategy's on. What the strategy was tried with: `objects` (names of those that it lifts in
+most trials), `scene` (`table`), `model` (of the hand's physics, by name; as the simulator has it)
+and `segments` an actuator (5); all are optional. A phase has a `name` and any of
 
 * `wrist: {frame, position, rpy, pivot}` with `speed` (greatest, [m/s]; turning `turn_speed`
   [rad/s]) or `duration` [s]. Frames: `object` (centre of the object as seen when the phase begins,
@@ -49,6 +50,7 @@ QUANTITIES = {
 }
 TOUCHING = "touching"
 DEFAULT_TURN_SPEED = 1.5  # [rad/s]
+MOST_SEGMENTS = 15  # an actuator, as in the simulator
 
 _PHASE_KEYS = (
     "wrist",
@@ -122,8 +124,8 @@ class Condition:
 
 @dataclass(frozen=True)
 class Phase:
-    """One phase: times [s], speeds [m/s] and [rad/s], air masses [kg], gauge pressures [Pa]; see the
-    module's text.
+    """One phase: times [s], speeds [m/s] and [rad/s], air masses [kg], gauge pressures [Pa]; see
+    the module's text.
     """
 
     name: str
@@ -162,7 +164,8 @@ class Success:
 @dataclass(frozen=True)
 class Strategy:
     """A strategy: its name, what it is for, the hand it was written for (by name, or by the path of
-    its file), the objects that it is known to lift, and its phases in order.
+    its file), the objects that it is known to lift, its phases in order, and the scene, the model
+    (empty: the simulator's) and the segments an actuator that it was tried with.
     """
 
     name: str
@@ -172,6 +175,9 @@ class Strategy:
     objects: tuple[str, ...]
     success: Success
     phases: tuple[Phase, ...]
+    scene: str = "table"
+    model: str = ""
+    segments: int = 5
 
     @property
     def options(self) -> frozenset[str]:
@@ -206,8 +212,12 @@ def load_strategy(name: str | Path) -> Strategy:
 
 def _strategy(document: Node) -> Strategy:
     top = document.fields(
-        ("format", "name", "description", "hand", "phases"), ("object_rpy", "objects", "success")
+        ("format", "name", "description", "hand", "phases"),
+        ("object_rpy", "objects", "success", "scene", "model", "segments"),
     )
+    tried = {key: top[key].text() for key in ("scene", "model") if key in top}
+    if "segments" in top:
+        tried["segments"] = top["segments"].whole(1, MOST_SEGMENTS)
     phases = tuple(_phase(node) for node in top["phases"].items())
     names = [phase.name for phase in phases]
     if not names or len(set(names)) < len(names):
@@ -223,6 +233,7 @@ def _strategy(document: Node) -> Strategy:
         tuple(node.text() for node in top["objects"].items()) if "objects" in top else (),
         success,
         phases,
+        **tried,
     )
 
 

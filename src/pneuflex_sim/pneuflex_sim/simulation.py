@@ -180,7 +180,7 @@ class Simulation:
                 for joint in range(joints.start, joints.stop):
                     links[base, joint - body.joints.start] = (chain, layout.names[joint])
         bodies = (
-            dict.fromkeys([*self.bodies.ids, self.bodies.pad_id], "palm_plate")
+            dict.fromkeys([*self.bodies.ids, *self.bodies.palm_ids], "palm_plate")
             | self._fixed_names
             | {self.object_id: OBJECT}
         )
@@ -363,6 +363,10 @@ class Simulation:
     def object_contacts(self) -> list[Contact]:
         """Contact points of the object with anything."""
         return [] if self.object_id < 0 else self._names.contacts(self.object_id)
+
+    def touching_object(self) -> frozenset[str]:
+        """Names of what presses on the object: chains, palm plate, parts of the scene."""
+        return frozenset() if self.object_id < 0 else self._names.touching(self.object_id)
 
     # ---------------------------------------------------------------- snapshots
     def save(self) -> dict[str, Any]:

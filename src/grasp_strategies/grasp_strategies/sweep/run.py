@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from grasp_strategies.sweep.cluster import run_on_cluster
 from grasp_strategies.sweep.plan import SweepPlan
 from grasp_strategies.sweep.pool import run_on_processes
 from grasp_strategies.sweep.results import Results, read_results
@@ -26,6 +27,7 @@ def run_sweep(
 
     Raises:
         ValueError: the folder holds results of another plan, or of a sweep that still runs.
+        ConnectionError: the scheduler or its workers are not there, or got lost.
     """
     return run_lines(plan.lines(), folder, jobs, scheduler, plan.name)
 
@@ -52,7 +54,9 @@ def run_lines(
 
 
 def _records(left: Sequence[TrialLine], jobs: int, scheduler: str | None) -> Iterator[Record]:
-    return run_on_processes(left, jobs)
+    if not left:
+        return iter(())
+    return run_on_processes(left, jobs) if scheduler is None else run_on_cluster(left, scheduler)
 
 
 def _pace(count: int, elapsed: float, left: int) -> str:
