@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -105,8 +106,9 @@ def held_by(observation: Observation, hand_bodies: frozenset[str]) -> bool:
 
 def is_number(observation: Observation) -> bool:
     """Whether the poses of wrist and object are finite, as they are until a simulation diverges."""
-    pose = in_hand(observation)
-    return bool(np.isfinite(pose.position).all() and np.isfinite(pose.orientation).all())
+    wrist = (observation.wrist_position, observation.wrist_orientation)
+    seen = (*wrist, observation.object_position, observation.object_orientation)
+    return all(map(math.isfinite, chain.from_iterable(part.tolist() for part in seen)))
 
 
 class Flaw(NamedTuple):
