@@ -116,7 +116,7 @@ class GraspWatch:
     @property
     def phase(self) -> str:
         """Name of the phase in which the last observation was made."""
-        return self._phase
+        return self._now.phase
 
     @property
     def off_table(self) -> bool:
