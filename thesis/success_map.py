@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, stats
+from scipy import ndimage
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.bool_]
@@ -170,13 +170,3 @@ def correlation(first: Array, second: Array) -> float:
     if np.ptp(first) == 0 or np.ptp(second) == 0:
         return math.nan
     return float(np.corrcoef(first.ravel(), second.ravel())[0, 1])
-
-
-def wilson(successes: int, count: int) -> tuple[float, float]:
-    """Wilson's interval of 95 % of a share [-].
-
-    >>> [round(bound, 3) for bound in wilson(9, 10)]
-    [0.596, 0.982]
-    """
-    found = stats.binomtest(successes, count).proportion_ci(0.95, "wilson")
-    return float(found.low), float(found.high)

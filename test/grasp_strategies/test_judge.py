@@ -200,4 +200,5 @@ def test_a_strategy_that_never_saw_the_scene_took_no_time_and_got_nothing():
         "lift_turn": "nan",
         "phase": "",
         "cause": "not begun",
+        "failed_at": "nan",
     }

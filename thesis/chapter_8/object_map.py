@@ -17,10 +17,11 @@ import numpy as np
 
 from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
 from grasp_strategies.sweep.plan import Cell, SweptObject, grid
+from grasp_strategies.sweep.report import wilson
 from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.objects import load_object
 from thesis.frame import Figure, Finding, Job, Results, option
-from thesis.success_map import SuccessMap, largest_hole, largest_share, wilson
+from thesis.success_map import SuccessMap, largest_hole, largest_share
 
 UPRIGHT = (0.0, 0.0, 0.0)  # rpy of a cylinder that stands [rad]
 YIELDING = ("water_balloon", "tissue")  # reported apart: their models are coarse

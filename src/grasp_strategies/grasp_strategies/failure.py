@@ -34,10 +34,8 @@ from grasp_strategies.judge import (
     GraspResult,
     is_number,
 )
-from grasp_strategies.pose import inverse
 from grasp_strategies.scene import Observation
 from grasp_strategies.strategy import Strategy
-from softhand_model.numerics.rotations import compose
 
 MISSED, TIPPED, ROLLED, PUSHED = "missed", "tipped", "rolled away", "pushed away"
 FELL_OFF, SLIPPED_IN_LIFT, DIVERGED = "fell off the table", "slipped in the lift", NO_NUMBER
@@ -51,10 +49,20 @@ BEFORE, LIFT, HOLD, AFTER = range(4)  # stages of a strategy
 
 
 class Failure(NamedTuple):
-    """Phase in which a grasp failed, and the cause in one of the words of this module."""
+    """Phase in which a grasp failed, the cause in one of the words of this module, and when [s]
+    since the first observation.
+    """
 
     phase: str
     cause: str
+    time: float
+
+
+class Moment(NamedTuple):
+    """A phase and a time [s] since the first observation."""
+
+    phase: str
+    time: float
 
 
 def stages(strategy: Strategy) -> dict[str, int]:
@@ -90,24 +98,30 @@ class GraspWatch:
 
     def __init__(self, strategy: Strategy, hand_bodies: frozenset[str], first: Observation) -> None:
         self._stages, self._hand_bodies = stages(strategy), hand_bodies
-        self._max_slip = strategy.success.max_slip
+        self._success = strategy.success
         self.judge = GraspJudge(strategy.success, hand_bodies, first)
         self.first = self.last = first
         self.carried = self.touched = False
         self.stage = BEFORE
-        self._phase = ""  # of the last observation
-        self._closed_in = ""  # last phase before the lift
-        self._let_go = ""  # phase in which the hand last left the object
+        self._now = self._closed = Moment("", 0.0)  # the latter: the last before the lift
+        self._let_go: Moment | None = None  # when the hand last left the object
         self._had_in_lift = False
-        self._lost_in = ""  # phase in which what was had in the lift was lost
+        self._lost: Moment | None = None  # when the hand left what it had in the lift
         self._most_leaning = 0.0
-        self._tipped_in = self._off_in = self._no_number_in = ""
-        self._in_hold: Failure | None = None
+        # since when it is so, None when it is not
+        self._tipped: Moment | None = None
+        self._off: Moment | None = None
+        self._no_number: Moment | None = None
+
+    @property
+    def phase(self) -> str:
+        """Name of the phase in which the last observation was made."""
+        return self._now.phase
 
     @property
     def off_table(self) -> bool:
         """Whether the object is below the table's surface and the hand does not touch it."""
-        return bool(self._off_in)
+        return self._off is not None
 
     @property
     def way(self) -> float:
@@ -116,85 +130,90 @@ class GraspWatch:
         return math.hypot(x, y)
 
     def watch(self, observation: Observation, phase: str) -> None:
-        """Take in one observation, made in a phase of this name."""
-        self.stage = self._stages.get(phase, BEFORE)
+        """Take in one observation, made in a phase of this name; raises KeyError for another."""
+        before, self.stage = self.stage, self._stages[phase]
         self.judge.watch(observation, self.stage == HOLD)
         self.last = observation
-        if self.stage != AFTER:
-            self._follow(observation, phase)
-        self._phase = phase
+        if self.stage == AFTER:
+            return
+        self._now = Moment(phase, observation.time - self.first.time)
+        self._follow_hand(observation, begins=before == BEFORE)
+        self._follow_object(observation)
 
-    def _follow(self, seen: Observation, phase: str) -> None:
+    def _follow_hand(self, seen: Observation, begins: bool) -> None:
+        """What the hand touches when the lift begins, or has up later, it may lose."""
         had, self.touched = self.touched, bool(seen.touching & self._hand_bodies)
         self.carried = self.touched and self.judge.rise(seen) > CARRIED_HEIGHT
         if had and not self.touched:
-            self._let_go = phase
+            self._let_go = self._now
         if self.stage == BEFORE:
-            self._closed_in = phase
-        else:
-            self._follow_lift(phase, had or self.touched)
-        self._follow_object(seen, phase)
+            self._closed = self._now
+            return
+        self._had_in_lift |= self.carried or (begins and (had or self.touched))
+        self._lost = self._since(self._lost, self._had_in_lift and not self.touched)
 
-    def _follow_lift(self, phase: str, had: bool) -> None:
-        """What the hand touches when the lift begins, or has up later, it may lose."""
-        begins = self._stages.get(self._phase, BEFORE) == BEFORE
-        self._had_in_lift |= self.carried or (begins and had)
-        if self.touched:
-            self._lost_in = ""
-        elif self._had_in_lift:
-            self._lost_in = self._lost_in or phase
-
-    def _follow_object(self, seen: Observation, phase: str) -> None:
-        """Since which phase the object lies otherwise than at first, is off the table, nowhere."""
+    def _follow_object(self, seen: Observation) -> None:
+        """Since when the object lies otherwise than at first, is off the table, is nowhere."""
         if not is_number(seen):
-            self._no_number_in = self._no_number_in or phase
+            self._no_number = self._since(self._no_number, True)
             return
         leaning = self._leaning(seen)
         self._most_leaning = max(self._most_leaning, leaning)
-        height = abs(self.judge.rise(seen))
-        tipped = leaning > LEANING and height > SUNK and not self.carried
+        other_height = abs(self.judge.rise(seen)) > SUNK
+        tipped = leaning > LEANING and other_height and not self.carried
         off = not self.touched and float(seen.object_position[2]) < BELOW
-        self._tipped_in = (self._tipped_in or phase) if tipped else ""
-        self._off_in = (self._off_in or phase) if off else ""
+        self._tipped, self._off = self._since(self._tipped, tipped), self._since(self._off, off)
+
+    def _since(self, began: Moment | None, holds: bool) -> Moment | None:
+        """When a condition began that held until now, None when it holds no more."""
+        return (began or self._now) if holds else None
 
     def _leaning(self, seen: Observation) -> float:
         """Angle from the vertical of the axis of the object that was vertical at first [rad]."""
-        x, y, *_ = compose(seen.object_orientation, inverse(self.first.object_orientation))
+        # x and y of the rotation since; in floats, as a scipy Rotation takes ten times as long
+        x0, y0, z0, w0 = self.first.object_orientation.tolist()
+        x1, y1, z1, w1 = seen.object_orientation.tolist()
+        x = x1 * w0 - w1 * x0 + z1 * y0 - y1 * z0
+        y = y1 * w0 - w1 * y0 + x1 * z0 - z1 * x0
         return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
 
     def failure(self) -> Failure | None:
-        """Phase and cause if the grasp ended now; None when it has succeeded by now."""
+        """Phase, cause and time if the grasp ended now; None when it has succeeded by now."""
         flaw = self.judge.flaw()
         if flaw is None:
             return None
         if self.judge.was_held:
-            hold = next(name for name, stage in self._stages.items() if stage == HOLD)
-            return Failure(hold, SLIPPED if flaw.cause in (DROPPED, TOO_LOW) else flaw.cause)
-        if self._no_number_in:
-            return Failure(self._no_number_in, DIVERGED)
+            cause = SLIPPED if flaw.cause in (DROPPED, TOO_LOW) else flaw.cause
+            time = self.judge.flaw_time - self.first.time
+            return Failure(self._success.hold_phase, cause, time)
+        if self._no_number:
+            return _failure(self._no_number, DIVERGED)
         return self._failure_in_hand(flaw.cause) if self.carried else self._failure_on_table()
 
     def _failure_in_hand(self, cause: str) -> Failure:
         """The hand has the object up, but it was never held as asked."""
         others = sorted(self.last.touching - self._hand_bodies)
         if others:
-            return Failure(self._phase, TOUCHED.format(others[0]))
-        if self.judge.lift_slip > self._max_slip:
-            return Failure(self._phase, SLIPPED_IN_LIFT)
-        return Failure(self._phase, cause)
+            return _failure(self._now, TOUCHED.format(others[0]))
+        slipped = self.judge.lift_slip > self._success.max_slip
+        return _failure(self._now, SLIPPED_IN_LIFT if slipped else cause)
 
     def _failure_on_table(self) -> Failure:
         """The hand has not the object up, at least not now."""
-        if self._off_in:
-            return Failure(self._off_in, FELL_OFF)
-        if self._tipped_in and self._stages[self._tipped_in] == BEFORE:
-            return Failure(self._tipped_in, TIPPED)
+        if self._off:
+            return _failure(self._off, FELL_OFF)
+        if self._tipped and self._stages[self._tipped.phase] == BEFORE:
+            return _failure(self._tipped, TIPPED)
         if self._had_in_lift:
-            return Failure(self._lost_in or self._phase, SLIPPED_IN_LIFT)
+            return _failure(self._lost or self._now, SLIPPED_IN_LIFT)
         went = ROLLED if self._most_leaning > LEANING else PUSHED
-        return Failure(self._let_go or self._closed_in, went if self.way > AWAY else MISSED)
+        return _failure(self._let_go or self._closed, went if self.way > AWAY else MISSED)
 
     def result(self) -> GraspResult:
-        """The judge's verdict, with phase and cause of a failure."""
-        phase, cause = self.failure() or ("", "")
-        return replace(self.judge.result(), phase=phase, cause=cause)
+        """The judge's verdict, with phase, cause and time of a failure."""
+        phase, cause, time = self.failure() or ("", "", math.nan)
+        return replace(self.judge.result(), phase=phase, cause=cause, failed_at=time)
+
+
+def _failure(moment: Moment, cause: str) -> Failure:
+    return Failure(moment.phase, cause, moment.time)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +40,8 @@ class GraspResult:
     `touching`: the parts of the hand that held it then, both empty if it never was; `lift_slip`,
     `lift_turn`: as slip and turn, from when the hand alone had the object off the ground to the
     hold. They are told, not judged: soft fingers give way when they take the weight. `phase`,
-    `cause`: in which phase and of what a grasp failed (see `failure`), empty if it did not.
+    `cause`: in which phase and of what a grasp failed (see `failure`), empty if it did not;
+    `failed_at`: when [s] since the beginning, NaN if it did not.
     """
 
     outcome: str
@@ -57,6 +59,7 @@ class GraspResult:
     lift_turn: float = math.nan
     phase: str = ""
     cause: str = ""
+    failed_at: float = math.nan
 
     @property
     def gripped(self) -> bool:
@@ -68,9 +71,12 @@ class GraspResult:
         """Result of a strategy that never saw the scene."""
         return cls(NONE, 0.0, math.nan, 0.0, 0.0, reason, completed=False, cause=NOT_BEGUN)
 
-    def stopped(self, reason: str, safe: bool = True, **why: str) -> GraspResult:
-        """The same observations when the strategy ended early; `why` has `phase` and `cause`."""
-        return replace(self, reason=reason, completed=False, safe=safe, **why)
+    def stopped(
+        self, reason: str, safe: bool = True, phase: str = "", cause: str = ""
+    ) -> GraspResult:
+        """The same observations when the strategy ended early; with a cause, it failed of that."""
+        early = replace(self, reason=reason, completed=False, safe=safe)
+        return replace(early, phase=phase, cause=cause, failed_at=self.duration) if cause else early
 
     def summary(self) -> dict[str, str]:
         """All fields as texts; numbers in SI.
@@ -100,8 +106,9 @@ def held_by(observation: Observation, hand_bodies: frozenset[str]) -> bool:
 
 def is_number(observation: Observation) -> bool:
     """Whether the poses of wrist and object are finite, as they are until a simulation diverges."""
-    pose = in_hand(observation)
-    return bool(np.isfinite(pose.position).all() and np.isfinite(pose.orientation).all())
+    wrist = (observation.wrist_position, observation.wrist_orientation)
+    seen = (*wrist, observation.object_position, observation.object_orientation)
+    return all(map(math.isfinite, chain.from_iterable(part.tolist() for part in seen)))
 
 
 class Flaw(NamedTuple):
@@ -142,6 +149,7 @@ class GraspJudge:
         self._hold_time = 0.0
         self._reached = False
         self._flaw: Flaw | None = None
+        self._flaw_time = math.nan
 
     def rise(self, observation: Observation) -> float:
         """Height of the object above its start [m]."""
@@ -165,6 +173,11 @@ class GraspJudge:
     def was_held(self) -> bool:
         """Whether the object was held in the hold, if only for an instant."""
         return self._held_last is not None
+
+    @property
+    def flaw_time(self) -> float:
+        """When the hold had its first flaw, or now [s of the scene]."""
+        return self._flaw_time if self._flaw else self._last.time
 
     @property
     def lift_slip(self) -> float:
@@ -211,12 +224,15 @@ class GraspJudge:
     def _watch_hold(self, observation: Observation, rise: float) -> None:
         self._reached = True
         flaw = self._flaw_of(observation, rise)
-        if flaw:
-            self._flaw = self._flaw or flaw
+        if flaw is None:
+            self._go_on_holding(observation)
+        else:
             self._held_since = None
-            return
+        if self._flaw is None and (flaw := flaw or self._drifted()):
+            self._flaw, self._flaw_time = flaw, observation.time
+
+    def _go_on_holding(self, observation: Observation) -> None:
         self._hold.watch(in_hand(observation))  # a break does not begin the drift anew
-        self._flaw = self._flaw or self._drifted()
         self._held_last = observation
         if self._held_since is None:
             self._held_since = observation.time

@@ -108,8 +108,8 @@ class _PhaseTimedOut(Exception):
     """No end condition of a phase came true in time."""
 
 
-class _GivenUp(Exception):
-    """What the grasp still could do would not make it succeed."""
+class _Decided(Exception):
+    """What is still to come would not change the verdict."""
 
 
 class Sequencer:
@@ -118,9 +118,9 @@ class Sequencer:
     `options` switches optional phases on; `control_step` [s] is the time between two commands;
     `on_phase` is told each phase's name and at the end `done`, `aborted` or `failed`; `abort` may
     be set by any thread at any time, and `abort_action` says what then happens to the air: `vent`
-    opens every outlet, `hold` keeps what the channels contain. `give_up` is asked after each
-    control step, with the phase and what is seen, and ends the run early by a reason. Raises
-    ValueError for an unknown option, channel, action or a control step that is not positive.
+    opens every outlet, `hold` keeps what the channels contain. `decided` is asked after each
+    control step and ends the run early by a reason. Raises ValueError for an unknown option,
+    channel, action or a control step that is not positive.
     """
 
     def __init__(
@@ -133,9 +133,9 @@ class Sequencer:
         on_phase: Callable[[str], None] = lambda name: None,
         abort: threading.Event | None = None,
         abort_action: str = VENT,
-        give_up: Callable[[str, Observation], str] | None = None,
+        decided: Callable[[GraspWatch], str] | None = None,
     ) -> None:
-        self._give_up = give_up
+        self._decided = decided
         self._scene, self._strategy = scene, strategy
         self._options = frozenset(options)
         self._control_step = control_step
@@ -197,8 +197,9 @@ class Sequencer:
             return self._stop(ABORTED, reason, ABORTED, safe)
         except _PhaseTimedOut as timed_out:
             return self._stop(FAILED, str(timed_out), TIMED_OUT)
-        except _GivenUp as sure:
-            return self._stop(FAILED, f"phase {self._phase}: {sure}")
+        except _Decided as sure:
+            if not self._grasp.result().gripped:
+                return self._stop(FAILED, f"phase {self._phase}: {sure}")
         except SceneError as error:
             # in process and over ROS alike it is the simulator's sentence that tells
             cause = DIVERGED if DIVERGED in str(error) else SCENE_FAILED
@@ -209,8 +210,7 @@ class Sequencer:
     def _stop(self, ending: str, reason: str, cause: str = "", safe: bool = True) -> GraspResult:
         """The result of a run that ended early; without a cause, that of what was seen."""
         self._on_phase(ending)
-        why = {"phase": self._phase, "cause": cause} if cause else {}
-        return self._grasp.result().stopped(reason, safe, **why)
+        return self._grasp.result().stopped(reason, safe, self._phase, cause)
 
     # ---------------------------------------------------------------- one phase
     def _run_phase(self, phase: Phase) -> None:
@@ -234,7 +234,7 @@ class Sequencer:
             self._raise_if_aborted()
             self._observed = self._scene.observe()
             self._grasp.watch(self._observed, phase.name)
-            self._raise_if_given_up()
+            self._raise_if_decided()
             if self._ended(run):
                 break
         self._finish(run)
@@ -271,10 +271,10 @@ class Sequencer:
         if self._abort.is_set():
             raise _Aborted
 
-    def _raise_if_given_up(self) -> None:
-        reason = self._give_up(self._phase, self._observed) if self._give_up else ""
+    def _raise_if_decided(self) -> None:
+        reason = self._decided(self._grasp) if self._decided else ""
         if reason:
-            raise _GivenUp(reason)
+            raise _Decided(reason)
 
     def _ended(self, run: PhaseRun) -> bool:
         phase, elapsed = run.phase, self._observed.time - run.start

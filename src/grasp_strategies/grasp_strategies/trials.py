@@ -200,11 +200,11 @@ def run_trial(seed: int, settings: TrialSettings | None = None) -> Trial:
 def run_in_process(
     scene: InProcessScene, strategy: Strategy, options: tuple[str, ...], early_end: bool = False
 ) -> GraspResult:
-    """Run a strategy with these of its options, as `early_end` only until its failure is sure; the
+    """Run a strategy with these of its options, as `early_end` only until its verdict is sure; the
     reason names channels at their limits.
     """
-    give_up = EarlyEnd(strategy, scene.hand_bodies) if early_end else None
-    result = Sequencer(scene, strategy, options=options, give_up=give_up).run()
+    decided = EarlyEnd(strategy, scene.reach) if early_end else None
+    result = Sequencer(scene, strategy, options=options, decided=decided).run()
     if not scene.limited:
         return result
     limited = f"relieved at the pressure limit: channel {', '.join(scene.limited)}"

@@ -22,7 +22,7 @@ def varied(
     Args:
         strategy: as it was written.
         without: names of the phases that are left out.
-        air_scale: factor on what the phases command of air [-]; 0: nothing is inflated.
+        air_scale: factor on commanded air masses and pressures [-]; 0: nothing is inflated.
         displacement: added to wrist goals (x, y, z) [m] in the frames `object` and `environment`.
 
     Raises:
@@ -41,7 +41,9 @@ def varied(
 
 
 def _with_air(phase: Phase, scale: float) -> Phase:
-    return replace(phase, air_mass={name: scale * mass for name, mass in phase.air_mass.items()})
+    masses = {name: scale * mass for name, mass in phase.air_mass.items()}
+    pressures = {name: scale * pressure for name, pressure in phase.pressure.items()}
+    return replace(phase, air_mass=masses, pressure=pressures)
 
 
 def _displaced(phase: Phase, displacement: Vector) -> Phase:

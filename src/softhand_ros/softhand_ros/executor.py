@@ -49,7 +49,11 @@ class RoundRobin:
         if now >= self._services_due:
             more = self._services.serve(self._node.services, now + budget)
             self._services_due = now if more else now + SERVICE_PERIOD
-        return self._subscriptions.serve(self._node.subscriptions, now + budget) or more
+        return self.serve_messages(budget) or more
+
+    def serve_messages(self, budget: float) -> bool:
+        """As `serve`, but for the services."""
+        return self._subscriptions.serve(self._node.subscriptions, time.monotonic() + budget)
 
     def serve_rest(self) -> None:
         """Serve once what is neither of the two, as events of the quality of service."""

@@ -17,6 +17,8 @@ from rosgraph_msgs.msg import Clock as Tick
 SECOND = 10**9  # [ns]
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+# for who needs the message of a certain instant, of any publisher
+LATEST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 def latched(depth: int) -> QoSProfile:

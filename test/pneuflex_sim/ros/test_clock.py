@@ -105,7 +105,7 @@ def test_who_leads_waits_for_who_is_behind_and_forgets_who_falls_silent(pair):
     leading, following = pair
     tick(leading, following, 1.0)
     following.tell(1.0)
-    until(lambda: leading.wait(0.05) or leading._followers)
+    until(lambda: leading.wait(0.05) or leading.followers.names())
     assert duration(leading.tell, 1.0 + 0.5 * LEAD) < 0.5 * PATIENCE
     assert duration(leading.tell, 2.0) >= PATIENCE
     following.tell(2.0)
@@ -124,10 +124,10 @@ def test_names_that_come_in_masses_are_cut_and_forgotten(pair, node):
         stamp = stamp_of_seconds(100.0)
         hostile.publish(Header(stamp=stamp, frame_id=f"{number}" + 100_000 * "x"))
         leading.wait(0.1)
-    assert 0 < max(map(len, leading._followers)) <= 200
+    assert 0 < max(map(len, leading.followers.names())) <= 200
     time.sleep(1.1 * MEMORY)
     leading.wait(0.0)
-    assert not leading._followers
+    assert not leading.followers.names()
 
 
 def test_a_second_publisher_of_the_clock_is_told(pair, node):

@@ -98,13 +98,13 @@ def test_what_touches_the_object_are_the_sides_of_its_contacts():
     scene = build_scene(hand="rbo_hand_2", object="tissue", step=0.005)
     strategy, seen = load_strategy("surface_constrained"), set()
 
-    def compare(phase, observation):
+    def compare(watch):
         contacts = scene.simulation.object_contacts()
         sides = {side for contact in contacts for side in (contact.first, contact.second)}
-        assert observation.touching == sides - {OBJECT}
-        seen.update(observation.touching)
+        assert watch.last.touching == sides - {OBJECT}
+        seen.update(watch.last.touching)
         return ""
 
-    Sequencer(scene, strategy, give_up=compare).run()
+    Sequencer(scene, strategy, decided=compare).run()
     assert {"table"} < seen
     scene.close()

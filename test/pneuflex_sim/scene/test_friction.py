@@ -74,7 +74,9 @@ def test_a_pair_that_is_not_there_is_refused_with_the_materials():
 
 def slid_way(**config):
     """How far a box slides on the table from 0.5 m/s on [m], under a hand high above."""
-    simulation = Simulation(SimulationConfig(object="tape_dispenser", step=0.002, segments=2, **config))
+    simulation = Simulation(
+        SimulationConfig(object="tape_dispenser", step=0.002, segments=2, **config)
+    )
     client, body = simulation.world.client, simulation.object_id
     for _ in range(50):
         simulation.step()

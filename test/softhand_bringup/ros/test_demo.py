@@ -45,11 +45,6 @@ def test_a_grasp_that_was_never_held_has_no_slip_and_says_why(tmp_path):
     assert json.loads((tmp_path / "result.json").read_text())["slip"] is None
 
 
-@pytest.mark.parametrize(
-    ("values", "success"),
-    [(VALUES | {"outcome": "lost"}, True), (VALUES, False)],
-    ids=["result says lost", "service says no"],
-)
 def test_where_and_of_what_a_grasp_failed_stands_in_the_line_and_in_the_file(tmp_path):
     told = {"outcome": "lost", "reason": "dropped", "phase": "lift", "cause": "slipped in the lift"}
     verdict = verdict_from(VALUES | told | {"turn": "0.5"}, False, "lost: dropped", 1.0, 0)
@@ -64,6 +59,11 @@ def test_where_and_of_what_a_grasp_failed_stands_in_the_line_and_in_the_file(tmp
     )
 
 
+@pytest.mark.parametrize(
+    ("values", "success"),
+    [(VALUES | {"outcome": "lost"}, True), (VALUES, False)],
+    ids=["result says lost", "service says no"],
+)
 def test_both_the_service_and_the_result_must_say_gripped(values, success):
     assert not verdict_from(values, success, "", 1.0, 0).gripped
 

@@ -10,9 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from softhand_ros.topics import stamp_of_seconds
 
 TOPIC = "pneumaticbox/command"
 HEARTBEAT = 0.5  # [s] of scene time after which a command is repeated while a strategy runs
@@ -40,10 +43,15 @@ class AirCommand:
             return ""
         return f"a subscriber of {self._publisher.topic_name}"
 
-    def send(self, channels: Sequence[str], masses: Sequence[float], now: float) -> None:
-        """Publish target air masses (channels,) [kg above rest], valid at once, at `now` [s]."""
+    def send(
+        self, channels: Sequence[str], masses: Sequence[float], now: float, effect: float
+    ) -> None:
+        """Publish target air masses (channels,) [kg above rest] at `now` [s], which take effect at
+        the time `effect` [s]; 0: at once.
+        """
         point = JointTrajectoryPoint(positions=[float(mass) for mass in masses])
         self._standing = JointTrajectory(joint_names=list(channels), points=[point])
+        self._standing.header.stamp = stamp_of_seconds(effect)
         self._publish(now)
 
     def repeat(self, now: float) -> None:
@@ -78,3 +86,4 @@ class AirCommand:
         self._sent_at, standing = now, self._standing
         if self._publisher is not None and standing is not None:
             self._publisher.publish(standing)
+            standing.header.stamp = Time()  # said again, it stands already

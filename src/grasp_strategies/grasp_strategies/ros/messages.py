@@ -6,6 +6,7 @@ is refused whole.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,11 +16,14 @@ import numpy as np
 from grasp_strategies.pose import Pose
 from grasp_strategies.scene import Array
 from softhand_ros.diagnostics import PREPARING, cut
+from softhand_ros.topics import seconds
 
 WORLD = "world"
 OBJECT = "object"
 SAFETY = ": safety"  # how the name of the driver's report ends that tells whether it works
 OK, ERROR = b"\x00", b"\x02"  # levels of diagnostic_msgs/DiagnosticStatus
+INSTANT = 1e-6  # by which the stamps of one instant may differ [s]
+AHEAD = 0.1  # by which state may be stamped ahead of the scene's time; beyond, by another clock [s]
 ADD = 0  # visualization_msgs/Marker.ADD; others delete
 
 
@@ -122,17 +126,47 @@ class Feed:
     """The latest usable message of one topic: its contents, when it came, and what was refused.
 
     `source` is who publishes it; `arrived` is the scene time [s] and `arrived_wall` the wall time
-    [s] of the last usable message, None before the first.
+    [s] of the last usable message, None before the first. `each_tick` says whether there is one for
+    every tick of the clock; `punctual` whether that of the last tick came soon. `stamp` [s] is that
+    of the last message, `held` one of an instant that is yet to come.
     """
 
     topic: str
     source: str
     read: Callable[[Any], Any]
+    each_tick: bool = True
     value: Any = None
     arrived: float | None = None
     arrived_wall: float = 0.0
     refused: int = 0
     last_refusal: str = ""
+    punctual: bool = True
+    stamp: float = -math.inf
+    held: Any = None
+
+    def follow(self, take: Callable[[], Any], now: float, wall: float) -> bool:
+        """Accept the newest message of the scene's time `now` [s] or before; whether there will be
+        none that is newer.
+
+        Args:
+            take: gives the messages that have come, in order, then None.
+            now: time of the scene [s].
+            wall: monotonic wall time [s].
+
+        One that is stamped soon after `now` waits for its time; one stamped far from it is by
+        another clock, and counts as new.
+        """
+        newest = None
+        while (message := self.held or take()) is not None:
+            self.held = None
+            stamp = stamp_of_message(message)
+            if now + INSTANT < stamp <= now + AHEAD:
+                self.held = message
+                break
+            newest, self.stamp = message, stamp
+        if newest is not None:
+            self.accept(newest, now, wall)
+        return self.held is not None or self.stamp > now - INSTANT
 
     def accept(self, message: Any, now: float, wall: float) -> None:
         """Keep the contents of a message, or refuse it whole and remember why."""
@@ -146,10 +180,19 @@ class Feed:
 
     def forget(self) -> None:
         """Drop what was received: it may be from a publisher that has ended."""
-        self.value = self.arrived = None
+        self.value = self.arrived = self.held = None
+        self.stamp, self.punctual = -math.inf, True
 
     def silent_for(self, now: float, wall: float, limit: float, limit_wall: float) -> bool:
         """Whether nothing came for `limit` [s] of scene and `limit_wall` [s] of wall time."""
         return self.arrived is None or (
             now - self.arrived > limit and wall - self.arrived_wall > limit_wall
         )
+
+
+def stamp_of_message(message: Any) -> float:
+    """Stamp [s] of a message, or of the first marker of an array; infinite when there is none."""
+    markers = getattr(message, "markers", None)
+    if markers is None:
+        return seconds(message.header.stamp)
+    return seconds(markers[0].header.stamp) if markers else math.inf

@@ -238,6 +238,7 @@ class SequencerNode(Node):
         try:
             result = self._run_strategy(run)
         finally:
+            self._scene.release()
             self._last_result = result
             self._publish_result(run.strategy, result)
             self._run = None
@@ -247,12 +248,13 @@ class SequencerNode(Node):
         action = self.get_parameter("abort_action").value
         try:
             time_out = self.get_parameter("connect_time_out").value
-            self._scene.connect(time_out, functools.partial(self._wait_for, run))
+            control_step = self.get_parameter("control_step").value
+            self._scene.connect(time_out, control_step, functools.partial(self._wait_for, run))
             sequencer = Sequencer(
                 self._scene,
                 run.strategy,
                 options=self._options(run.strategy),
-                control_step=self.get_parameter("control_step").value,
+                control_step=control_step,
                 on_phase=functools.partial(self._enter_phase, run),
                 abort=run.abort,
                 abort_action=action,

@@ -1,13 +1,14 @@
 """The scene contract over ROS topics.
 
-All calls but `interrupt` come from the strategy's thread. It takes the messages itself, the newest
-of each topic and only when it needs them: its subscriptions belong to a callback group that no
-executor serves, so that 500 messages a second cost neither a callback each nor the interpreter's
-lock. Between two control steps it sleeps in a wait set on `/clock`.
+All calls but `interrupt` come from the strategy's thread. It takes the messages itself, and only
+when it needs them: its subscriptions belong to a callback group that no executor serves, so that
+500 messages a second cost neither a callback each nor the interpreter's lock. It sees the state of
+the tick at which it acts, by the stamps, whatever has come since.
 """
 
 from __future__ import annotations
 
+import functools
 import threading
 import time
 from collections.abc import Callable
@@ -17,11 +18,8 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.client import Client
-from rclpy.guard_condition import GuardCondition
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.subscription import Subscription
-from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
@@ -37,18 +35,10 @@ from grasp_strategies.ros.messages import (
     read_report,
     read_touching,
 )
+from grasp_strategies.ros.scene_clock import SceneClock
 from grasp_strategies.scene import Array, Observation, SceneError
 from softhand_ros.diagnostics import cut
-from softhand_ros.topics import (
-    NEWEST,
-    TakenByHand,
-    clock_conflict,
-    full_name,
-    seconds,
-    stamp_of_seconds,
-    subscribe_by_hand,
-    take,
-)
+from softhand_ros.topics import LATEST, full_name, stamp_of_seconds, subscribe_by_hand, take
 
 SIMULATOR, DRIVER = "hand_sim", "driver"
 # by who publishes what is missing: name in /diagnostics, and in a sentence
@@ -58,7 +48,7 @@ SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
 FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken back stands
 VENT_TIME_OUT = 2.0  # [s] of wall time
 LOOK_PERIOD = 0.05  # [s] of wall time between two looks while waiting for publishers
-STILL_PERIOD = 0.5  # [s] of wall time after which a wait looks whether time has stopped
+STATE_WAIT = 0.3  # [s] of wall time for which a tick waits for the state of its time
 
 
 class TopicScene:
@@ -72,16 +62,15 @@ class TopicScene:
         self._node = node
         self.hand_bodies = hand_bodies
         self.channels: tuple[str, ...] = ()
-        self._interrupted = threading.Event()
-        self._guard = GuardCondition(lambda: None, TakenByHand(), node.context)
+        self._clock = SceneClock(node)
+        self.interrupt, self.resume = self._clock.interrupt, self._clock.resume
+        self.release = self._clock.release
         self._subscriptions: dict[str, Subscription] = {}
-        self._clock_subscription = subscribe_by_hand(node, Clock, "/clock", NEWEST)
-        self._simulated_time: float | None = None
-        self._wait_set = rclpy_implementation.WaitSet(1, 1, 0, 0, 0, 0, node.context.handle)
         self._wrist = self._feed(PoseStamped, "wrist/pose", SIMULATOR, read_pose)
         self._object = self._feed(PoseStamped, "scene/object_pose", SIMULATOR, read_pose)
         self._force = self._feed(WrenchStamped, "wrist/wrench", SIMULATOR, read_force)
         self._contacts = self._feed(MarkerArray, "hand/contacts", SIMULATOR, read_touching)
+        self._contacts.each_tick = False
         self._air = self._feed(JointState, "pneumaticbox/state", DRIVER, read_air_state)
         self.feeds = (self._wrist, self._object, self._force, self._contacts, self._air)
         self._wrist_target = node.create_publisher(PoseStamped, "wrist/target_pose", 10)
@@ -91,25 +80,32 @@ class TopicScene:
         self._vent: Client = node.create_client(Trigger, "pneumaticbox/vent")
 
     def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
-        self._subscriptions[topic] = subscribe_by_hand(self._node, kind, topic, NEWEST)
+        self._subscriptions[topic] = subscribe_by_hand(self._node, kind, topic, LATEST)
         return Feed(topic, source, read)
 
     # ---------------------------------------------------------------- waiting for the others
-    def connect(self, time_out: float, on_wait: Callable[[str], None] = lambda what: None) -> None:
+    def connect(
+        self,
+        time_out: float,
+        control_step: float,
+        on_wait: Callable[[str], None] = lambda what: None,
+    ) -> None:
         """Wait until every topic delivers and every command has a listener.
 
         `on_wait` is told what is waited for. Raises SceneError after `time_out` [s] of wall time,
         which names what is missing and who should provide it, and when interrupted. The time in
-        which a node reports that it is preparing does not count.
+        which a node reports that it is preparing does not count. From when all listen, simulated
+        time goes on by ticks, one a look, so that a strategy begins at the same in each run.
         """
+        self._clock.control_step = control_step
+        self._clock.forget()
         for feed in self.feeds:
-            self._take(feed)  # what lies there may be from a simulator that has ended
+            while self._take(feed) is not None:
+                pass  # what lies there may be from a simulator that has ended
             feed.forget()
-        self._take_clock()
-        self._simulated_time = None
         self._await_end_of(self._missing, time_out, on_wait)
         # both tell once a second that a fault is over
-        self._await_end_of(lambda: self._fault, FAULT_MEMORY, on_wait)
+        self._await_end_of(self._standing_fault, FAULT_MEMORY, on_wait)
         self.channels = self._air.value.channels
 
     def _await_end_of(
@@ -118,12 +114,19 @@ class TopicScene:
         end = time.monotonic() + time_out
         while what := obstacle():
             on_wait(what)
-            if self._interrupted.wait(LOOK_PERIOD):
+            if self._clock.interrupted.is_set():
                 raise SceneError(f"aborted while waiting: {what}")
             if self._preparing():
                 end = time.monotonic() + time_out
             if time.monotonic() > end:
                 raise SceneError(f"after {time_out:g} s of waiting: {what}")
+
+    def _standing_fault(self) -> str:
+        """A fault that still stands after a moment, in which the simulator stands as well."""
+        if fault := self._fault:
+            self._clock.tell(self._clock.control_step)
+            self._clock.wait(LOOK_PERIOD)
+        return fault
 
     def _preparing(self) -> bool:
         reports = filter(None, map(self._last_report, REPORTERS))
@@ -141,7 +144,7 @@ class TopicScene:
             if report is not None:
                 self._reports[source] = report
         if self._fault:
-            self._guard.trigger()  # a strategy that sleeps ends at once
+            self._clock.wake()  # a strategy that sleeps ends at once
 
     @property
     def _fault(self) -> str:
@@ -151,25 +154,33 @@ class TopicScene:
 
     def _missing(self) -> str:
         """What is not there yet, by who should provide it; empty when all is there."""
-        self._take_clock()
-        for feed in self.feeds:
-            self._take(feed)
-        absent: dict[str, list[str]] = {}
-        if self._simulated and self._simulated_time is None:
-            absent.setdefault(SIMULATOR, []).append("/clock")
+        absent = self._missing_listeners()
+        if absent:
+            self._clock.wait(LOOK_PERIOD)
+            self._clock.take(self._clock.now)
+        else:
+            self._clock.tell(self._clock.control_step)
+            self._clock.await_tick(LOOK_PERIOD)
+        self._catch_up()
+        if self._clock.simulated and not self._clock.ticked:
+            absent.setdefault(SIMULATOR, []).insert(0, "/clock")
         for feed in self.feeds:
             if feed.arrived is None:
                 absent.setdefault(feed.source, []).append(_complaint(feed))
-        if not self._wrist_target.get_subscription_count():
-            topic = self._wrist_target.topic_name
-            absent.setdefault(SIMULATOR, []).append(f"a subscriber of {topic}")
-        if listener := self._air_command.missing():
-            absent.setdefault(DRIVER, []).append(listener)
-        if not self._vent.service_is_ready():  # no motion before it can be aborted
-            absent.setdefault(DRIVER, []).append(f"the service {self._vent.srv_name}")
         return "; ".join(
             f"{', '.join(parts)} ({self._reason(source)})" for source, parts in absent.items()
         )
+
+    def _missing_listeners(self) -> dict[str, list[str]]:
+        """Who does not hear commands yet, by the node that should."""
+        absent: dict[str, list[str]] = {}
+        if not self._wrist_target.get_subscription_count():
+            absent[SIMULATOR] = [f"a subscriber of {self._wrist_target.topic_name}"]
+        if listener := self._air_command.missing():
+            absent[DRIVER] = [listener]
+        if not self._vent.service_is_ready():  # no motion before it can be aborted
+            absent.setdefault(DRIVER, []).append(f"the service {self._vent.srv_name}")
+        return absent
 
     def _reason(self, source: str) -> str:
         """Why something of a node is missing: what it says of itself, or a guess."""
@@ -180,77 +191,40 @@ class TopicScene:
 
     # ---------------------------------------------------------------- time
     @property
-    def _simulated(self) -> bool:
-        return bool(self._node.get_clock().ros_time_is_active)
-
-    @property
     def time(self) -> float:
-        """Time of the newest `/clock` taken, or of the node's clock without simulated time [s]."""
-        if self._simulated:
-            return self._simulated_time or 0.0
-        return float(self._node.get_clock().now().nanoseconds * 1e-9)
+        """Time of the tick at which the strategy acts, or of the node's clock without simulated
+        time [s].
+        """
+        return self._clock.now
 
     def step(self, duration: float) -> None:
         """Sleep until the scene's time has gone on by `duration` [s] or `interrupt` was called.
 
-        Simulated time may stand still as long as somebody publishes `/clock` (a paused simulation).
-        Raises SceneError when nobody does any more, when time jumps back because the simulator was
-        reset, and at once when driver or simulator report a fault.
+        Raises SceneError when time does not go on (`SceneClock.pass_time`), and at once when driver
+        or simulator report a fault.
         """
-        start = self.time
-        self._air_command.repeat(start)
-        while (left := start + duration - self.time) > 1e-9 and not self._interrupted.is_set():
-            self._refuse_fault()
-            if self._simulated:
-                self._await_clock()
-            else:
-                self._wait(left, clock=False)
-            if self.time < start - 1e-9:
-                raise SceneError(
-                    f"time jumped back from {start:.3f} s to {self.time:.3f} s: "
-                    f"{clock_conflict(self._node) or 'simulator reset'}"
-                )
-
-    def _await_clock(self) -> None:
-        ticked = self._wait(STILL_PERIOD, clock=True)
-        if not ticked and not self._interrupted.is_set():
-            self._refuse_fault()
-            if not self._node.count_publishers("/clock"):
-                raise SceneError("/clock has no publisher any more (has hand_sim ended?)")
-        self._take_clock()
-
-    def _wait(self, time_out: float, *, clock: bool) -> bool:
-        """Sleep, without the interpreter's lock, until `/clock`, `interrupt` or time-out [s]."""
-        waits = self._wait_set
-        waits.clear_entities()
-        waits.add_guard_condition(self._guard.handle)
-        if clock:
-            waits.add_subscription(self._clock_subscription.handle)
-        waits.wait(max(0, int(time_out * 1e9)))
-        return bool(clock and waits.get_ready_entities("subscription"))
-
-    def interrupt(self) -> None:
-        """End a wait at once, from any thread; holds until `resume`."""
-        self._interrupted.set()
-        self._guard.trigger()
-
-    def resume(self) -> None:
-        """Forget an interrupt."""
-        self._interrupted.clear()
+        self._air_command.repeat(self.time)
+        self._clock.pass_time(duration, self._refuse_fault)
 
     # ---------------------------------------------------------------- commands
     def command_wrist(self, position: Array, orientation: Array) -> None:
-        """Publish the target pose of the wrist: position (3,) [m], quaternion (4,)."""
+        """Publish the target pose of the wrist: position (3,) [m], quaternion (4,); in simulated
+        time it takes effect one control step from now.
+        """
         message = PoseStamped()
-        message.header.stamp, message.header.frame_id = stamp_of_seconds(self.time), WORLD
+        message.header.stamp = stamp_of_seconds(self._clock.effect)
+        message.header.frame_id = WORLD
         place, rotation = message.pose.position, message.pose.orientation
         place.x, place.y, place.z = map(float, position)
         rotation.x, rotation.y, rotation.z, rotation.w = map(float, orientation)
         self._wrist_target.publish(message)
 
     def command_air(self, masses: Array) -> None:
-        """Publish target air masses (channels,) [kg above rest], valid at once."""
-        self._air_command.send(self.channels, masses.tolist(), self.time)
+        """Publish target air masses (channels,) [kg above rest]; in simulated time they take effect
+        one control step from now.
+        """
+        effect = self._clock.effect if self._clock.simulated else 0.0
+        self._air_command.send(self.channels, masses.tolist(), self.time, effect)
 
     def take_air(self) -> None:
         """Become a commander of the air; this and the next are for the executor's thread."""
@@ -287,11 +261,13 @@ class TopicScene:
 
     # ---------------------------------------------------------------- observation
     def observe(self) -> Observation:
-        """Return the newest of every topic; raises SceneError that names one that fell silent."""
+        """Return the state of the scene's time; raises SceneError that names a topic that fell
+        silent.
+        """
         self._refuse_fault()
+        self._catch_up()
         now, wall = self.time, time.monotonic()
         for feed in self.feeds:
-            self._take(feed)
             if feed.silent_for(now, wall, SILENCE, SILENCE_WALL):
                 raise SceneError(
                     f"no usable message on {_complaint(feed)} for {SILENCE:g} s "
@@ -319,15 +295,27 @@ class TopicScene:
         if fault := self._fault:
             raise SceneError(fault)
 
-    def _take(self, feed: Feed) -> None:
-        message = take(self._subscriptions[feed.topic])
-        if message is not None:
-            feed.accept(message, self.time, time.monotonic())
+    def _catch_up(self) -> None:
+        """Take of every topic what the scene's time has; wait a little for what comes with it."""
+        for feed in self.feeds:
+            there = self._follow(feed)
+            if feed.each_tick and self._clock.ticked:
+                feed.punctual = there or (feed.punctual and self._await(feed))
 
-    def _take_clock(self) -> None:
-        tick = take(self._clock_subscription)
-        if tick is not None:
-            self._simulated_time = seconds(tick.clock)
+    def _await(self, feed: Feed) -> bool:
+        """Wait for the state of the scene's time on a topic; whether it has come."""
+        end = time.monotonic() + STATE_WAIT
+        while (left := end - time.monotonic()) > 0 and not self._clock.interrupted.is_set():
+            self._clock.wait(left, self._subscriptions[feed.topic])
+            if self._follow(feed):
+                return True
+        return False
+
+    def _follow(self, feed: Feed) -> bool:
+        return feed.follow(functools.partial(self._take, feed), self.time, time.monotonic())
+
+    def _take(self, feed: Feed) -> Any:
+        return take(self._subscriptions[feed.topic])
 
 
 def _complaint(feed: Feed) -> str:

@@ -43,7 +43,9 @@ def run_on_cluster(lines: Sequence[TrialLine], scheduler: str) -> Iterator[Recor
         client.wait_for_workers(1, timeout=TIME_OUT)
         yield from _results(client, lines)
     except (TimeoutError, OSError) as reason:
-        raise ConnectionError(f"{scheduler}: expected a Dask scheduler with workers: {reason}")
+        raise ConnectionError(
+            f"{scheduler}: expected a Dask scheduler with workers: {reason}"
+        ) from reason
     finally:
         client.close()
 

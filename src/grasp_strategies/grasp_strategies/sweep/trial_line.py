@@ -98,7 +98,7 @@ def run_line(line: TrialLine) -> Record:
     """Run a trial; its result as plain data for JSON. A trial that raises is a record with the
     `error` and without an outcome.
     """
-    begin = time.perf_counter()
+    begin, cpu = time.perf_counter(), time.process_time()
     record = line.describe()
     try:
         started = started_scene(line.settings)
@@ -108,7 +108,8 @@ def run_line(line: TrialLine) -> Record:
         record["error"] = f"{type(error).__name__}: {error}"
     else:
         record |= {key: _plain(value) for key, value in result.items()}
-    return record | {"wall_time": time.perf_counter() - begin, "versions": versions()}
+    times = {"wall_time": time.perf_counter() - begin, "cpu_time": time.process_time() - cpu}
+    return record | times | {"versions": versions()}
 
 
 def lost_line(line: TrialLine, losses: int) -> Record:

@@ -83,6 +83,39 @@ class SharedClock(Protocol):
         """What to say of the others; empty when all is well."""
 
 
+class Told:
+    """Times that others tell on a topic, in the stamps of std_msgs/Header, by their names.
+
+    Who falls silent is forgotten after MEMORY.
+    """
+
+    def __init__(self, node: Node, topic: str) -> None:
+        self._inbox = Inbox(node, Header, topic, RELIABLE)
+        self._told: dict[str, tuple[int, float]] = {}  # time [ns], and when heard
+
+    def hear(self, timeout: float = 0.0) -> None:
+        """Take what has been told, or is within `timeout` [s] of wall time."""
+        message = self._inbox.take(timeout)
+        while message is not None:
+            self._told[cut(message.frame_id)] = nanoseconds(message.stamp), time.monotonic()
+            message = self._inbox.take()
+        if self._told:
+            oldest = time.monotonic() - MEMORY
+            self._told = {name: told for name, told in self._told.items() if told[1] > oldest}
+
+    def forget(self) -> None:
+        """Forget all that was told."""
+        self._told.clear()
+
+    def names(self) -> list[str]:
+        """Who has told a time of late."""
+        return list(self._told)
+
+    def times(self) -> list[int]:
+        """What they have told last [ns]."""
+        return [told for told, _ in self._told.values()]
+
+
 class LeadingClock:
     """Publishes /clock and waits for those who follow; a `SharedClock`."""
 
@@ -90,8 +123,7 @@ class LeadingClock:
 
     def __init__(self, node: Node) -> None:
         self._ticks = node.create_publisher(Clock, "/clock", RELIABLE)
-        self._inbox = Inbox(node, Header, FOLLOWERS, RELIABLE)
-        self._followers: dict[str, tuple[int, float]] = {}  # time [ns], and when heard, by name
+        self.followers = Told(node, FOLLOWERS)
 
     def tell(self, now: float) -> None:
         """Publish a tick; then wait until nobody who follows is further behind than LEAD."""
@@ -103,19 +135,11 @@ class LeadingClock:
 
     def _behind(self, now: float) -> bool:
         oldest = (now - LEAD) * SECOND
-        return any(told < oldest for told, _ in self._followers.values())
+        return any(told < oldest for told in self.followers.times())
 
     def wait(self, timeout: float) -> None:
-        """Hear the followers; forget those who have fallen silent."""
-        message = self._inbox.take(timeout)
-        while message is not None:
-            heard = nanoseconds(message.stamp), time.monotonic()
-            self._followers[cut(message.frame_id)] = heard
-            message = self._inbox.take()
-        if self._followers:
-            oldest = time.monotonic() - MEMORY
-            kept = {name: told for name, told in self._followers.items() if told[1] > oldest}
-            self._followers = kept
+        """Hear the followers."""
+        self.followers.hear(timeout)
 
     def allows(self, now: float) -> bool:
         """Always."""

@@ -10,13 +10,13 @@ import time
 
 import numpy as np
 import pybullet
-from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from pneuflex_sim.ros.clock import Pace, shared_clock
 from pneuflex_sim.ros.interface import HELP
+from pneuflex_sim.ros.lockstep import COMMANDS_WAIT, Commanders, WristTargets
 from pneuflex_sim.ros.markers import SeenScene
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
 from pneuflex_sim.ros.sensed import Sensed
@@ -35,12 +35,14 @@ from softhand_ros.topics import (
     RELIABLE,
     Inbox,
     clock_conflict,
+    heard,
     latched,
     nanoseconds,
     stamp_of_seconds,
 )
 
-LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s]
+LOCKSTEP_WAIT = 0.05  # wall time to wait for the valves that answer a sample [s] ...
+PATIENCE = 0.5  # ... and where those of the sample before have come [s]
 MUCH_WAITING = 0.5  # wall time between two reports that was waited in vain [s]
 SERVE_SLICE = 0.001  # wall time for which others are served after a sample [s]
 SERVE_PERIOD = 0.01  # wall time between looks at services while the simulation is paused [s]
@@ -62,13 +64,15 @@ class HandSim(Node):
             self._compile()
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
-        self.driver_seen = False
         self.answered_stamp, self.missed_answers, self.told_missed = -1, 0, 0
+        self.answered_late = False
         self.refused: list[str] = []
         self.refusals, self.diverged = 0, ""
         self.pace = Pace(value["real_time_factor"])
         self.clock = shared_clock(self, value["publish_clock"])
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
+        self.commanders = Commanders(self, value["await_commander"])
+        self.targets = WristTargets(self, self.simulation.command_wrist, self._refuse)
         self._create_topics()
         self._create_services()
         self._sensor_message = JointState(name=[*self.simulation.channels, "supply"])
@@ -99,7 +103,6 @@ class HandSim(Node):
         self.sensors = make(JointState, "pneumaticbox/sensors", RELIABLE)
         self.description = make(String, "robot_description", latched(1))
         self._valves = Inbox(self, JointState, "pneumaticbox/valves", RELIABLE)
-        self.create_subscription(PoseStamped, "wrist/target_pose", self._on_target, RELIABLE)
 
     def _create_services(self) -> None:
         offer_trigger(self, "sim/reset", self._reset)
@@ -130,25 +133,14 @@ class HandSim(Node):
         except ValueError as error:
             self._refuse(f"pneumaticbox/valves: {error}")
             return
-        self.driver_seen = True
         self.answered_stamp = nanoseconds(message.header.stamp)
-
-    def _on_target(self, message: PoseStamped) -> None:
-        p, o = message.pose.position, message.pose.orientation
-        if message.header.frame_id not in ("", "world"):
-            self._refuse(
-                f"wrist/target_pose: header.frame_id: expected world, got {message.header.frame_id}"
-            )
-            return
-        try:
-            self.simulation.command_wrist(np.array([p.x, p.y, p.z]), np.array([o.x, o.y, o.z, o.w]))
-        except ValueError as error:
-            self._refuse(f"wrist/target_pose: {error}")
 
     def _reset(self) -> str:
         now = self.simulation.time
         self.simulation.reset()
         self.diverged = ""
+        self.commanders.restart()
+        self.targets.forget()
         self._set_time(now if self.clock.follows else 0.0)
         return f"the simulation is back at its start, time {self.simulation.time:g}"
 
@@ -212,7 +204,8 @@ class HandSim(Node):
             "refused messages": str(self.refusals),
             "hand": self.simulation.hand.name,
         }
-        state = "paused" if self.paused else "running"
+        awaiting = "waits at its start for a strategy" if self.commanders.awaited else "running"
+        state = "paused" if self.paused else awaiting
         errors = [f"{self.diverged}: it stands until sim/reset"] if self.diverged else []
         self._executor.serve_rest()
         report = Report("simulation", state, self._warnings(), values, errors)
@@ -229,6 +222,7 @@ class HandSim(Node):
         """Publish a sample, simulate to the next one while the driver thinks, take its answer."""
         simulation = self.simulation
         before = simulation.time
+        self.targets.obey(before)
         sample = self._publish_sensors()
         stale = self.watch.silent(before)
         valves = self.watch.valves(before)
@@ -236,29 +230,42 @@ class HandSim(Node):
             simulation.step(valves)
         self._wait_for_answer(sample, stale)
         self._executor.serve(SERVE_SLICE)
-        stamp = stamp_of_seconds(simulation.time)
-        if _crossed(before, simulation.time, FAST_PERIOD):
-            self.publish_clock()
-            self.sensed.publish_fast(stamp)
-            self.transforms.publish(stamp)
-        if _crossed(before, simulation.time, SLOW_PERIOD):
+        self._publish_state(before)
+
+    def _publish_state(self, before: float) -> None:
+        """Publish what is due since the time `before` [s], and last of all the tick: who hears it
+        finds the state of its time.
+        """
+        now = self.simulation.time
+        stamp = stamp_of_seconds(now)
+        if _crossed(before, now, self.marker_period):
+            self.seen.publish_markers(stamp)
+        if _crossed(before, now, SLOW_PERIOD):
             self.sensed.publish_slow(stamp)
             self.seen.publish_contacts(stamp)
-        if _crossed(before, simulation.time, self.marker_period):
-            self.seen.publish_markers(stamp)
+        if _crossed(before, now, FAST_PERIOD):
+            self.sensed.publish_fast(stamp)
+            self.transforms.publish(stamp)
+            self.publish_clock()
 
     def _wait_for_answer(self, sample: int, stale: bool) -> None:
-        """In lockstep, up to 50 ms for the valves of this sample; else what has come."""
+        """In lockstep, for the valves of this sample, but not for long; else take what has come."""
         self._take_valves()
         if not self.lockstep or stale:
             return
-        deadline = time.monotonic() + LOCKSTEP_WAIT
-        while self.answered_stamp < sample:
+        deadline = time.monotonic() + (LOCKSTEP_WAIT if self.answered_late else PATIENCE)
+        while self.answered_stamp < sample and self._driver_there:
             left = deadline - time.monotonic()
-            if left <= 0 or not self.driver_seen:
-                self.missed_answers += int(left <= 0)
-                return
+            if left <= 0:
+                self.missed_answers += 1
+                break
             self._take_valves(left)
+        self.answered_late = self.answered_stamp < sample
+
+    @property
+    def _driver_there(self) -> bool:
+        """Whether somebody answers samples, and hears them."""
+        return bool(self._valves.publishers()) and heard(self.sensors)
 
     def halt(self, reason: str) -> None:
         """Stand still with a simulation that has diverged; without clock and samples its driver
@@ -276,18 +283,27 @@ class HandSim(Node):
         while self.stands and time.monotonic() < end:
             self.clock.wait(SERVE_PERIOD)
             self._take_valves()
+            self.targets.obey(self.simulation.time)
             self._executor.serve(SERVE_SLICE)
         if change := self.clock.jump(self.simulation.time):
             self._set_time(self.simulation.time + change)
 
     @property
     def stands(self) -> bool:
-        """Whether the simulation has diverged, waits for the clock that it follows, or is paused
-        and no single step is wanted.
+        """Whether the simulation has diverged, waits for the clock that it follows or for its
+        commanders, or is paused and no single step is wanted.
         """
-        if self.diverged or not self.clock.allows(self.simulation.time):
+        now = self.simulation.time
+        if self.diverged or not self.clock.allows(now):
             return True
-        return self.paused and not self.single_steps
+        if self.paused and not self.single_steps:
+            return True
+        return self.lockstep and self.commanders.hold(now)
+
+    def await_commands(self) -> None:
+        """In lockstep, wait a moment where the commanders have not commanded any further."""
+        if self.lockstep and not self.paused and not self.diverged:
+            self.commanders.hold(self.simulation.time, COMMANDS_WAIT)
 
 
 def _crossed(before: float, after: float, period: float) -> bool:
@@ -299,6 +315,7 @@ def run(node: HandSim, stop: threading.Event) -> None:
     """Step and serve until `stop`."""
     told = 0.0
     while not stop.is_set():
+        node.await_commands()
         if node.stands:
             node.stand()
         else:

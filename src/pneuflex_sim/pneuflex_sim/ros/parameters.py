@@ -33,7 +33,8 @@ PARAMETERS = (
     Parameter("segments", 5, "segments an actuator", bounds=(1, 15)),
     Parameter("seed", 0, "seed of sensors and valves", bounds=(0, 2**31 - 1)),
     Parameter("gui", False, "open PyBullet's window"),
-    Parameter("lockstep", True, "wait for the driver's answer to each sensor sample"),
+    Parameter("lockstep", True, "wait for the driver's answers and for commanders"),
+    Parameter("await_commander", False, "in lockstep, stand at the start until a strategy runs"),
     Parameter("publish_clock", True, "publish /clock; false: follow another simulator's"),
     Parameter(
         "real_time_factor",

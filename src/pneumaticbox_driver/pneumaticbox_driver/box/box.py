@@ -189,7 +189,7 @@ class PneumaticBox:
         self._refuse_unless_active("no command is taken")
         self.calibration.refuse_under_way()
         self._refuse_unknown(trajectory.channels)
-        self.guard.unblock(self.commands.take(trajectory, now))
+        self.commands.take(trajectory, now)
 
     def _refuse_unknown(self, channels: Sequence[int]) -> None:
         """Raise ValueError if a target of air is for a channel whose air mass is not known."""
@@ -274,6 +274,8 @@ class PneumaticBox:
 
     def _answer(self, dt: float, readings: Floats) -> Valves:
         setpoints = self.commands.setpoints.at(self.time, dt)
+        if begun := self.commands.begun(self.time):
+            self.guard.unblock(begun)
         if self.commands.silent(self.time) and self._holds_air(setpoints):
             self.latch.set(f"no command for {self.settings.command_timeout} s")
         pressures = self.pressures

@@ -290,6 +290,10 @@ class Setpoints:
         self._courses[channel] = _Course(values=[value], stepped=stepped)
         self._enter_anew()
 
+    def planned(self, channel: int, time: float) -> float:
+        """Setpoint of a channel at any `time` [s] by what is planned now."""
+        return self._courses[channel].at(time)
+
     def hold(self) -> None:
         """Drop all plans and setpoints."""
         self.last_time = math.nan
@@ -314,6 +318,7 @@ class CommandIntake:
         self._timeout = settings.command_timeout
         self._lead, self._span = settings.command_lead, settings.command_span
         self._last = math.nan  # when the last command was taken [s]
+        self._begins: list[tuple[float, tuple[int, ...]]] = []  # starts [s], and channels
         for channel, mode in enumerate(modes):
             self.setpoints.set(channel, math.nan, MODES[mode].scheduled)
 
@@ -329,24 +334,32 @@ class CommandIntake:
         self.rules = replace(self.rules, modes=tuple(modes))
         return changed
 
-    def take(self, trajectory: Trajectory, now: float) -> tuple[int, ...]:
+    def take(self, trajectory: Trajectory, now: float) -> None:
         """Follow a checked command from its start, or from `now` [s].
-
-        Returns:
-            Indices of its channels, but for those that it tells to go on holding what they hold.
 
         Raises:
             ValueError: it begins too far ahead, or ends too long after that.
         """
         self._refuse_far_ahead(trajectory, now)
+        start = now if trajectory.start is None else trajectory.start
         changed = trajectory.channels
         if len(trajectory.times) == 1:
-            held = self.setpoints.at(now)
+            planned = self.setpoints.planned
             pairs = zip(trajectory.channels, trajectory.values[0], strict=True)
-            changed = tuple(channel for channel, value in pairs if held[channel] != value)
+            changed = tuple(channel for channel, value in pairs if planned(channel, start) != value)
         self.setpoints.take(trajectory, now)
+        self._begins.append((start, changed))
         self._last = now
-        return changed
+
+    def begun(self, time: float) -> tuple[int, ...]:
+        """Indices of the channels that got a new command which has begun by `time` [s], since the
+        last call; not those that it told to go on holding what they hold.
+        """
+        if not self._begins:
+            return ()
+        begun = [channels for start, channels in self._begins if not start > time]
+        self._begins = [(start, channels) for start, channels in self._begins if start > time]
+        return tuple(channel for channels in begun for channel in channels)
 
     def _refuse_far_ahead(self, trajectory: Trajectory, now: float) -> None:
         lead = 0.0 if trajectory.start is None else trajectory.start - now
@@ -365,6 +378,7 @@ class CommandIntake:
     def drop(self) -> None:
         """Drop all plans and setpoints; the silence of commands begins with the next one."""
         self.setpoints.hold()
+        self._begins.clear()
         self._last = math.nan
 
     def silent(self, time: float) -> bool:

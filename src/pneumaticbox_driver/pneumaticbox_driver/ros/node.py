@@ -191,10 +191,13 @@ class PneumaticBoxNode(Node):
     # samples
 
     def serve_samples(self, timeout: float) -> None:
-        """Answer the next sample of the topic backend, if one comes within `timeout` [s]."""
+        """Answer the next sample of the topic backend, if one comes within `timeout` [s], by the
+        commands that have come before it.
+        """
         sample = self._sensors.take(timeout)
         if sample is None:
             return
+        self._executor.serve_messages(SERVE_SLICE)
         try:
             pressures = absolute_pressures(sample, self.box.settings.channels)
         except ValueError as error:

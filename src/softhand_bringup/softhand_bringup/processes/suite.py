@@ -55,6 +55,8 @@ class SuiteOptions:
         gui: open PyBullet's window.
         publish_clock: the simulator publishes /clock; False: it follows another's.
         namespace: of the nodes; empty: the root.
+        await_commander: the simulation stands at its start until a strategy runs, so that a run is
+            the same each time.
     """
 
     hand: str = "rbo_hand_2"
@@ -74,6 +76,7 @@ class SuiteOptions:
     gui: bool = False
     publish_clock: bool = True
     namespace: str = ""
+    await_commander: bool = False
 
 
 def simulator(options: SuiteOptions) -> NodeCommand:
@@ -90,6 +93,7 @@ def simulator(options: SuiteOptions) -> NodeCommand:
         "real_time_factor": float(options.real_time_factor),
         "gui": options.gui,
         "publish_clock": options.publish_clock,
+        "await_commander": options.await_commander,
     }
     if options.model:
         parameters["model_file"] = options.model
