@@ -9,7 +9,9 @@ EXECUTABLES = [
     "sequencer = grasp_strategies.ros.interface:main",
     "trials = grasp_strategies.trials:main",
 ]
-COMMANDS = EXECUTABLES if "COLCON" in os.environ else []
+COMMANDS = ["softhand-sweep = grasp_strategies.sweep.command:main"] + (
+    EXECUTABLES if "COLCON" in os.environ else []
+)
 
 setup(
     name=PACKAGE,
@@ -34,7 +36,7 @@ setup(
         "numpy",
         "PyYAML",
     ],
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest"], "dask": ["distributed"]},
     zip_safe=False,
     entry_points={"console_scripts": COMMANDS},
 )

@@ -198,4 +198,7 @@ def test_a_strategy_that_never_saw_the_scene_took_no_time_and_got_nothing():
         "touching": "",
         "lift_slip": "nan",
         "lift_turn": "nan",
+        "phase": "",
+        "cause": "not begun",
+        "failed_at": "nan",
     }

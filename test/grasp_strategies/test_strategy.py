@@ -58,6 +58,8 @@ WRIST = "wrist: {frame: wrist_level, position: [0, 0, 0.12]}"
         ("hand: rbo_hand_2\n", "", ["hand"]),
         ("phases:", "objects: ball\nphases:", ["objects", "list", "ball"]),
         ("phases:", "objects: [3]\nphases:", ["objects[0]", "text", "3"]),
+        ("phases:", "segments: 16\nphases:", ["segments", "from 1 to 15", "16"]),
+        ("phases:", "scene: []\nphases:", ["scene", "text"]),
         ("phases:", "success: {max_turn: 20}\nphases:", ["success.max_turn", "3.142 rad", "20"]),
         ("phases:", "success: {max_turn: 0}\nphases:", ["success.max_turn", "above 0", "0"]),
     ],
@@ -95,6 +97,13 @@ def test_a_strategy_may_name_the_objects_that_it_lifts(make_strategy):
     fitting = make_strategy(("phases:", "objects: [ball, tube]\nphases:"))
     assert fitting.objects == ("ball", "tube")
     assert "cylinder" in load_strategy("surface_constrained").objects
+
+
+def test_a_strategy_says_in_which_scene_and_with_which_hand_s_physics_it_was_tried(make_strategy):
+    usual = make_strategy()
+    assert (usual.scene, usual.model, usual.segments) == ("table", "", 5)
+    asked = make_strategy(("phases:", "scene: wall\nmodel: rbo_hand_1\nsegments: 10\nphases:"))
+    assert (asked.scene, asked.model, asked.segments) == ("wall", "rbo_hand_1", 10)
 
 
 def test_options_are_those_of_the_phases(make_strategy):

@@ -7,13 +7,18 @@ import numpy as np
 import pytest
 
 from grasp_strategies import trials
+from grasp_strategies.in_process_scene import build_scene
 from grasp_strategies.judge import GraspResult
+from grasp_strategies.strategy import load_strategy
 from grasp_strategies.trials import (
+    Placement,
+    StartedScene,
     Trial,
     TrialSettings,
     draw_placement,
     main,
     run_batch,
+    run_in_process,
     run_trial,
     summarise,
 )
@@ -52,6 +57,29 @@ def test_a_trial_in_a_used_world_is_that_of_a_new_one_bit_for_bit():
     after_another = run_trial(5, settings)
     assert after_another.result == alone.result
     assert after_another.result.lift_height > 0.1
+
+
+def test_a_placement_on_a_used_world_is_that_of_a_new_simulation_bit_for_bit():
+    """Turn, mass and friction of all pairs are set on the world that there is."""
+    jittered = Placement((0.004, -0.003), 1.04, yaw=0.03, friction_scale=0.87)
+    strategy = load_strategy("surface_constrained")
+    config = {"object_offset": jittered.offset, "object_mass_scale": jittered.mass_scale}
+    config |= {"object_yaw": jittered.yaw, "friction_scale": jittered.friction_scale}
+    new = build_scene(hand=strategy.hand, step=0.01, **config)
+    alone = run_in_process(new, strategy, ())
+    used = StartedScene(TrialSettings(step=0.01))
+    others = [used.run(Placement(friction_scale=1.1)), used.run(Placement())]
+    assert used.run(jittered) == alone
+    assert np.array_equal(used.scene.simulation.bodies.q, new.simulation.bodies.q)
+    assert np.array_equal(used.scene.simulation.object_pose()[1], new.simulation.object_pose()[1])
+    assert alone not in others and alone.lift_height > 0.1
+
+
+def test_a_trial_after_one_that_diverged_is_as_before():
+    used = StartedScene(TrialSettings(step=0.01))
+    usual = used.run(Placement((0.002, 0.0)))
+    used.scene.simulation.world.diverged("for the test")
+    assert used.run(Placement((0.002, 0.0))) == usual
 
 
 def test_a_summary_is_json_that_counts_the_successes():

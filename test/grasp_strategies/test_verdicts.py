@@ -127,6 +127,16 @@ def test_a_break_of_the_hold_does_not_forgive_a_slip():
     assert "slipped by 11.0 mm" in result.reason
 
 
+def test_the_judge_tells_since_when_the_hold_has_a_flaw():
+    judge = GraspJudge(Success(), course.HAND, course.FIRST)
+    told = []
+    for moment in in_hold(0.5, 0.6, course.touched_by("table")):
+        judge.watch(moment.observation, holding=moment.phase == "hold")
+        told.append((judge.was_held, judge.flaw_time))
+    assert told[0] == (False, pytest.approx(0.01))
+    assert told[-1] == (True, pytest.approx(2.8))
+
+
 def test_poses_that_were_no_number_at_the_start_are_no_grasp():
     assert verdict(course.gripped(), course.nowhere(course.FIRST, 0.0)).outcome == "none"
 

@@ -101,6 +101,20 @@ def turned(angle, axis="x"):
     return change
 
 
+def lifted(height):
+    """A change: the wrist and the object in it are up by a height [m]."""
+
+    def change(seen, elapsed):
+        down = np.array([0.0, 0.0, seen.object_position[2] - REST - height])
+        return replace(
+            seen,
+            wrist_position=seen.wrist_position - down,
+            object_position=seen.object_position - down,
+        )
+
+    return change
+
+
 def touched_by(*bodies):
     """A change: other bodies touch the object as well."""
     return lambda seen, elapsed: replace(seen, touching=seen.touching | set(bodies))

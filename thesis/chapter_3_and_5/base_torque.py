@@ -1,4 +1,4 @@
-"""Torque at the base of a finger bent by 90 deg whose tip is moved (Figs. 5.12-5.14).
+"""Torque at the base of a finger bent by about 90 deg whose tip is moved (Figs. 5.12-5.14).
 
 Held is the middle of the last link but one, which is where the last segment begins: the joint in
 that segment is left to itself, as the segment is rigid where it is gripped.
@@ -13,20 +13,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pybullet
-from scipy.optimize import brentq, root
+from scipy.optimize import root
 from scipy.spatial.transform import Rotation, Slerp
 
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.equilibrium.joint_springs import springs_of
 from softhand_model.equilibrium.shooting import Front, straight_links
 from softhand_model.equilibrium.spatial import HeldChain, Hold
-from softhand_model.hand.actuator import Actuator, load_actuator
+from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from thesis.chapter_3_and_5.stand import FingerStand
-from thesis.frame import Array, Figure, Finding, Job, Report, Results, at_most, option
+from thesis.chapter_3_and_5.wall_thickness import actuator_of
+from thesis.frame import Array, Figure, Finding, Job, Report, Results, at_most, number, option
 
 SIZE = (8.0, 6.0)
 PRESSURE, ANGLE = 31e3, np.pi / 2.0  # [Pa, rad], both as the thesis states them
+WALL = 0.0025  # [m]
 SEGMENTS = 10
 LEFT, UP = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
 PUSHES = (("left", LEFT), ("right", -LEFT), ("down", -UP), ("up", UP))
@@ -169,10 +171,10 @@ def pushed(chain: SegmentChain, rest: Array, direction: Array, distance: float) 
 
 
 def actuator() -> Actuator:
-    """A P10 finger of a rubber with which the stated pressure gives the stated angle."""
-    finger = load_actuator("P10.finger")
-    scale = brentq(lambda s: float(finger.with_modulus(s).tip_angle(PRESSURE)) - ANGLE, 0.5, 5.0)
-    return finger.with_modulus(scale)
+    """The finger of section 5.2.2 with a wall of 2.5 mm, of the modulus fitted there. Which finger
+    it was is not said; of those that the thesis names this one bends nearest to the stated angle.
+    """
+    return actuator_of(WALL)
 
 
 def course(stand: FingerStand, start: Pose, given: Parameters) -> list[tuple[str, Pose]]:
@@ -204,6 +206,7 @@ def run(given: Parameters, job: Job) -> Results:
     return {
         "pressure": PRESSURE,
         "shear_modulus": finger.shear_modulus,
+        "tip_angle": float(finger.tip_angle(PRESSURE)),
         "shift": given.shift,
         "roll": given.roll,
         "disturbance": names,
@@ -272,7 +275,9 @@ def _repeat(results: Results) -> float:
 
 def report(results: Results, given: Parameters) -> Report:
     """Peaks of every disturbance; simulator against the static chain; what twist does."""
-    named, findings = [*(name for name, _ in PUSHES), ROLLED], []
+    named, stated = [*(name for name, _ in PUSHES), ROLLED], f"{np.degrees(ANGLE):.0f} deg"
+    bend = float(np.degrees(results["tip_angle"]))
+    findings = [number(f"bend at {PRESSURE / 1e3:g} kPa", bend, "deg", stated)]
     seen = {
         "left": "y considerably less than expected",
         "right": "y considerably less than expected",

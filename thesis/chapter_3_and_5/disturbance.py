@@ -1,4 +1,4 @@
-"""Force at which a cylinder slides in RBO Hand 2 (7.3.1, Fig. 7.10)."""
+"""Force at which a cylinder slides in RBO Hand 2, and in RBO Hand 1 (7.2, 7.3.1, Fig. 7.10)."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from thesis.frame import Figure, Finding, Job, Report, Results, option
 
 SIZE = (9.0, 5.0)
 HAND, PLACE = "rbo_hand_2", (0.055, 0.0, 0.115)
+HAND_1, PLACE_1, SEGMENTS_1 = "rbo_hand_1", (0.062, 0.0, 0.100), 10
 OUTER_PALM = 1.5  # pressure of channel d over that of the others: its wall is thicker
 DIRECTIONS = {  # [-] in the wrist's frame
     "out of the palm": (1.0, 0.0, 0.0),
@@ -26,7 +27,7 @@ FAR = 0.060  # [m] of its way where a push is ended: it has run away
 SAMPLED = 5  # steps from one look at the slip to the next
 JUDGED = 60e3  # [Pa], at which the hand carries its payload
 THESIS = (6.0, 8.0)  # [N]; the pressure is not given
-SMALL = {"pressures": (JUDGED,), "rate": 16.0}
+SMALL = {"pressures": (JUDGED,), "hand_1": (), "rate": 16.0}
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,9 @@ class Parameters:
 
     pressures: tuple[float, ...] = option(
         (45e3, 52e3, 60e3, 70e3), "of fingers, thumb and inner palm; 60 kPa among them [Pa]"
+    )
+    hand_1: tuple[float, ...] = option(
+        (150e3, 210e3), "pressures of RBO Hand 1, under its model file [Pa]"
     )
     rate: float = option(4.0, "of the growing force [N/s]")
 
@@ -66,17 +70,25 @@ def pushed(
 
 def run(given: Parameters, job: Job) -> Results:
     """Pushes in three directions at every pressure, each from the same grasp."""
+    every = [(p, Grasp(HAND, PLACE, (p, p, p, OUTER_PALM * p))) for p in given.pressures]
+    every += [(p, Grasp(HAND_1, PLACE_1, (p,), SEGMENTS_1, HAND_1)) for p in given.hand_1]
     grasps: list[dict[str, Any]] = []
-    for pressure in given.pressures:
-        job.progress(f"{pressure / 1e3:g} kPa", len(grasps) / len(given.pressures))
-        channels = (pressure, pressure, pressure, OUTER_PALM * pressure)
-        with HeldCylinder(Grasp(HAND, PLACE, channels)) as held:
+    for pressure, grasp in every:
+        job.progress(f"{grasp.hand}, {pressure / 1e3:g} kPa", len(grasps) / len(every))
+        with HeldCylinder(grasp) as held:
             saved, pushes = held.simulation.save(), {}
             for name, direction in DIRECTIONS.items():
                 held.simulation.restore(saved)
                 pushes[name] = pushed(held, direction, given.rate)
             held.simulation.restore(saved)
-            grasps.append({"pressure": pressure, "touching": held.touching(), "pushes": pushes})
+            grasps.append(
+                {
+                    "hand": grasp.hand,
+                    "pressure": pressure,
+                    "touching": held.touching(),
+                    "pushes": pushes,
+                }
+            )
     return {"grasps": grasps}
 
 
@@ -93,18 +105,21 @@ def sliding_force(push: dict[str, Any], slip: float = SLID) -> float:
 
 
 def report(results: Results, given: Parameters) -> Report:
-    """Sliding forces at every pressure; at the payload's pressure they are held to the thesis's."""
-    findings, printed = [], f"{THESIS[0]:g}-{THESIS[1]:g} N, pressure not given"
+    """Sliding forces at every pressure; in RBO Hand 2, at the payload's pressure, they are held to
+    the thesis's.
+    """
+    findings = []
     for grasp in results["grasps"]:
-        pressure = grasp["pressure"]
+        pressure, second = grasp["pressure"], grasp["hand"] == HAND
+        printed = f"{THESIS[0]:g}-{THESIS[1]:g} N, pressure not given" if second else "-"
         for name, push in grasp["pushes"].items():
             force, way = sliding_force(push), np.interp(SLID, push["slip"], push["way"])
             others = ", ".join(
                 f"{1e3 * other:g} mm at {_shown(sliding_force(push, other))}" for other in OTHERS
             )
             ours = f"slides by {1e3 * SLID:g} mm at {_shown(force)}, when it has given way by"
-            met = bool(THESIS[0] <= force <= THESIS[1]) if pressure == JUDGED else None
-            what = f"{pressure / 1e3:g} kPa, {name}"
+            met = bool(THESIS[0] <= force <= THESIS[1]) if second and pressure == JUDGED else None
+            what = f"RBO Hand {2 if second else 1} at {pressure / 1e3:g} kPa, {name}"
             findings.append(Finding(what, printed, f"{ours} {1e3 * way:.0f} mm ({others})", met))
     return Report(findings, conclude(results))
 
@@ -115,15 +130,16 @@ def _shown(force: float) -> str:
 
 def conclude(results: Results) -> str:
     """What came out."""
-    judged = next(grasp for grasp in results["grasps"] if grasp["pressure"] == JUDGED)
+    second = [grasp for grasp in results["grasps"] if grasp["hand"] == HAND]
+    judged = next(grasp for grasp in second if grasp["pressure"] == JUDGED)
     forces = [sliding_force(push) for push in judged["pushes"].values()]
     means = [
         np.mean([min(sliding_force(push), LARGEST) for push in grasp["pushes"].values()])
-        for grasp in results["grasps"]
+        for grasp in second
     ]
     words = ", ".join(
         f"{mean:.1f} N at {grasp['pressure'] / 1e3:g} kPa"
-        for mean, grasp in zip(means, results["grasps"], strict=True)
+        for mean, grasp in zip(means, second, strict=True)
     )
     return (
         f"At {JUDGED / 1e3:g} kPa, with which the hand carries its payload, the cylinder slides at "
@@ -141,8 +157,10 @@ def draw(figure: Figure, results: Results, report: Report) -> None:
         for axes, key in ((upper, "slip"), (lower, "way")):
             axes.axvspan(*THESIS, color="0.88")
             for grasp in results["grasps"]:
-                push, label = grasp["pushes"][name], f"{grasp['pressure'] / 1e3:g} kPa"
-                axes.plot(push["force"], 1e3 * np.array(push[key]), lw=1, label=label)
+                push, first = grasp["pushes"][name], grasp["hand"] == HAND_1
+                label = f"{'Hand 1, ' if first else ''}{grasp['pressure'] / 1e3:g} kPa"
+                line = ":" if first else "-"
+                axes.plot(push["force"], 1e3 * np.array(push[key]), line, lw=1, label=label)
         upper.axhline(1e3 * SLID, color="0.6", ls=":", lw=1)
         upper.set_title(name, fontsize=9)
         lower.set_xlabel("force [N]")

@@ -10,6 +10,7 @@ import pybullet
 from pneuflex_sim.scene.scenes import load_scene
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from softhand_model.effects.load import STANDARD_GRAVITY
+from softhand_model.model_file import Model, load_model
 from thesis.chapter_3_and_5.stand import SENSOR, fill
 from thesis.frame import Array
 
@@ -24,13 +25,21 @@ OBJECT_MASS = 0.106  # [kg]
 @dataclass(frozen=True)
 class Grasp:
     """Which hand closes around the cylinder: name, place (3,) [m] of its centre in the wrist's
-    frame at the start, gauge pressures [Pa] of the channels, and segments an actuator.
+    frame at the start, gauge pressures [Pa] of the channels, segments an actuator, and the model
+    file, whose weight is left out.
     """
 
     hand: str
     place: tuple[float, float, float]
     pressures: tuple[float, ...]
     segments: int = 5
+    model: str = "base"
+
+
+def weightless(name: str) -> Model:
+    """A shipped model without the weight of the actuators."""
+    model = load_model(name)
+    return replace(model, effects=tuple(e for e in model.effects if e.name != "gravity"))
 
 
 class HeldCylinder:
@@ -47,7 +56,7 @@ class HeldCylinder:
                 scene=scene,
                 object=OBJECT,
                 object_mass_scale=mass / OBJECT_MASS,
-                model="base",
+                model=weightless(grasp.model),
                 step=STEP,
                 segments=grasp.segments,
                 wrist=SENSOR,

@@ -13,14 +13,16 @@ SIZE = (9.0, 4.0)
 
 HAND_2, HAND_1 = "rbo_hand_2", "rbo_hand_1"
 PLACE_2, PLACE_1 = (0.055, 0.0, 0.115), (0.062, 0.0, 0.100)  # [m] of the cylinder in the hands
-ENOUGH = 17  # segments: the joints of a P5 then do not come to their stops up to its limit
+ENOUGH, ENOUGH_BARE = 10, 17  # segments with which no joint stops, with its model and without
+LIFTED = "RBO Hand 1 at 210 kPa"
 GRASPS = {
     "RBO Hand 2 at 60 kPa": Grasp(HAND_2, PLACE_2, (60e3, 60e3, 60e3, 90e3)),
-    "RBO Hand 1 at 120 kPa": Grasp(HAND_1, PLACE_1, (120e3,), ENOUGH),
-    "RBO Hand 1 at 150 kPa": Grasp(HAND_1, PLACE_1, (150e3,), ENOUGH),
-    "RBO Hand 1 at 210 kPa": Grasp(HAND_1, PLACE_1, (210e3,), ENOUGH),  # the thesis's, 8.1.2
+    "RBO Hand 1 at 150 kPa": Grasp(HAND_1, PLACE_1, (150e3,), ENOUGH, HAND_1),
+    LIFTED: Grasp(HAND_1, PLACE_1, (210e3,), ENOUGH, HAND_1),  # the thesis's pressure, 8.1.2
+    "RBO Hand 1 at 150 kPa, bare model": Grasp(HAND_1, PLACE_1, (150e3,), ENOUGH_BARE),
+    "RBO Hand 1 at 210 kPa, bare model": Grasp(HAND_1, PLACE_1, (210e3,), ENOUGH_BARE),
 }
-JUDGED_HAND = "RBO Hand 2 at 60 kPa"  # the thesis tells of no other payload
+JUDGED_HAND = "RBO Hand 2 at 60 kPa"  # the thesis states no other payload
 DIRECTIONS = {  # of the weight, in the wrist's frame
     "palm down": (1.0, 0.0, 0.0),
     "palm up": (-1.0, 0.0, 0.0),
@@ -107,7 +109,8 @@ def report(results: Results, given: Parameters) -> Report:
     findings, words = [], []
     for hand, found in results["hands"].items():
         judged = hand == JUDGED_HAND
-        seen, limit = ("0.5 kg", f" (<= {1e3 * DRIFT:g})") if judged else ("-", "")
+        limit = f" (<= {1e3 * DRIFT:g})" if judged else ""
+        seen = "0.5 kg" if judged else "lifts a bottle of 546 g" if hand == LIFTED else "-"
         if not found["touching"]:
             findings.append(Finding(hand, "-", LOST, False if judged else None))
         drifts = {posture: drift(hold) for posture, hold in found["holds"].items()}

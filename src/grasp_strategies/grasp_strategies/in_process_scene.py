@@ -7,23 +7,32 @@ its pressure limit is relieved.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
-from pneuflex_sim.scene.contacts import OBJECT
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
-from softhand_model.gas import AMBIENT_PRESSURE, line_conductance, orifice_conductance, series_flow
+from softhand_model.gas import (
+    AMBIENT_PRESSURE,
+    air_mass,
+    line_conductance,
+    orifice_conductance,
+    series_flow,
+)
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 
 SMALLEST_PULSE = 2.5e-6  # air that one shortest opening of a valve moves (thesis 4.3) [kg]
+WORTH_A_PULSE = 0.6  # of it, that have to lack for a pressure; half would take turns
+REACH_MARGIN = 0.03  # fingers stretch by that, and are that thick [m]
 RELIEF_END = 0.97  # of the limit, as the driver has it; the outlet closes again below it
 
 
 class ImposedAir:
-    """Air masses (channels,) [kg above the fill at rest] on their way to the commanded ones.
+    """Air masses (channels,) [kg above the fill at rest] on their way to what is commanded: masses,
+    or gauge pressures, which are kept from then on.
 
     A command is met to the nearest whole pulse. Until then a channel fills from the supply or
     empties to ambient through its choke and tube (mean of their tolerances). As the driver does, it
@@ -32,9 +41,10 @@ class ImposedAir:
 
     Args:
         limits: largest gauge pressures (channels,) [Pa].
+        rest_volumes: of the channels (channels,) [m3].
         parameters: of the box.
 
-    >>> air = ImposedAir(np.array([80e3]))
+    >>> air = ImposedAir(np.array([80e3]), np.array([3e-5]))
     >>> air.command(np.array([1.1e-5]))
     >>> for _ in range(1000):
     ...     masses = air.advance(0.001, np.array([120e3]))
@@ -42,7 +52,9 @@ class ImposedAir:
     10.0
     """
 
-    def __init__(self, limits: Array, parameters: Pneumatics | None = None) -> None:
+    def __init__(
+        self, limits: Array, rest_volumes: Array, parameters: Pneumatics | None = None
+    ) -> None:
         box = parameters or load_pneumatics()
         foil = float(np.mean(box.choke.discharge_coefficient)) * np.pi / 4
         self._inlet = orifice_conductance(foil * box.choke.inlet_diameter**2, box.temperature)
@@ -54,22 +66,43 @@ class ImposedAir:
         self._supply = box.supply.pressure + box.ambient_pressure
         self._limits = limits + box.ambient_pressure
         self._relief_ends = RELIEF_END * limits + box.ambient_pressure
+        self._rest_masses = air_mass(box.ambient_pressure, rest_volumes, box.temperature)
         self.masses: Array = np.zeros(len(limits))
         self._goal: Array = np.zeros(len(limits))
+        self._pressure_goal: Array = np.full(len(limits), np.nan)
         self.limited, self._relieving, self._blocked = np.zeros((3, len(limits)), bool)
 
     def command(self, masses: Array) -> None:
-        """Set the masses to reach [kg]; raises ValueError unless there is one number a channel."""
-        wanted = np.asarray(masses, float)
-        if wanted.shape != self.masses.shape or not np.isfinite(wanted).all():
+        """Set the masses to reach [kg], NaN to leave a channel as it is commanded; raises
+        ValueError unless there is one number a channel.
+        """
+        wanted = self._checked("air masses", masses)
+        named = ~np.isnan(wanted)
+        pulses = np.round(wanted / SMALLEST_PULSE)
+        self._goal = np.where(named, pulses * SMALLEST_PULSE, self._goal)
+        self._pressure_goal = np.where(named, np.nan, self._pressure_goal)
+        self._blocked = np.where(named, self._relieving, self._blocked)
+
+    def command_pressure(self, pressures: Array) -> None:
+        """Set the gauge pressures to reach and keep [Pa], NaN as in `command`; raises ValueError as
+        that does.
+        """
+        wanted = self._checked("pressures", pressures)
+        named = ~np.isnan(wanted)
+        self._pressure_goal = np.where(named, wanted, self._pressure_goal)
+        self._blocked = np.where(named, self._relieving, self._blocked)
+
+    def _checked(self, what: str, values: Array) -> Array:
+        wanted = np.asarray(values, float)
+        if wanted.shape != self.masses.shape or np.isinf(wanted).any():
             raise ValueError(
-                f"air masses: expected {len(self.masses)} finite numbers, got {masses}"
+                f"{what}: expected {len(self.masses)} finite numbers, or NaN, got {values}"
             )
-        self._goal = np.round(wanted / SMALLEST_PULSE) * SMALLEST_PULSE
-        self._blocked = self._relieving.copy()
+        return wanted
 
     def advance(self, duration: float, pressures_abs: Array) -> Array:
         """Masses [kg] after `duration` [s] with the channels at absolute pressures [Pa]."""
+        self._follow_pressures(pressures_abs)
         missing = self._allowed(pressures_abs)
         if missing.any():
             self.masses = self.masses + np.clip(
@@ -78,6 +111,20 @@ class ImposedAir:
                 duration * series_flow(self._supply, pressures_abs, self._inlet, self._line),
             )
         return self.masses
+
+    def _follow_pressures(self, pressures_abs: Array) -> None:
+        """Where a pressure is commanded, want the air that it lacks, to the nearest whole pulse, as
+        if the channel's volume stayed what it is: no more than what is lacking, as it grows.
+        """
+        by_pressure = ~np.isnan(self._pressure_goal)
+        if not by_pressure.any():
+            return
+        capacity = (self._rest_masses + self.masses) / pressures_abs  # V/(R_s T) [kg/Pa]
+        lacking = self._pressure_goal + self._ambient - pressures_abs
+        wanted = self.masses + capacity * lacking
+        worth = np.abs(wanted - self._goal) > WORTH_A_PULSE * SMALLEST_PULSE
+        pulses = np.round(wanted / SMALLEST_PULSE)
+        self._goal = np.where(by_pressure & worth, pulses * SMALLEST_PULSE, self._goal)
 
     def _allowed(self, pressures_abs: Array) -> Array:
         """Air (channels,) [kg] that is wanted and that the limits do not forbid; a channel that is
@@ -105,7 +152,11 @@ class InProcessScene:
         self.simulation = simulation
         self.channels: tuple[str, ...] = tuple(simulation.channels)
         self.hand_bodies = hand_body_names(chain.name for chain in simulation.hand.chains)
-        self._air = ImposedAir(simulation.hand.max_pressures())
+        self._air = self._air_at_rest()
+
+    def _air_at_rest(self) -> ImposedAir:
+        simulation = self.simulation
+        return ImposedAir(simulation.hand.max_pressures(), simulation.air.rest_volumes)
 
     @property
     def time(self) -> float:
@@ -117,8 +168,14 @@ class InProcessScene:
         self.simulation.command_wrist(position, orientation)
 
     def command_air(self, masses: Array) -> None:
-        """Set the air masses (channels,) [kg above rest] to reach."""
+        """Set the air masses (channels,) [kg above rest] to reach; NaN keeps what was commanded."""
         self._air.command(masses)
+
+    def command_pressure(self, pressures: Array) -> None:
+        """Set the gauge pressures (channels,) [Pa] to reach and keep; NaN keeps a channel's
+        command.
+        """
+        self._air.command_pressure(pressures)
 
     def vent(self) -> None:
         """Let all air out."""
@@ -129,6 +186,21 @@ class InProcessScene:
         """Names of the channels that have been above their pressure limits, and were relieved."""
         pairs = zip(self.channels, self._air.limited, strict=True)
         return tuple(name for name, limited in pairs if limited)
+
+    @property
+    def reach(self) -> float:
+        """Distance from the wrist beyond which no middle of the object is that the hand touches
+        [m]; infinite beside a wall, which sends back what rolls away.
+        """
+        simulation = self.simulation
+        if simulation.scene.wall is not None or simulation.object is None:
+            return math.inf
+        fingers = [float(np.linalg.norm(place)) for place, _ in simulation.fingertips().values()]
+        box = [
+            max(simulation.object.reach(tuple(sign * axis)) for sign in (-1, 1))
+            for axis in np.eye(3)
+        ]
+        return max(fingers) + float(np.linalg.norm(box)) + REACH_MARGIN
 
     def step(self, duration: float) -> None:
         """Simulate `duration` [s], in whole physics steps, at least one.
@@ -156,25 +228,28 @@ class InProcessScene:
             *simulation.object_pose(),
             self._air.masses,
             simulation.pressures(),
-            frozenset(
-                body
-                for contact in simulation.object_contacts()
-                for body in (contact.first, contact.second)
-                if body != OBJECT
-            ),
+            simulation.touching_object(),
         )
 
     def save(self) -> dict[str, Any]:
         """Snapshot for `restart`."""
         return self.simulation.save()
 
-    def restart(self, saved: dict[str, Any], offset: tuple[float, ...], mass_scale: float) -> None:
+    def restart(
+        self,
+        saved: dict[str, Any],
+        offset: tuple[float, ...],
+        mass_scale: float,
+        yaw: float = 0.0,
+        friction_scale: float = 1.0,
+    ) -> None:
         """Go back to a snapshot from before anything was commanded, with the object shifted by
-        `offset` [m] and its mass scaled; the same, bit for bit, as in a new simulation.
+        `offset` [m], turned by `yaw` [rad], its mass and the friction of all pairs scaled; the
+        same, bit for bit, as in a new simulation.
         """
         self.simulation.restore(saved)
-        self.simulation.place_object(offset, mass_scale)
-        self._air = ImposedAir(self.simulation.hand.max_pressures())
+        self.simulation.place_object(offset, mass_scale, yaw, friction_scale)
+        self._air = self._air_at_rest()
 
     def close(self) -> None:
         """Free the simulation."""

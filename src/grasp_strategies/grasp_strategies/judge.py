@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +19,10 @@ from grasp_strategies.strategy import Success
 from softhand_model.numerics.rotations import compose
 
 GRIPPED, LOST, NONE = "gripped", "lost", "none"
-NOT_REACHED = "the hold was not reached"
+# what may be wrong with a hold; others than the hand are named in place of the braces
+SLIPPED, TURNED, DROPPED = "slipped in the hold", "turned in the hold", "dropped"
+TOUCHED, TOO_LOW, TOO_SHORT = "touched the {}", "lifted too low", "held too short"
+NOT_REACHED, NO_NUMBER, NOT_BEGUN = "hold not reached", "diverged", "not begun"
 CARRIED_HEIGHT = 0.010  # [m] above its start, touched by the hand alone: the hand had the object
 
 
@@ -34,7 +39,9 @@ class GraspResult:
     [m] and quaternion (x, y, z, w) of the object in the wrist frame when it was held last, and
     `touching`: the parts of the hand that held it then, both empty if it never was; `lift_slip`,
     `lift_turn`: as slip and turn, from when the hand alone had the object off the ground to the
-    hold. They are told, not judged: soft fingers give way when they take the weight.
+    hold. They are told, not judged: soft fingers give way when they take the weight. `phase`,
+    `cause`: in which phase and of what a grasp failed (see `failure`), empty if it did not;
+    `failed_at`: when [s] since the beginning, NaN if it did not.
     """
 
     outcome: str
@@ -50,6 +57,9 @@ class GraspResult:
     touching: tuple[str, ...] = ()
     lift_slip: float = math.nan
     lift_turn: float = math.nan
+    phase: str = ""
+    cause: str = ""
+    failed_at: float = math.nan
 
     @property
     def gripped(self) -> bool:
@@ -59,11 +69,14 @@ class GraspResult:
     @classmethod
     def not_begun(cls, reason: str) -> GraspResult:
         """Result of a strategy that never saw the scene."""
-        return cls(NONE, 0.0, math.nan, 0.0, 0.0, reason, completed=False)
+        return cls(NONE, 0.0, math.nan, 0.0, 0.0, reason, completed=False, cause=NOT_BEGUN)
 
-    def stopped(self, reason: str, safe: bool = True) -> GraspResult:
-        """The same observations when the strategy ended early."""
-        return replace(self, reason=reason, completed=False, safe=safe)
+    def stopped(
+        self, reason: str, safe: bool = True, phase: str = "", cause: str = ""
+    ) -> GraspResult:
+        """The same observations when the strategy ended early; with a cause, it failed of that."""
+        early = replace(self, reason=reason, completed=False, safe=safe)
+        return replace(early, phase=phase, cause=cause, failed_at=self.duration) if cause else early
 
     def summary(self) -> dict[str, str]:
         """All fields as texts; numbers in SI.
@@ -93,8 +106,16 @@ def held_by(observation: Observation, hand_bodies: frozenset[str]) -> bool:
 
 def is_number(observation: Observation) -> bool:
     """Whether the poses of wrist and object are finite, as they are until a simulation diverges."""
-    pose = in_hand(observation)
-    return bool(np.isfinite(pose.position).all() and np.isfinite(pose.orientation).all())
+    wrist = (observation.wrist_position, observation.wrist_orientation)
+    seen = (*wrist, observation.object_position, observation.object_orientation)
+    return all(map(math.isfinite, chain.from_iterable(part.tolist() for part in seen)))
+
+
+class Flaw(NamedTuple):
+    """What is wrong with a grasp, in one of the words above, and in a sentence."""
+
+    cause: str
+    sentence: str
 
 
 class Drift:
@@ -126,7 +147,9 @@ class GraspJudge:
         self._held_last: Observation | None = None
         self._held_since: float | None = None
         self._hold_time = 0.0
-        self._flaw = NOT_REACHED
+        self._reached = False
+        self._flaw: Flaw | None = None
+        self._flaw_time = math.nan
 
     def rise(self, observation: Observation) -> float:
         """Height of the object above its start [m]."""
@@ -143,22 +166,48 @@ class GraspJudge:
             self._watch_hold(observation, rise)
             return
         self._held_since = None
-        if self._flaw == NOT_REACHED:
+        if not self._reached:
             self._watch_lift(observation, carried)
+
+    @property
+    def was_held(self) -> bool:
+        """Whether the object was held in the hold, if only for an instant."""
+        return self._held_last is not None
+
+    @property
+    def flaw_time(self) -> float:
+        """When the hold had its first flaw, or now [s of the scene]."""
+        return self._flaw_time if self._flaw else self._last.time
+
+    @property
+    def lift_slip(self) -> float:
+        """As in the result [m]."""
+        return self._lift.slip
+
+    def flaw(self) -> Flaw | None:
+        """Why the grasp is no success by what was seen so far; None when it is one."""
+        held = self._hold_time > self._success.hold_time - 1e-6
+        drifted = self._drifted()
+        if self._flaw and not held and self._flaw.cause not in (SLIPPED, TURNED):
+            return self._flaw
+        if drifted or held:
+            return drifted
+        if not self._reached:
+            return Flaw(NOT_REACHED, "the hold was not reached")
+        asked = f"{self._success.hold_time:.2f} s"
+        return Flaw(TOO_SHORT, f"held only {self._hold_time:.2f} s of {asked}")
 
     def result(self) -> GraspResult:
         """The outcome by what was seen so far."""
-        failing = self._failing()
-        outcome = GRIPPED if not failing else LOST if self._carried else NONE
-        held = self._held_last
+        flaw, held = self.flaw(), self._held_last
         pose = held and in_hand(held)
         return GraspResult(
-            outcome,
+            LOST if flaw and self._carried else NONE if flaw else GRIPPED,
             self._lift_height,
             self._hold.slip,
             self._hold_time,
             self._last.time - self._first.time,
-            failing or self._praise(),
+            flaw.sentence if flaw else self._praise(),
             turn=self._hold.turn,
             pose_in_hand=(*pose.position.tolist(), *pose.orientation.tolist()) if pose else (),
             touching=tuple(sorted(held.touching)) if held else (),
@@ -173,49 +222,53 @@ class GraspJudge:
             self._lift.watch(in_hand(observation))
 
     def _watch_hold(self, observation: Observation, rise: float) -> None:
-        if self._flaw == NOT_REACHED:
-            self._flaw = ""
+        self._reached = True
         flaw = self._flaw_of(observation, rise)
-        if flaw:
-            self._flaw = self._flaw or flaw
+        if flaw is None:
+            self._go_on_holding(observation)
+        else:
             self._held_since = None
-            return
+        if self._flaw is None and (flaw := flaw or self._drifted()):
+            self._flaw, self._flaw_time = flaw, observation.time
+
+    def _go_on_holding(self, observation: Observation) -> None:
         self._hold.watch(in_hand(observation))  # a break does not begin the drift anew
         self._held_last = observation
         if self._held_since is None:
             self._held_since = observation.time
         self._hold_time = max(self._hold_time, observation.time - self._held_since)
 
-    def _flaw_of(self, observation: Observation, rise: float) -> str:
-        """Why this instant does not count as held; empty when it does."""
+    def _flaw_of(self, observation: Observation, rise: float) -> Flaw | None:
+        """Why this instant does not count as held; None when it does."""
         if not is_number(observation):
-            return "the pose of the object or of the wrist was no number in the hold"
+            sentence = "the pose of the object or of the wrist was no number in the hold"
+            return Flaw(NO_NUMBER, sentence)
         others = sorted(observation.touching - self._hand_bodies)
         if others:
-            return f"{', '.join(others)} touched the object in the hold"
+            cause = TOUCHED.format(others[0]) if rise > CARRIED_HEIGHT else DROPPED
+            return Flaw(cause, f"{', '.join(others)} touched the object in the hold")
         if not observation.touching:
-            return "nothing touched the object in the hold"
+            return Flaw(DROPPED, "nothing touched the object in the hold")
         if not rise >= self._success.lift_height:
-            return f"the object was only {1e3 * rise:.0f} mm up in the hold"
-        return ""
+            return Flaw(TOO_LOW, f"the object was only {1e3 * rise:.0f} mm up in the hold")
+        return None
 
-    def _failing(self) -> str:
-        """Why the grasp is no success by what was seen so far; empty when it is one."""
-        asked = self._success
-        held = self._hold_time > asked.hold_time - 1e-6
-        if self._flaw and not held:
-            return self._flaw
-        if self._hold.slip > asked.max_slip:
-            return (
-                f"the object slipped by {1e3 * self._hold.slip:.1f} mm in the hold, more than "
-                f"{1e3 * asked.max_slip:.1f} mm"
+    def _drifted(self) -> Flaw | None:
+        """Whether the object slipped or turned too far in the hold."""
+        asked, hold = self._success, self._hold
+        if hold.slip > asked.max_slip:
+            return Flaw(
+                SLIPPED,
+                f"the object slipped by {1e3 * hold.slip:.1f} mm in the hold, more than "
+                f"{1e3 * asked.max_slip:.1f} mm",
             )
-        if self._hold.turn > asked.max_turn:
-            return (
-                f"the object turned by {math.degrees(self._hold.turn):.1f} deg in the hand, more "
-                f"than {math.degrees(asked.max_turn):.1f} deg"
+        if hold.turn > asked.max_turn:
+            return Flaw(
+                TURNED,
+                f"the object turned by {math.degrees(hold.turn):.1f} deg in the hand, more than "
+                f"{math.degrees(asked.max_turn):.1f} deg",
             )
-        return "" if held else f"held only {self._hold_time:.2f} s of {asked.hold_time:.2f} s"
+        return None
 
     def _praise(self) -> str:
         return (

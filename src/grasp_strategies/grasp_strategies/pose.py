@@ -72,6 +72,14 @@ class Pose:
             compose(self.orientation, inner.orientation),
         )
 
+    def place(self, point: Array) -> Array:
+        """Coordinates (3,) [m] in the outer frame of a point given in this frame."""
+        return self.position + rotate(self.orientation, point)
+
+    def shifted(self, point: Array) -> Pose:
+        """The frame with its origin moved to a point (3,) [m] of its own axes."""
+        return Pose(self.place(point), self.orientation)
+
     def locate(self, point: Array) -> Array:
         """Coordinates (3,) [m] in this frame of a point given in the outer frame."""
         return rotate(inverse(self.orientation), point - self.position)
@@ -91,23 +99,34 @@ def minimum_jerk(fraction: float) -> float:
 
 @dataclass(frozen=True)
 class Motion:
-    """Minimum-jerk motion of the position and slerp along the same course, in `duration` [s]."""
+    """Minimum-jerk motion along a straight line and slerp along the same course, in `duration` [s];
+    it is the point `pivot` (3,) [m] in the moving frame's axes that goes straight, None for its
+    origin.
+    """
 
     start: Pose
     goal: Pose
     duration: float
+    pivot: Array | None = None
 
     def at(self, elapsed: float) -> Pose:
         """Pose `elapsed` [s] after the start; the goal from `duration` on."""
         course = minimum_jerk(elapsed / self.duration) if self.duration > 0 else 1.0
-        position = self.start.position + course * (self.goal.position - self.start.position)
-        return Pose(position, slerp(self.start.orientation, self.goal.orientation, course))
+        orientation = slerp(self.start.orientation, self.goal.orientation, course)
+        if self.pivot is None:
+            first, last = self.start.position, self.goal.position
+            return Pose(first + course * (last - first), orientation)
+        first, last = self.start.place(self.pivot), self.goal.place(self.pivot)
+        return Pose(first + course * (last - first), orientation).shifted(-self.pivot)
 
 
-def duration_at_speed(start: Pose, goal: Pose, speed: float, turn_speed: float) -> float:
-    """Duration [s] in which the motion exceeds neither a speed [m/s] nor a rate of rotation
-    [rad/s] at its greatest.
+def duration_at_speed(
+    start: Pose, goal: Pose, speed: float, turn_speed: float, pivot: Array | None = None
+) -> float:
+    """Duration [s] in which the pivot (the frames' origin for None) exceeds neither a speed [m/s]
+    nor the motion a rate of rotation [rad/s] at its greatest.
     """
-    distance = float(sum((goal.position - start.position) ** 2) ** 0.5)
+    point = np.zeros(3) if pivot is None else pivot
+    distance = float(sum((goal.place(point) - start.place(point)) ** 2) ** 0.5)
     angle = angle_between(start.orientation, goal.orientation)
     return PEAK_TO_MEAN * max(distance / speed, angle / turn_speed)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +75,15 @@ class Scene(Protocol):
         """Set the target pose of the wrist: position (3,) [m], quaternion (4,)."""
 
     def command_air(self, masses: Array) -> None:
-        """Set the target air masses (channels,) [kg above the fill at rest and ambient]."""
+        """Set the target air masses (channels,) [kg above the fill at rest and ambient]; NaN for a
+        channel that keeps the command it has.
+        """
+
+    def command_pressure(self, pressures: Array) -> None:
+        """Set the gauge pressures (channels,) [Pa] to reach and to keep, whatever air that takes;
+        NaN for a channel that keeps the command it has. A channel obeys the last of its commands,
+        be it of a mass or of a pressure.
+        """
 
     def vent(self) -> None:
         """Open every outlet; raises SceneError when it cannot be known that this happened."""
@@ -90,17 +98,43 @@ class Scene(Protocol):
         """Return the state now; raises SceneError when a part of it is missing."""
 
 
-def masses_in_order(
-    masses: Mapping[str, float], channels: tuple[str, ...], otherwise: Array
-) -> Array:
-    """Air masses (channels,) [kg] by channel; channels that are not named keep `otherwise`.
-
-    >>> masses_in_order({"b": 2e-5}, ("a", "b"), np.array([1e-5, 0.0])).tolist()
-    [1e-05, 2e-05]
+class AirTarget(NamedTuple):
+    """What the channels shall contain: air `masses` (channels,) [kg above the fill at rest and
+    ambient] or gauge `pressures` (channels,) [Pa], NaN where the other is commanded.
     """
-    return np.array(
-        [masses.get(name, kept) for name, kept in zip(channels, otherwise, strict=True)]
-    )
+
+    masses: Array
+    pressures: Array
+
+    def changed(
+        self, masses: Mapping[str, float], pressures: Mapping[str, float], channels: tuple[str, ...]
+    ) -> AirTarget:
+        """The same with other commands for some of the channels.
+
+        >>> target = AirTarget(np.array([1e-5, 2e-5]), np.full(2, np.nan))
+        >>> target.changed({}, {"b": 2e3}, ("a", "b")).pressures.tolist()
+        [nan, 2000.0]
+        """
+        found = AirTarget(self.masses.copy(), self.pressures.copy())
+        for commands, own, other in ((masses, *found), (pressures, *found[::-1])):
+            for name, value in commands.items():
+                own[channels.index(name)], other[channels.index(name)] = value, np.nan
+        return found
+
+    def start(self, goal: AirTarget, seen: Observation) -> AirTarget:
+        """Where a ramp to `goal` begins: at this target, and where it commands the other quantity
+        at what is seen.
+        """
+        measured = (seen.air_mass, seen.pressure)
+        parts = (
+            np.where(np.isnan(wanted), np.nan, np.where(np.isnan(own), found, own))
+            for own, wanted, found in zip(self, goal, measured, strict=True)
+        )
+        return AirTarget(*parts)
+
+    def towards(self, goal: AirTarget, share: float) -> AirTarget:
+        """The target a share of the way to `goal`, a target of the same quantities."""
+        return AirTarget(*(a + share * (b - a) for a, b in zip(self, goal, strict=True)))
 
 
 def hand_body_names(chains: Iterable[str]) -> frozenset[str]:

@@ -7,17 +7,20 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from grasp_strategies.judge import GraspJudge, GraspResult
+from grasp_strategies.failure import ABORTED, DIVERGED, SCENE_FAILED, TIMED_OUT, GraspWatch
+from grasp_strategies.judge import GraspResult
 from grasp_strategies.pose import IDENTITY, Motion, Pose, duration_at_speed, heading, inverse
-from grasp_strategies.scene import Array, Observation, Scene, SceneError, masses_in_order
+from grasp_strategies.scene import AirTarget, Array, Observation, Scene, SceneError
 from grasp_strategies.strategy import Phase, Strategy, Waypoint
 from softhand_model.documents.quoted import listed, quoted, shortened
 from softhand_model.numerics.rotations import compose, from_rpy
 
 CONTROL_STEP = 0.01  # [s]
+TIME_TOLERANCE = 1e-9  # [s]
 VENT, HOLD = "vent", "hold"
 ABORT_ACTIONS = (VENT, HOLD)
-DONE, ABORTED, FAILED = "done", "aborted", "failed"  # what `on_phase` gets after the last phase
+OF_AIR = ("air_mass_error", "pressure_error", "pressure")  # count once the ramp is over
+DONE, FAILED = "done", "failed"  # what `on_phase` gets after the last phase; or ABORTED
 
 
 class PhaseRun:
@@ -29,37 +32,41 @@ class PhaseRun:
         object_rpy: tuple[float, float, float] | None,
         seen: Observation,
         commanded_pose: Pose,
-        commanded_air: Array,
+        commanded_air: AirTarget,
         channels: tuple[str, ...],
     ) -> None:
-        self.phase, self.start = phase, seen.time
-        self.air_goal = masses_in_order(phase.air_mass, channels, commanded_air)
-        self._air_start = commanded_air
+        self.phase, self.start, self.start_force = phase, seen.time, seen.wrist_force
+        self.air_goal = commanded_air.changed(phase.air_mass, phase.pressure, channels)
+        self._air_start = commanded_air.start(self.air_goal, seen)
         self.motion: Motion | None = None
         if phase.wrist is not None:
             goal = goal_pose(phase.wrist, seen, commanded_pose, object_rpy)
-            duration = _motion_duration(phase, commanded_pose, goal)
-            self.motion = Motion(commanded_pose, goal, duration)
+            pivot = np.array(phase.wrist.pivot)
+            duration = _motion_duration(phase, commanded_pose, goal, pivot)
+            self.motion = Motion(commanded_pose, goal, duration, pivot if pivot.any() else None)
+
+    @property
+    def ramp(self) -> float:
+        """Time that the air takes to its goal [s]."""
+        return self.phase.air_ramp
 
     @property
     def least_duration(self) -> float:
         """Time until motion, ramp and stated duration are all over [s]."""
         moving = self.motion.duration if self.motion else 0.0
-        ramp = self.phase.air_ramp if self.phase.air_mass else 0.0
-        return max(moving, ramp, self.phase.duration or 0.0)
+        return max(moving, self.ramp, self.phase.duration or 0.0)
 
-    def air_at(self, elapsed: float) -> Array:
-        """Commanded air masses (channels,) [kg] at a time [s] since the phase began."""
-        ramp = self.phase.air_ramp
-        if elapsed >= ramp:
+    def air_at(self, elapsed: float) -> AirTarget:
+        """Commanded air at a time [s] since the phase began."""
+        if elapsed >= self.ramp - TIME_TOLERANCE:
             return self.air_goal
-        return self._air_start + (elapsed / ramp) * (self.air_goal - self._air_start)
+        return self._air_start.towards(self.air_goal, elapsed / self.ramp)
 
 
-def _motion_duration(phase: Phase, start: Pose, goal: Pose) -> float:
+def _motion_duration(phase: Phase, start: Pose, goal: Pose, pivot: Array) -> float:
     if phase.speed is None:
         return phase.duration or 0.0
-    return duration_at_speed(start, goal, phase.speed, phase.turn_speed)
+    return duration_at_speed(start, goal, phase.speed, phase.turn_speed, pivot)
 
 
 def goal_pose(
@@ -68,7 +75,11 @@ def goal_pose(
     commanded: Pose,
     object_rpy: tuple[float, float, float] | None,
 ) -> Pose:
-    """Pose in the world of a waypoint, by what is seen and commanded when its phase begins."""
+    """Pose of the wrist in the world at a waypoint, by what is seen and commanded when its phase
+    begins.
+    """
+    pivot = np.array(waypoint.pivot)
+    commanded = commanded.shifted(pivot)
     frames = {
         "environment": Pose(np.zeros(3), IDENTITY),
         "wrist": commanded,
@@ -77,7 +88,9 @@ def goal_pose(
     }
     orientation = IDENTITY if waypoint.rpy is None else from_rpy(waypoint.rpy)
     goal = frames[waypoint.frame].compose(Pose(np.array(waypoint.position), orientation))
-    return Pose(goal.position, commanded.orientation) if waypoint.rpy is None else goal
+    if waypoint.rpy is None:
+        goal = Pose(goal.position, commanded.orientation)
+    return goal.shifted(-pivot)
 
 
 def _object_heading(orientation: Array, object_rpy: tuple[float, float, float] | None) -> Array:
@@ -95,14 +108,19 @@ class _PhaseTimedOut(Exception):
     """No end condition of a phase came true in time."""
 
 
+class _Decided(Exception):
+    """What is still to come would not change the verdict."""
+
+
 class Sequencer:
     """One run of one strategy.
 
     `options` switches optional phases on; `control_step` [s] is the time between two commands;
     `on_phase` is told each phase's name and at the end `done`, `aborted` or `failed`; `abort` may
     be set by any thread at any time, and `abort_action` says what then happens to the air: `vent`
-    opens every outlet, `hold` keeps what the channels contain. Raises ValueError for an unknown
-    option, channel, action or a control step that is not positive.
+    opens every outlet, `hold` keeps what the channels contain. `decided` is asked after each
+    control step and ends the run early by a reason. Raises ValueError for an unknown option,
+    channel, action or a control step that is not positive.
     """
 
     def __init__(
@@ -115,7 +133,9 @@ class Sequencer:
         on_phase: Callable[[str], None] = lambda name: None,
         abort: threading.Event | None = None,
         abort_action: str = VENT,
+        decided: Callable[[GraspWatch], str] | None = None,
     ) -> None:
+        self._decided = decided
         self._scene, self._strategy = scene, strategy
         self._options = frozenset(options)
         self._control_step = control_step
@@ -142,14 +162,16 @@ class Sequencer:
                 f"got {self._abort_action!r}"
             )
         for phase in self._strategy.phases:
-            foreign = sorted(set(phase.air_mass) - set(self._scene.channels))
-            if foreign:
-                raise ValueError(
-                    f"strategy {shortened(self._strategy.name)}: phase {shortened(phase.name)}: "
-                    f"air_mass: expected "
-                    f"channels of the hand ({', '.join(self._scene.channels)}), "
-                    f"got {listed(foreign)}"
-                )
+            for key, commands in (("air_mass", phase.air_mass), ("pressure", phase.pressure)):
+                self._check_channels(f"phase {shortened(phase.name)}: {key}", commands)
+
+    def _check_channels(self, place: str, commands: Iterable[str]) -> None:
+        foreign = sorted(set(commands) - set(self._scene.channels))
+        if foreign:
+            raise ValueError(
+                f"strategy {shortened(self._strategy.name)}: {place}: expected channels of the "
+                f"hand ({', '.join(self._scene.channels)}), got {listed(foreign)}"
+            )
 
     def run(self) -> GraspResult:
         """Run all phases and judge; an abort, a time-out or a failing scene ends the run early."""
@@ -158,8 +180,9 @@ class Sequencer:
         except SceneError as error:
             self._on_phase(FAILED)
             return GraspResult.not_begun(str(error))
-        self._judge = GraspJudge(self._strategy.success, self._scene.hand_bodies, first)
-        self._observed, self._commanded_air = first, first.air_mass
+        self._grasp = GraspWatch(self._strategy, self._scene.hand_bodies, first)
+        self._observed = first
+        self._commanded_air = AirTarget(first.air_mass, np.full_like(first.air_mass, np.nan))
         self._commanded_pose = first.wrist
         return self._run_phases()
 
@@ -170,17 +193,24 @@ class Sequencer:
                     self._run_phase(phase)
         except _Aborted:
             reason, safe = abort_scene(self._scene, self._abort_action)
-            return self._stop(ABORTED, f"aborted in phase {self._phase}: {reason}", safe)
+            reason = f"aborted in phase {self._phase}: {reason}"
+            return self._stop(ABORTED, reason, ABORTED, safe)
         except _PhaseTimedOut as timed_out:
-            return self._stop(FAILED, str(timed_out))
+            return self._stop(FAILED, str(timed_out), TIMED_OUT)
+        except _Decided as sure:
+            if not self._grasp.result().gripped:
+                return self._stop(FAILED, f"phase {self._phase}: {sure}")
         except SceneError as error:
-            return self._stop(FAILED, f"phase {self._phase}: {error}")
+            # in process and over ROS alike it is the simulator's sentence that tells
+            cause = DIVERGED if DIVERGED in str(error) else SCENE_FAILED
+            return self._stop(FAILED, f"phase {self._phase}: {error}", cause)
         self._on_phase(DONE)
-        return self._judge.result()
+        return self._grasp.result()
 
-    def _stop(self, ending: str, reason: str, safe: bool = True) -> GraspResult:
+    def _stop(self, ending: str, reason: str, cause: str = "", safe: bool = True) -> GraspResult:
+        """The result of a run that ended early; without a cause, that of what was seen."""
         self._on_phase(ending)
-        return self._judge.result().stopped(reason, safe)
+        return self._grasp.result().stopped(reason, safe, self._phase, cause)
 
     # ---------------------------------------------------------------- one phase
     def _run_phase(self, phase: Phase) -> None:
@@ -195,66 +225,108 @@ class Sequencer:
             self._commanded_air,
             self._scene.channels,
         )
-        self._watch()  # the hold counts from the instant at which its phase begins
+        self._grasp.watch(
+            self._observed, phase.name
+        )  # the hold counts from the instant at which its phase begins
         while True:
             self._command(run, self._scene.time - run.start)
             self._scene.step(self._control_step)
             self._raise_if_aborted()
             self._observed = self._scene.observe()
-            self._watch()
+            self._grasp.watch(self._observed, phase.name)
+            self._raise_if_decided()
             if self._ended(run):
                 break
-        if not phase.until:  # to the goal itself, however long the last step was
-            self._command(run, run.least_duration)
+        self._finish(run)
 
-    def _watch(self) -> None:
-        holding = self._phase == self._strategy.success.hold_phase
-        self._judge.watch(self._observed, holding)
+    def _finish(self, run: PhaseRun) -> None:
+        """Command the goals themselves, however long the last step was; of a phase that a condition
+        ended, those of the air whose ramp is over.
+        """
+        if not run.phase.conditional:
+            self._command_wrist(run, run.least_duration)
+        self._command_air(run, self._observed.time - run.start)
 
     def _command(self, run: PhaseRun, elapsed: float) -> None:
+        self._command_wrist(run, elapsed)
+        self._command_air(run, elapsed)
+
+    def _command_wrist(self, run: PhaseRun, elapsed: float) -> None:
         if run.motion is not None:
             self._commanded_pose = run.motion.at(elapsed)
             self._scene.command_wrist(
                 self._commanded_pose.position, self._commanded_pose.orientation
             )
-        if run.phase.air_mass:
-            wanted = run.air_at(elapsed)
-            if elapsed == 0 or not np.array_equal(wanted, self._commanded_air):
-                self._scene.command_air(wanted)
-            self._commanded_air = wanted
+
+    def _command_air(self, run: PhaseRun, elapsed: float) -> None:
+        before, wanted = self._commanded_air, run.air_at(elapsed)
+        first = elapsed == 0
+        if run.phase.air_mass and (first or not _same(wanted.masses, before.masses)):
+            self._scene.command_air(wanted.masses)
+        if run.phase.pressure and (first or not _same(wanted.pressures, before.pressures)):
+            self._scene.command_pressure(wanted.pressures)
+        self._commanded_air = wanted
 
     def _raise_if_aborted(self) -> None:
         if self._abort.is_set():
             raise _Aborted
 
+    def _raise_if_decided(self) -> None:
+        reason = self._decided(self._grasp) if self._decided else ""
+        if reason:
+            raise _Decided(reason)
+
     def _ended(self, run: PhaseRun) -> bool:
         phase, elapsed = run.phase, self._observed.time - run.start
-        if not phase.until:
-            return elapsed > run.least_duration - 1e-9
+        if not phase.conditional:
+            return elapsed > run.least_duration - TIME_TOLERANCE
         quantities = self._quantities(run)
-        if any(condition.holds(quantities[condition.quantity]) for condition in phase.until):
+        ramp_over = elapsed > run.ramp - TIME_TOLERANCE
+        for condition in phase.until:
+            counts = ramp_over or condition.quantity not in OF_AIR
+            if counts and condition.holds(quantities[condition.quantity]):
+                return True
+        if phase.until_touching and phase.until_touching <= self._observed.touching:
             return True
         if phase.time_out is None or elapsed < phase.time_out:
             return False
         if phase.next_on_time_out:
             return True
-        raise _PhaseTimedOut(_time_out_sentence(phase, quantities))
+        raise _PhaseTimedOut(_time_out_sentence(phase, quantities, self._observed.touching))
 
     def _quantities(self, run: PhaseRun) -> dict[str, float]:
         """The quantities of end conditions now, in the units of `strategy.QUANTITIES`."""
-        seen = self._observed
+        seen, goal = self._observed, run.air_goal
         return {
-            "contact_force": float(np.linalg.norm(seen.wrist_force)),
-            "height": self._judge.rise(seen),
-            "air_mass_error": float(np.max(np.abs(run.air_goal - seen.air_mass), initial=0.0)),
+            "contact_force": float(np.linalg.norm(seen.wrist_force - run.start_force)),
+            "height": self._grasp.judge.rise(seen),
+            "air_mass_error": _largest_error(goal.masses, seen.air_mass),
+            "pressure_error": _largest_error(goal.pressures, seen.pressure),
             "pressure": float(np.max(seen.pressure, initial=0.0)),
         }
 
 
-def _time_out_sentence(phase: Phase, quantities: dict[str, float]) -> str:
-    wanted = " or ".join(map(str, phase.until))
-    got = ", ".join(f"{c.quantity} {quantities[c.quantity]:.3g}" for c in phase.until)
-    return f"phase {phase.name}: expected {wanted} within {phase.time_out:g} s, got {got}"
+def _same(first: Array, second: Array) -> bool:
+    return bool(np.array_equal(first, second, equal_nan=True))
+
+
+def _largest_error(goal: Array, seen: Array) -> float:
+    """Greatest distance of the channels that have a goal; 0 without one."""
+    return float(np.max(np.abs(goal - seen)[~np.isnan(goal)], initial=0.0))
+
+
+def _time_out_sentence(phase: Phase, quantities: dict[str, float], touching: frozenset[str]) -> str:
+    wanted, got = (
+        [str(c) for c in phase.until],
+        [f"{c.quantity} {quantities[c.quantity]:.3g}" for c in phase.until],
+    )
+    if phase.until_touching:
+        wanted.append(f"touching {', '.join(sorted(phase.until_touching))}")
+        got.append(f"touching {', '.join(sorted(touching)) or 'nothing'}")
+    return (
+        f"phase {phase.name}: expected {' or '.join(wanted)} within {phase.time_out:g} s, "
+        f"got {', '.join(got)}"
+    )
 
 
 def abort_scene(scene: Scene, action: str) -> tuple[str, bool]:

@@ -1,23 +1,31 @@
 """A grasp strategy as data: phases of wrist motion and air, read from YAML.
 
 The file has the keys `format: softhand-strategy/1`, `name`, `description`, `hand`, `object_rpy`
-(optional), `objects` (optional: names of objects that it lifts, as trials have shown), `success`
-(optional) and `phases`. `hand` is the name of a hand, or the path of its file from the strategy's
-on. A phase has a `name` and any of
+(optional), `success` (optional) and `phases`. `hand` is the name of a hand, or the path of its file
+from the strategy's on. What the strategy was tried with: `objects` (names of those that it lifts in
+most trials), `scene` (`table`), `model` (of the hand's physics, by name; as the simulator has it)
+and `segments` an actuator (5); all are optional. A phase has a `name` and any of
 
-* `wrist: {frame, position, rpy}` with `speed` (greatest, [m/s]; turning `turn_speed` [rad/s]) or
-  `duration` [s]. Frames: `object` (centre of the object as seen when the phase begins, z up, turned
-  by its heading against `object_rpy`; axes of the world without that key), `environment` (the
-  world), `wrist` (the commanded pose and its own axes), `wrist_level` (the commanded position with
-  the axes of the world). Without `rpy` the orientation stays.
-* `air_mass: {channel: kg}` above the fill at rest, reached in a straight line over `air_ramp` [s];
-  channels that are not named keep theirs.
+* `wrist: {frame, position, rpy, pivot}` with `speed` (greatest, [m/s]; turning `turn_speed`
+  [rad/s]) or `duration` [s]. Frames: `object` (centre of the object as seen when the phase begins,
+  z up, turned by its heading against `object_rpy`; axes of the world without that key),
+  `environment` (the world), `wrist` (the commanded pose and its own axes), `wrist_level` (the
+  commanded position with the axes of the world). Without `rpy` the orientation stays. `pivot` [m]
+  is a point of the hand in the wrist's axes, its origin by default: `position` says where this
+  point goes, the frames `wrist` and `wrist_level` begin at it, and it moves straight while the hand
+  turns about it.
+* `air_mass: {channel: kg}` above the fill at rest, and `pressure: {channel: Pa}`, gauge, each
+  reached in a straight line over `air_ramp` [s]; channels that are not named keep theirs. A channel
+  whose command changes from mass to pressure or back sets out from what is measured as the phase
+  begins.
 * `duration` [s], the least time of a phase without wrist motion.
 * `until: {quantity: {above | below: value}}`: the first condition that holds ends the phase.
-  Quantities: `contact_force` [N] on the wrist, `height` [m] of the object above its start,
-  `air_mass_error` [kg] and gauge `pressure` [Pa], the largest of all channels. With it go
-  `time_out` [s] and `on_time_out: error | next`. Without it a phase ends when motion, ramp and
-  duration are over.
+  Quantities: `contact_force` [N], by which the force on the wrist has changed since the phase
+  began, `height` [m] of the object above its start, `air_mass_error` [kg] and `pressure_error` [Pa]
+  of the channels so commanded, and gauge `pressure` [Pa], each the largest of all channels; those
+  of the air count once the ramp is over. `touching: [names]` holds when all of these bodies press
+  on the object. With it go `time_out` [s] and `on_time_out: error | next`. Without it a phase ends
+  when motion, ramp and duration are over.
 * `option`: the phase is skipped unless this option is asked for.
 """
 
@@ -33,8 +41,16 @@ from softhand_model.documents.yaml_document import Bounds, Node, is_document, re
 FORMAT = "softhand-strategy/1"
 DATA = Path(__file__).with_name("data") / "strategies"
 FRAMES = ("object", "environment", "wrist", "wrist_level")
-QUANTITIES = {"contact_force": "N", "height": "m", "air_mass_error": "kg", "pressure": "Pa"}
+QUANTITIES = {
+    "contact_force": "N",
+    "height": "m",
+    "air_mass_error": "kg",
+    "pressure_error": "Pa",
+    "pressure": "Pa",
+}
+TOUCHING = "touching"
 DEFAULT_TURN_SPEED = 1.5  # [rad/s]
+MOST_SEGMENTS = 15  # an actuator, as in the simulator
 
 _PHASE_KEYS = (
     "wrist",
@@ -42,6 +58,7 @@ _PHASE_KEYS = (
     "turn_speed",
     "duration",
     "air_mass",
+    "pressure",
     "air_ramp",
     "until",
     "time_out",
@@ -53,10 +70,12 @@ LONGEST = Bounds(0.0, 3600.0, "s")
 PLACE = Bounds(-10.0, 10.0, "m")
 ANGLE = Bounds(-4.0 * math.pi, 4.0 * math.pi, "rad")
 AIR_MASS = Bounds(0.0, 0.1, "kg")  # 80 l
+PRESSURE = Bounds(0.0, 1e6, "Pa")
 THRESHOLDS = {
     "contact_force": Bounds(-1e4, 1e4, "N"),
     "height": PLACE,
     "air_mass_error": Bounds(-0.1, 0.1, "kg"),
+    "pressure_error": Bounds(0.0, 1e6, "Pa"),
     "pressure": Bounds(-1e5, 1e7, "Pa"),
 }
 BOUNDS = {
@@ -72,11 +91,14 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Waypoint:
-    """Where the wrist goes: `position` [m] and `rpy` [rad], None to keep it, in a frame."""
+    """Where the point `pivot` [m] of the wrist's axes goes: `position` [m] and, for the whole
+    wrist, `rpy` [rad], None to keep it, in a frame.
+    """
 
     frame: str
     position: Vector
     rpy: Vector | None
+    pivot: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -102,7 +124,9 @@ class Condition:
 
 @dataclass(frozen=True)
 class Phase:
-    """One phase: times [s], speeds [m/s] and [rad/s], air masses [kg]; see the module's text."""
+    """One phase: times [s], speeds [m/s] and [rad/s], air masses [kg], gauge pressures [Pa]; see
+    the module's text.
+    """
 
     name: str
     wrist: Waypoint | None
@@ -110,11 +134,18 @@ class Phase:
     turn_speed: float
     duration: float | None
     air_mass: dict[str, float]
+    pressure: dict[str, float]
     air_ramp: float
     until: tuple[Condition, ...]
+    until_touching: frozenset[str]
     time_out: float | None
     next_on_time_out: bool
     option: str | None
+
+    @property
+    def conditional(self) -> bool:
+        """Whether a condition ends it, rather than the end of motion, ramp and duration."""
+        return bool(self.until or self.until_touching)
 
 
 @dataclass(frozen=True)
@@ -133,7 +164,8 @@ class Success:
 @dataclass(frozen=True)
 class Strategy:
     """A strategy: its name, what it is for, the hand it was written for (by name, or by the path of
-    its file), the objects that it is known to lift, and its phases in order.
+    its file), the objects that it is known to lift, its phases in order, and the scene, the model
+    (empty: the simulator's) and the segments an actuator that it was tried with.
     """
 
     name: str
@@ -143,6 +175,9 @@ class Strategy:
     objects: tuple[str, ...]
     success: Success
     phases: tuple[Phase, ...]
+    scene: str = "table"
+    model: str = ""
+    segments: int = 5
 
     @property
     def options(self) -> frozenset[str]:
@@ -177,8 +212,12 @@ def load_strategy(name: str | Path) -> Strategy:
 
 def _strategy(document: Node) -> Strategy:
     top = document.fields(
-        ("format", "name", "description", "hand", "phases"), ("object_rpy", "objects", "success")
+        ("format", "name", "description", "hand", "phases"),
+        ("object_rpy", "objects", "success", "scene", "model", "segments"),
     )
+    tried = {key: top[key].text() for key in ("scene", "model") if key in top}
+    if "segments" in top:
+        tried["segments"] = top["segments"].whole(1, MOST_SEGMENTS)
     phases = tuple(_phase(node) for node in top["phases"].items())
     names = [phase.name for phase in phases]
     if not names or len(set(names)) < len(names):
@@ -194,6 +233,7 @@ def _strategy(document: Node) -> Strategy:
         tuple(node.text() for node in top["objects"].items()) if "objects" in top else (),
         success,
         phases,
+        **tried,
     )
 
 
@@ -220,15 +260,19 @@ def _success(node: Node) -> Success:
 def _phase(node: Node) -> Phase:
     fields = node.fields(("name",), _PHASE_KEYS)
     _check_timing(node, fields)
+    _check_air(fields)
+    conditions, touching = _until(fields["until"]) if "until" in fields else ((), frozenset())
     return Phase(
         name=fields["name"].text(),
         wrist=_waypoint(fields["wrist"]) if "wrist" in fields else None,
         speed=_positive(fields, "speed"),
         turn_speed=_positive(fields, "turn_speed") or DEFAULT_TURN_SPEED,
         duration=_positive(fields, "duration"),
-        air_mass=_air_mass(fields["air_mass"]) if "air_mass" in fields else {},
+        air_mass=_by_channel(fields, "air_mass", AIR_MASS),
+        pressure=_by_channel(fields, "pressure", PRESSURE),
         air_ramp=_positive(fields, "air_ramp") or 0.0,
-        until=_conditions(fields["until"]) if "until" in fields else (),
+        until=conditions,
+        until_touching=touching,
         time_out=_positive(fields, "time_out"),
         next_on_time_out="on_time_out" in fields
         and fields["on_time_out"].choice(("error", "next")) == "next",
@@ -256,34 +300,49 @@ def _check_timing(node: Node, fields: dict[str, Node]) -> None:
         raise node.error("either `speed` or `duration` beside `wrist`")
     if "wrist" not in fields and "speed" in fields:
         raise fields["speed"].error("no speed in a phase without `wrist`")
-    if "air_ramp" in fields and "air_mass" not in fields:
-        raise fields["air_ramp"].error("no ramp in a phase without `air_mass`")
     if "until" in fields and "time_out" not in fields:
         raise node.error("a `time_out` beside `until`")
     if "until" not in fields and ("time_out" in fields or "on_time_out" in fields):
         raise node.error("an `until` beside `time_out`")
-    if not {"wrist", "air_mass", "duration", "until"} & fields.keys():
-        raise node.error("at least one of `wrist`, `air_mass`, `duration`, `until`")
+    if not {"wrist", "air_mass", "pressure", "duration", "until"} & fields.keys():
+        raise node.error("at least one of `wrist`, `air_mass`, `pressure`, `duration`, `until`")
+
+
+def _check_air(fields: dict[str, Node]) -> None:
+    """Refuse a ramp of nothing, and a channel that is to have both a mass and a pressure."""
+    air = [fields[key] for key in ("air_mass", "pressure") if key in fields]
+    if "air_ramp" in fields and not air:
+        raise fields["air_ramp"].error("no ramp in a phase without `air_mass` or `pressure`")
+    if len(air) == 2 and (both := air[0].mapping().keys() & air[1].mapping().keys()):
+        raise air[1].error(f"channels without an `air_mass`, not {listed(sorted(both))}")
 
 
 def _waypoint(node: Node) -> Waypoint:
-    fields = node.fields(("frame", "position"), ("rpy",))
+    fields = node.fields(("frame", "position"), ("rpy", "pivot"))
     return Waypoint(
         fields["frame"].choice(FRAMES),
         _vector(fields["position"], PLACE),
         _vector(fields["rpy"], ANGLE) if "rpy" in fields else None,
+        _vector(fields["pivot"], PLACE) if "pivot" in fields else (0.0, 0.0, 0.0),
     )
 
 
-def _air_mass(node: Node) -> dict[str, float]:
-    return {channel: mass.within(AIR_MASS) for channel, mass in node.mapping().items()}
+def _by_channel(fields: dict[str, Node], key: str, bounds: Bounds) -> dict[str, float]:
+    if key not in fields:
+        return {}
+    return {channel: value.within(bounds) for channel, value in fields[key].mapping().items()}
 
 
-def _conditions(node: Node) -> tuple[Condition, ...]:
-    fields = node.fields(optional=QUANTITIES)
+def _until(node: Node) -> tuple[tuple[Condition, ...], frozenset[str]]:
+    """Conditions on quantities, and the bodies of which all shall press on the object."""
+    fields = node.fields(optional=(*QUANTITIES, TOUCHING))
     if not fields:
-        raise node.error(f"at least one of {', '.join(QUANTITIES)}")
-    return tuple(_condition(quantity, bound) for quantity, bound in fields.items())
+        raise node.error(f"at least one of {', '.join((*QUANTITIES, TOUCHING))}")
+    bodies = [name.text() for name in fields[TOUCHING].items()] if TOUCHING in fields else []
+    if TOUCHING in fields and not bodies:
+        raise fields[TOUCHING].error("at least one name")
+    conditions = [_condition(name, fields[name]) for name in QUANTITIES if name in fields]
+    return tuple(conditions), frozenset(bodies)
 
 
 def _condition(quantity: str, node: Node) -> Condition:

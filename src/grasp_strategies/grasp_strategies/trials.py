@@ -20,20 +20,25 @@ from typing import Any
 
 import numpy as np
 
+from grasp_strategies.early_end import EarlyEnd
 from grasp_strategies.in_process_scene import InProcessScene, build_scene
 from grasp_strategies.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import Strategy, load_strategy
+from grasp_strategies.variants import varied
 from softhand_model.documents.output_file import check_new, write_new
 from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
 
 OFFSET = 0.010  # largest shift of the object in x and in y [m]
 MASS_SPREAD = 0.20  # largest change of the object's mass, as a share of it
+DRAWN = ("offset", "mass_spread")
 MOST_OFFSET = 1.0  # what a user may ask for [m]
-OF_SCENE = (  # settings that a scene is built from
+OF_SCENE = (  # settings that a scene is built from, beside the hand
     "object",
+    "object_rpy",
     "scene",
     "model",
+    "modulus_scale",
     "step",
     "segments",
     "solver",
@@ -41,6 +46,18 @@ OF_SCENE = (  # settings that a scene is built from
     "wall_inclination",
     "allow_effect_files",
 )
+
+
+@dataclass(frozen=True)
+class Placement:
+    """How the world of one trial differs from the start: shift of the object (x, y) [m], turn about
+    the vertical `yaw` [rad], factors [-] on its mass and on the friction of all pairs.
+    """
+
+    offset: tuple[float, float] = (0.0, 0.0)
+    mass_scale: float = 1.0
+    yaw: float = 0.0
+    friction_scale: float = 1.0
 
 
 def draw_placement(
@@ -69,7 +86,10 @@ class TrialSettings:
     """What all trials of a batch share; `step` [s], `offset` [m], `mass_spread` as a share,
     `options` of the strategy that are switched on, `solver` by the name of its settings, `friction`
     a file of pairs on top of the shipped ones, `wall_inclination` [deg], None for the scene's,
-    `allow_effect_files` whether the Python files that the model names are run.
+    `allow_effect_files` whether the Python files that the model names are run, `hand` None for the
+    strategy's, `object_rpy` [rad] how the object rests, None for as it is described,
+    `modulus_scale` a factor [-] on the shear modulus of the hand's rubber; `without`, `air_scale`,
+    `displacement` [m]: see `variants`; `early_end`: see `early_end`.
     """
 
     strategy: str = "surface_constrained"
@@ -85,6 +105,19 @@ class TrialSettings:
     friction: str | None = None
     wall_inclination: float | None = None
     allow_effect_files: bool = False
+    hand: str | None = None
+    object_rpy: tuple[float, float, float] | None = None
+    modulus_scale: float = 1.0
+    without: tuple[str, ...] = ()
+    air_scale: float = 1.0
+    displacement: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    early_end: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("options", "object_rpy", "without", "displacement"):
+            value = getattr(self, name)
+            if isinstance(value, list):  # as JSON has them
+                object.__setattr__(self, name, tuple(value))
 
 
 @dataclass(frozen=True)
@@ -115,15 +148,32 @@ class StartedScene:
     """A scene of some settings and the snapshot of its start, from which every trial sets out."""
 
     def __init__(self, settings: TrialSettings) -> None:
-        self.strategy = load_strategy(settings.strategy)
-        config = {name: getattr(settings, name) for name in OF_SCENE}
-        self.scene = build_scene(hand=self.strategy.hand, **config)
+        self.settings = settings
+        self.strategy = varied(
+            load_strategy(settings.strategy),
+            without=settings.without,
+            air_scale=settings.air_scale,
+            displacement=settings.displacement,
+        )
+        self._build()
+
+    def _build(self) -> None:
+        config = {name: getattr(self.settings, name) for name in OF_SCENE}
+        self.scene = build_scene(hand=self.settings.hand or self.strategy.hand, **config)
         self._start = self.scene.save()
 
-    def place(self, offset: tuple[float, float], mass_scale: float) -> InProcessScene:
-        """The scene at its start, with this object."""
-        self.scene.restart(self._start, offset, mass_scale)
+    def place(self, placement: Placement) -> InProcessScene:
+        """The scene at its start, with the object so placed."""
+        if self.scene.simulation.world.broken:  # by a trial that diverged
+            self.scene.close()
+            self._build()
+        self.scene.restart(self._start, **vars(placement))
         return self.scene
+
+    def run(self, placement: Placement) -> GraspResult:
+        """One trial from the start to the end of the strategy."""
+        scene = self.place(placement)
+        return run_in_process(scene, self.strategy, self.settings.options, self.settings.early_end)
 
     def __del__(self) -> None:
         if hasattr(self, "scene"):
@@ -140,26 +190,21 @@ def run_trial(seed: int, settings: TrialSettings | None = None) -> Trial:
     """Run one trial to the end of its strategy; raises ValueError for names that do not exist."""
     settings = settings or TrialSettings()
     offset, mass_scale = draw_placement(seed, settings.offset, settings.mass_spread)
-    return run_placed(seed, offset, mass_scale, settings)
-
-
-def run_placed(
-    seed: int, offset: tuple[float, float], mass_scale: float, settings: TrialSettings
-) -> Trial:
-    """Run one trial with the object shifted by `offset` [m] and its mass scaled."""
     started = started_scene(settings)
-    scene = started.place(offset, mass_scale)
     begin = time.perf_counter()
-    result = run_in_process(scene, started.strategy, settings.options)
+    result = started.run(Placement(offset, mass_scale))
     wall = time.perf_counter() - begin
-    return Trial(seed, offset, mass_scale, result, scene.time / wall)
+    return Trial(seed, offset, mass_scale, result, started.scene.time / wall)
 
 
 def run_in_process(
-    scene: InProcessScene, strategy: Strategy, options: tuple[str, ...]
+    scene: InProcessScene, strategy: Strategy, options: tuple[str, ...], early_end: bool = False
 ) -> GraspResult:
-    """Run a strategy with these of its options; the reason names channels at their limits."""
-    result = Sequencer(scene, strategy, options=options).run()
+    """Run a strategy with these of its options, as `early_end` only until its verdict is sure; the
+    reason names channels at their limits.
+    """
+    decided = EarlyEnd(strategy, scene.reach) if early_end else None
+    result = Sequencer(scene, strategy, options=options, decided=decided).run()
     if not scene.limited:
         return result
     limited = f"relieved at the pressure limit: channel {', '.join(scene.limited)}"
@@ -213,9 +258,8 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
 
 def read_settings(options: argparse.Namespace) -> TrialSettings:
     """The settings that `add_settings` has read; how placements are drawn is as usual."""
-    drawn = ("offset", "mass_spread")
-    names = [field.name for field in fields(TrialSettings) if field.name not in drawn]
-    chosen = {name: getattr(options, name) for name in names}
+    names = [field.name for field in fields(TrialSettings) if field.name in vars(options)]
+    chosen = {name: getattr(options, name) for name in names if name not in DRAWN}
     return TrialSettings(**chosen | {"options": tuple(options.options)})
 
 

@@ -20,7 +20,7 @@ from pneuflex_sim.hand.kinematics import HandShape, TipSensors
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.hand.wrist import Wrist, WristParameters
 from pneuflex_sim.scene.contacts import OBJECT, Contact, ContactNames
-from pneuflex_sim.scene.friction import FrictionTable, load_friction
+from pneuflex_sim.scene.friction import BodyFriction, FrictionTable, load_friction
 from pneuflex_sim.scene.object_body import ObjectBody
 from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, build_scene, load_scene
@@ -43,9 +43,12 @@ class SimulationConfig:
     step [s], segments an actuator, seed, offsets [m], collision shapes of the links (`pieces` along
     the outline, or `boxes`), inclination of the wall [deg] (None: the scene's),
     table or file of friction (None: the shipped one), whether neighbouring fingers touch, whether
-    the Python files of effects that the model names are run.
+    the Python files of effects that the model names are run. `object_rpy` [rad] is how the object
+    rests (None: as it is described), `object_yaw` [rad] turns it about the vertical,
+    `friction_scale` is a factor on the friction of all pairs, `modulus_scale` one on the shear
+    modulus of the hand's rubber.
 
-    Raises ValueError for a step, a number of segments, a mass scale or shapes that cannot be used.
+    Raises ValueError for a step, a number of segments, a scale or shapes that cannot be used.
     """
 
     hand: str | HandDescription = "rbo_hand_2"
@@ -58,6 +61,10 @@ class SimulationConfig:
     gui: bool = False
     object_offset: tuple[float, ...] = (0.0, 0.0)
     object_mass_scale: float = 1.0
+    object_rpy: tuple[float, float, float] | None = None
+    object_yaw: float = 0.0
+    friction_scale: float = 1.0
+    modulus_scale: float = 1.0
     collision: str = PIECES
     wrist: WristParameters = field(default_factory=WristParameters)
     solver: SolverSettings = field(default_factory=SolverSettings)
@@ -76,10 +83,11 @@ class SimulationConfig:
                 f"object_offset: expected two or three finite numbers, got {self.object_offset}"
             )
         check_kind(self.collision)
-        if not self.object_mass_scale > 0:
-            raise ValueError(
-                f"object_mass_scale: expected a positive number, got {self.object_mass_scale}"
-            )
+        if not np.isfinite(self.object_yaw):
+            raise ValueError(f"object_yaw: expected a finite number, got {self.object_yaw}")
+        for name in ("object_mass_scale", "friction_scale", "modulus_scale"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
 
 
 class Simulation:
@@ -99,6 +107,7 @@ class Simulation:
             model = load_model(model, allow_effect_files=config.allow_effect_files)
         if model.base != "pneuflex":
             raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
+        model = model.stiffened(config.modulus_scale)
         layout = build_layout(self.hand, config.segments, model)
         self.channels: tuple[str, ...] = tuple(self.hand.channels)
         self.step_size, self.temperature = config.step, ROOM_TEMPERATURE
@@ -134,6 +143,8 @@ class Simulation:
         self._fixed_names = build_scene(self.scene, self.friction, material, client)
         self._body = self._object_body()
         self._names = self._contact_names()
+        self._friction = BodyFriction(client)
+        self._friction.scale(config.friction_scale)
 
     def _new_wrist(self) -> Wrist:
         orientation = Rotation.from_euler("xyz", self.scene.wrist_rpy).as_quat()
@@ -143,7 +154,10 @@ class Simulation:
         found = self.config.object
         if not self.scene.has_object:
             return None
-        return found if isinstance(found, ObjectDescription) else load_object(found, self.friction)
+        if not isinstance(found, ObjectDescription):
+            found = load_object(found, self.friction)
+        rpy = self.config.object_rpy
+        return found if rpy is None else replace(found, rpy=tuple(rpy))
 
     def _described_scene(self) -> SceneDescription:
         found, inclination = self.config.scene, self.config.wall_inclination
@@ -166,7 +180,7 @@ class Simulation:
                 for joint in range(joints.start, joints.stop):
                     links[base, joint - body.joints.start] = (chain, layout.names[joint])
         bodies = (
-            dict.fromkeys([*self.bodies.ids, self.bodies.pad_id], "palm_plate")
+            dict.fromkeys([*self.bodies.ids, *self.bodies.palm_ids], "palm_plate")
             | self._fixed_names
             | {self.object_id: OBJECT}
         )
@@ -196,13 +210,27 @@ class Simulation:
             return
         place = np.array([0.0, 0.0, self._body.description.rest_height])
         place[: len(self.config.object_offset)] += self.config.object_offset
-        self._body.put(place, self._body.description.rpy)
+        self._body.put(place, self._body.description.rpy, self.config.object_yaw)
 
-    def place_object(self, offset: tuple[float, ...], mass_scale: float) -> None:
-        """Put the object at rest at another offset [m] from its place, with another mass; raises
-        ValueError as `SimulationConfig` does. A reset brings it back to there.
+    def place_object(
+        self,
+        offset: tuple[float, ...],
+        mass_scale: float,
+        yaw: float = 0.0,
+        friction_scale: float = 1.0,
+    ) -> None:
+        """Put the object at rest at another offset [m] from its place, turned by `yaw` [rad] about
+        the vertical, with another mass and with the friction of all pairs scaled; raises ValueError
+        as `SimulationConfig` does. A reset brings it back to there.
         """
-        self.config = replace(self.config, object_offset=offset, object_mass_scale=mass_scale)
+        self.config = replace(
+            self.config,
+            object_offset=offset,
+            object_mass_scale=mass_scale,
+            object_yaw=yaw,
+            friction_scale=friction_scale,
+        )
+        self._friction.scale(friction_scale)
         if self._body is not None:
             self._body.set_mass(self._body.description.mass * mass_scale)
         self._put_object()
@@ -335,6 +363,10 @@ class Simulation:
     def object_contacts(self) -> list[Contact]:
         """Contact points of the object with anything."""
         return [] if self.object_id < 0 else self._names.contacts(self.object_id)
+
+    def touching_object(self) -> frozenset[str]:
+        """Names of what presses on the object: chains, palm plate, parts of the scene."""
+        return frozenset() if self.object_id < 0 else self._names.touching(self.object_id)
 
     # ---------------------------------------------------------------- snapshots
     def save(self) -> dict[str, Any]:

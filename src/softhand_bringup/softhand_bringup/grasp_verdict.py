@@ -36,6 +36,8 @@ class Verdict:
         duration: of the grasp in simulated time [s].
         real_time_factor: simulated over wall time during the grasp.
         seed: of the run.
+        turn: rotation of the object in the hand while it was held [rad]; None if it never was.
+        phase, cause: where and of what it failed; empty if it did not.
     """
 
     gripped: bool
@@ -45,10 +47,14 @@ class Verdict:
     duration: float
     real_time_factor: float
     seed: int
+    turn: float | None = None
+    phase: str = ""
+    cause: str = ""
 
     def line(self, folder: Path) -> str:
         """The one line at the end of the demo."""
-        word = "gripped" if self.gripped else f"not gripped ({self.reason})"
+        cause = f", {self.cause}" if self.cause else ""
+        word = "gripped" if self.gripped else f"not gripped{cause} ({self.reason})"
         slip = "never held" if self.slip is None else f"slip {1e3 * self.slip:.2f} mm in the hold"
         return (
             f"{word}: lifted {1e3 * self.lift_height:.0f} mm, {slip}, "
@@ -68,28 +74,35 @@ def verdict_from(
 
     Args:
         values: `outcome` (gripped, lost or none), `lift_height` [m], `slip` [m] (nan if
-            it was never held), `duration` [s].
+            it was never held), `duration` [s]; and `turn` [rad], `phase`, `cause`, if there.
         success, reason: the service's answer.
 
     Raises:
         ValueError: a value is missing or no number.
     """
     numbers = {}
-    for key in ("lift_height", "slip", "duration"):
+    for key in ("lift_height", "slip", "duration", "turn"):
+        got = values.get(key, "nan" if key == "turn" else "nothing")
         try:
-            numbers[key] = float(values[key])
-        except (KeyError, ValueError):
-            got = values.get(key, "nothing")
+            numbers[key] = float(got)
+        except ValueError:
             raise ValueError(f"grasp/result: {key}: expected a number, got {got}") from None
     return Verdict(
         gripped=success and values.get("outcome") == "gripped",
         reason=values.get("reason", "") or reason,
         lift_height=numbers["lift_height"],
-        slip=None if math.isnan(numbers["slip"]) else numbers["slip"],
+        slip=_seen(numbers["slip"]),
         duration=numbers["duration"],
         real_time_factor=real_time_factor,
         seed=seed,
+        turn=_seen(numbers["turn"]),
+        phase=values.get("phase", ""),
+        cause=values.get("cause", ""),
     )
+
+
+def _seen(number: float) -> float | None:
+    return None if math.isnan(number) else number
 
 
 def versions() -> dict[str, str]:

@@ -12,7 +12,7 @@ effects:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from softhand_model.documents.yaml_document import (
@@ -72,6 +72,20 @@ class Model:
                 f"got {batch}"
             )
         return scale[batch]
+
+    def stiffened(self, factor: float) -> Model:
+        """The model of a rubber whose shear modulus is `factor` [-] times as large.
+
+        >>> Model(calibration={"modulus_scale": 1.5}).stiffened(2.0).modulus_scale()
+        3.0
+        """
+        scale = self.calibration.get("modulus_scale", 1.0)
+        scaled = (
+            {batch: factor * value for batch, value in scale.items()}
+            if isinstance(scale, Mapping)
+            else factor * scale
+        )
+        return replace(self, calibration={**self.calibration, "modulus_scale": scaled})
 
     @property
     def gravity_scale(self) -> float:

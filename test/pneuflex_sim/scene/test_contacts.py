@@ -5,6 +5,9 @@ from math import radians, tan
 import numpy as np
 import pytest
 
+from grasp_strategies.in_process_scene import build_scene
+from grasp_strategies.sequencer import Sequencer
+from grasp_strategies.strategy import load_strategy
 from grasp_strategies.trials import TrialSettings, run_trial, started_scene
 from pneuflex_sim.scene.contacts import OBJECT, by_pair, normal_forces
 from pneuflex_sim.scene.scenes import SceneDescription, Wall
@@ -89,3 +92,19 @@ def test_the_forces_on_an_object_in_the_hand_are_its_weight_and_no_more():
     np.testing.assert_allclose(on_object(contacts), -simulation.object_mass * GRAVITY, atol=0.01)
     by_normals = sum(contact.force * np.array(contact.normal) for contact in contacts)
     assert np.linalg.norm(by_normals + on_object(contacts)) > 0.5  # the fingers rub, too
+
+
+def test_what_touches_the_object_are_the_sides_of_its_contacts():
+    scene = build_scene(hand="rbo_hand_2", object="tissue", step=0.005)
+    strategy, seen = load_strategy("surface_constrained"), set()
+
+    def compare(watch):
+        contacts = scene.simulation.object_contacts()
+        sides = {side for contact in contacts for side in (contact.first, contact.second)}
+        assert watch.last.touching == sides - {OBJECT}
+        seen.update(watch.last.touching)
+        return ""
+
+    Sequencer(scene, strategy, decided=compare).run()
+    assert {"table"} < seen
+    scene.close()

@@ -1,10 +1,13 @@
 """The table of friction: symmetric pairs, and the product of two coefficients is the pair."""
 
+import numpy as np
+import pybullet
 import pytest
 
 from pneuflex_sim.scene.friction import load_friction
 from pneuflex_sim.scene.objects import load_objects
 from pneuflex_sim.scene.scenes import load_scenes
+from pneuflex_sim.simulation import Simulation, SimulationConfig
 
 OWN = """
 format: pneuflex-friction/1
@@ -67,3 +70,43 @@ def test_a_table_that_cannot_be_used_is_refused_with_its_place(tmp_path, text, n
 def test_a_pair_that_is_not_there_is_refused_with_the_materials():
     with pytest.raises(ValueError, match="the pair wood and steel, got one of cardboard, .* wood"):
         load_friction().pair("wood", "steel")
+
+
+def slid_way(**config):
+    """How far a box slides on the table from 0.5 m/s on [m], under a hand high above."""
+    simulation = Simulation(
+        SimulationConfig(object="tape_dispenser", step=0.002, segments=2, **config)
+    )
+    client, body = simulation.world.client, simulation.object_id
+    for _ in range(50):
+        simulation.step()
+    start = simulation.object_pose()[0]
+    pybullet.resetBaseVelocity(body, [0.5, 0, 0], [0, 0, 0], physicsClientId=client)
+    for _ in range(400):
+        simulation.step()
+    way = float(np.linalg.norm(simulation.object_pose()[0] - start))
+    simulation.close()
+    return way
+
+
+def test_friction_of_all_pairs_is_scaled_together():
+    usual, slippery = slid_way(), slid_way(friction_scale=0.5)
+    assert slippery == pytest.approx(2 * usual, rel=0.03)  # v^2 / (2 mu g)
+    assert usual > 0.02
+
+
+def test_scaled_friction_leaves_the_resistance_to_rolling_and_comes_back():
+    simulation = Simulation(SimulationConfig(object="marker", scene="edge", segments=2))
+    client, bodies = simulation.world.client, range(pybullet.getNumBodies(simulation.world.client))
+
+    def coefficients():
+        found = [pybullet.getDynamicsInfo(body, -1, physicsClientId=client) for body in bodies]
+        return np.array([(info[1], info[6]) for info in found])
+
+    usual = coefficients()
+    simulation.place_object((0.0, 0.0), 1.0, friction_scale=1.21)
+    assert coefficients() == pytest.approx(usual * (1.1, 1 / 1.1))
+    assert usual[:, 1].max() > 0
+    simulation.place_object((0.0, 0.0), 1.0)
+    assert np.array_equal(coefficients(), usual)
+    simulation.close()

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from grasp_strategies.fitting import fitting_strategies
+from grasp_strategies.strategy import DATA, load_strategy, strategy_names
 from softhand_bringup.grasp_verdict import verdict_from
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.run_folder import make_run_folder
@@ -41,6 +43,20 @@ def test_a_grasp_that_was_never_held_has_no_slip_and_says_why(tmp_path):
     assert "not gripped (time out in lift)" in verdict.line(tmp_path)
     verdict.write(tmp_path / "result.json")
     assert json.loads((tmp_path / "result.json").read_text())["slip"] is None
+
+
+def test_where_and_of_what_a_grasp_failed_stands_in_the_line_and_in_the_file(tmp_path):
+    told = {"outcome": "lost", "reason": "dropped", "phase": "lift", "cause": "slipped in the lift"}
+    verdict = verdict_from(VALUES | told | {"turn": "0.5"}, False, "lost: dropped", 1.0, 0)
+    line = verdict.line(tmp_path)
+    assert line.startswith("not gripped, slipped in the lift (dropped): ")
+    verdict.write(tmp_path / "result.json")
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert (result["phase"], result["cause"], result["turn"]) == (
+        "lift",
+        "slipped in the lift",
+        0.5,
+    )
 
 
 @pytest.mark.parametrize(
@@ -111,3 +127,75 @@ def test_a_wall_that_cannot_be_is_named_before_anything_starts(tmp_path, capsys)
     assert main(["--scene", "wall", "--wall-inclination", "0", "--out", out]) == 2
     assert "expected 5 to 120 deg, got 0" in capsys.readouterr().out
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch):
+    """Options of the demos that a call of the command begins, none of which is run."""
+    made = []
+    monkeypatch.setattr(command, "Demo", lambda options, *_: made.append(options))
+    monkeypatch.setattr(command, "_run", lambda demo: True)
+
+    def begin(*arguments):
+        made.clear()
+        return main([*arguments, "--out", str(tmp_path / "out")]), made
+
+    return begin
+
+
+def test_an_object_alone_chooses_a_strategy_that_lifts_it_and_its_hand(begun, capsys):
+    status, (options,) = begun("--object", "cylinder")
+    assert (status, options.strategy, options.hand) == (0, "surface_constrained", "rbo_hand_2")
+    assert "warning" not in capsys.readouterr().out
+
+
+def test_a_hand_alone_chooses_a_strategy_of_that_hand(begun):
+    status, (options,) = begun("--hand", "rbo_hand_1")
+    assert status == 0 and load_strategy(options.strategy).hand == "rbo_hand_1"
+
+
+def test_an_object_that_no_strategy_lifts_tells_which_strategies_fit_which(begun, capsys, tmp_path):
+    nothing = tmp_path / "thing.yaml"
+    text = "format: pneuflex-object/1\nshape: sphere\ndiameter: 0.05\nmass: 0.1\nmaterial: pvc\n"
+    nothing.write_text(text + "rpy: [0, 0, 0]\n")
+    status, made = begun("--object", str(nothing))
+    said = capsys.readouterr().out
+    assert status == 2 and not made
+    assert "no strategy is known to lift" in said and "thing.yaml" in said
+    for name in strategy_names():
+        assert f"  {name} ({load_strategy(name).hand}): " in said
+
+
+def test_an_object_that_does_not_exist_is_told_the_names_there_are(begun, capsys):
+    status, made = begun("--object", "elephant")
+    assert status == 2 and not made
+    assert "tape_dispenser" in capsys.readouterr().out
+
+
+def test_a_combination_that_does_not_fit_runs_with_a_warning(begun, capsys):
+    status, (options,) = begun("--object", "tissue", "--strategy", "surface_constrained")
+    assert (status, options.object) == (0, "tissue")
+    said = capsys.readouterr().out
+    assert "warning: surface_constrained is not known to lift 'tissue', but cylinder" in said
+
+
+def test_a_strategy_alone_brings_object_scene_model_and_segments(begun, tmp_path):
+    shipped = (DATA / "surface_constrained.yaml").read_text()
+    own = "scene: wall\nmodel: base\nsegments: 7\nobjects: [ball, tube]"
+    path = tmp_path / "own.yaml"
+    path.write_text(re.sub("objects: .*", own, shipped))
+    _, (options,) = begun("--strategy", str(path), "--wall-inclination", "60")
+    assert (options.object, options.scene, options.model) == ("ball", "wall", "base")
+    parameters = suite.simulator(options).parameters
+    assert (parameters["segments"], parameters["model_file"]) == (7, "base")
+    _, (options,) = begun("--strategy", str(path), "--scene", "table", "--model", "linear")
+    assert (options.scene, options.model) == ("table", "linear")
+
+
+def test_those_that_fit_come_with_the_usual_one_first_and_those_of_the_table_next():
+    fitting = fitting_strategies("cylinder")
+    assert fitting[0] == "surface_constrained"
+    elsewhere = [load_strategy(name).scene != "table" for name in fitting[1:]]
+    assert elsewhere == sorted(elsewhere)
+    assert all("cylinder" in load_strategy(name).objects for name in fitting)
+    assert fitting_strategies("elephant") == []

@@ -11,6 +11,7 @@ from softhand_model.equilibrium.planar import planar_finger
 from softhand_model.hand.actuator import load_actuator
 from thesis.chapter_3_and_5 import (
     base_torque,
+    blocked_force,
     discretisation,
     payload,
     straight_finger,
@@ -32,6 +33,26 @@ def test_experiments_use_the_numbers_of_the_thesis():
     assert base_torque.PRESSURE == 31e3
     assert np.degrees(base_torque.ANGLE) == pytest.approx(90.0)
     assert payload.Parameters().mass == 0.5
+
+
+def test_the_finger_of_the_base_torque_is_one_of_the_thesis_and_bends_by_about_the_stated_angle():
+    finger = base_torque.actuator()
+    assert finger.wall == 0.0025
+    assert finger.shear_modulus == pytest.approx(73.7e3)
+    assert np.degrees(finger.tip_angle(base_torque.PRESSURE)) == pytest.approx(95.3, abs=0.05)
+
+
+def test_the_force_of_a_blocked_tip_is_told_without_a_gap(small):
+    """Held where the straight finger has it; 15 mm off it pushes less, and the row says so."""
+    results, report = small("blocked_force")
+    finger = load_actuator("P10.finger")
+    told = {row.what: row.ours for row in report.findings}
+    segments = blocked_force.SMALL["segments"]
+    held = [blocked_finger(finger, segments, p, 0.0).tip_force for p in (20e3, 30e3, 50e3)]
+    assert told["force at 20, 30, 50 kPa, tip held"] == ", ".join(f"{f:.2f}" for f in held) + " N"
+    off = "force at 20, 30, 50 kPa, simulator, block 15 mm off"
+    assert float(told[off].split(",")[0]) < 0.85 * held[0]
+    assert results["bulge"][-1] > 0.001
 
 
 def test_walls_of_the_rubber_that_the_thesis_fitted():

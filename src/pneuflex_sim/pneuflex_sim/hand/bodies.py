@@ -23,10 +23,17 @@ from pneuflex_sim.hand.collision import (
     link_shapes,
     set_margin,
 )
-from pneuflex_sim.hand.driven_bases import BASE_INERTIA, BASE_MASS, DrivenBases, HandWeight
+from pneuflex_sim.hand.driven_bases import (
+    BASE_INERTIA,
+    BASE_MASS,
+    PALM_INERTIA,
+    PALM_MASS,
+    DrivenBases,
+    HandWeight,
+)
 from pneuflex_sim.hand.kinematics import HandShape
 from pneuflex_sim.hand.layout import Body, HandLayout
-from pneuflex_sim.hand.palm_pad import PalmPad
+from pneuflex_sim.hand.palm_pad import PalmPad, create_plate
 from pneuflex_sim.hand.step import Carrier, HandArrays, drive_hand, joint_torques, plain
 from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.world import World
@@ -114,6 +121,7 @@ class HandBodies:
         )
         self._rest, self._before, self._hand = hand.springs.rest, hand.before, plain(hand)
         self.pad = None if layout.description.sheet is None else PalmPad(layout.description.sheet)
+        self.palm_ids = [] if self.pad is None else self._create_palm(self.pad)
         self.bases = self._driven_bases(weight_scale * STANDARD_GRAVITY)
         bases = self.bases
         self._carrier = plain(Carrier(bases.arrays, bases.weight, bases.pad, wrist.arm))
@@ -121,14 +129,16 @@ class HandBodies:
 
     # ---------------------------------------------------------------- creation
     def _driven_bases(self, gravity: float) -> DrivenBases:
-        layout, ids = self.layout, self.ids
+        layout, ids = self.layout, [*self.ids]
         mounts = [(body.position, body.orientation) for body in layout.bodies]
+        resistance = [(BASE_MASS, BASE_INERTIA)] * len(ids)
         if self.pad is not None:
-            ids = [*ids, self._create_pad(self.pad)]
-            mounts = [*mounts, (self.pad.spring.place, self.pad.orientation)]
+            ids += self.palm_ids
+            mounts += self._palm_mounts(self.pad)
+            resistance += [(PALM_MASS, PALM_INERTIA)] * len(self.palm_ids)
         center = HandShape(layout).center_of_mass(layout.rest)
         weight = HandWeight(gravity, float(layout.mass.sum()) * gravity, center)
-        return DrivenBases(ids, mounts, self.pad, weight, self.world.client)
+        return DrivenBases(ids, mounts, resistance, self.pad, weight, self.world.client)
 
     def _create_body(self, body: Body) -> int:
         layout, client, joints = self.layout, self.world.client, body.joints
@@ -153,24 +163,28 @@ class HandBodies:
         self._set_dynamics(base, body)
         return base
 
-    @property
-    def pad_id(self) -> int | None:
-        """PyBullet id of the palm sheet, None for a hand without one."""
-        return None if self.pad is None else self.bases.ids[-1]
+    def _create_palm(self, pad: PalmPad) -> list[int]:
+        """Bodies that touch with the plate, if there is one, and with the sheet on it."""
+        mass, plate = 0.0 if self.rigid else PALM_MASS, self.layout.description.plate
+        palm = [create_plate(plate, mass, self.world.client)] if plate is not None else []
+        palm.append(pad.create(mass, self.world.client))
+        for base in palm:
+            self._set_base_dynamics(base, (PALM_MASS, PALM_INERTIA))
+            pybullet.changeDynamics(
+                base, -1, lateralFriction=self.touch.friction, physicsClientId=self.world.client
+            )
+            pybullet.setCollisionFilterGroupMask(
+                base, -1, PALM, collides_with(PALM), physicsClientId=self.world.client
+            )
+        return palm
 
-    def _create_pad(self, pad: PalmPad) -> int:
-        client = self.world.client
-        base = pad.create(0.0 if self.rigid else BASE_MASS, client)
-        self._set_base_dynamics(base)
-        pybullet.changeDynamics(
-            base, -1, lateralFriction=self.touch.friction, physicsClientId=client
-        )
-        pybullet.setCollisionFilterGroupMask(
-            base, -1, PALM, collides_with(PALM), physicsClientId=client
-        )
-        return base
+    def _palm_mounts(self, pad: PalmPad) -> list[tuple[Array, Array]]:
+        plate = self.layout.description.plate
+        own = [] if plate is None else [(np.array(plate.position), np.array(IDENTITY))]
+        return [*own, (pad.spring.place, pad.orientation)]
 
-    def _set_base_dynamics(self, base: int) -> None:
+    def _set_base_dynamics(self, base: int, resistance: tuple[float, float]) -> None:
+        mass, inertia = resistance
         client = self.world.client
         pybullet.changeDynamics(
             base,
@@ -184,15 +198,15 @@ class HandBodies:
             pybullet.changeDynamics(
                 base,
                 -1,
-                mass=BASE_MASS,
-                localInertiaDiagonal=[BASE_INERTIA] * 3,
+                mass=mass,
+                localInertiaDiagonal=[inertia] * 3,
                 physicsClientId=client,
             )
 
     def _set_dynamics(self, base: int, body: Body) -> None:
         layout, client = self.layout, self.world.client
         inertia = layout.inertia(self.world.step_size)
-        self._set_base_dynamics(base)
+        self._set_base_dynamics(base, (BASE_MASS, BASE_INERTIA))
         pybullet.setCollisionFilterGroupMask(base, -1, PALM, 0, physicsClientId=client)
         groups = collision_groups(layout, body)
         for link, joint in enumerate(range(body.joints.start, body.joints.stop)):

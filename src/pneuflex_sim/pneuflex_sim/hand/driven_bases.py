@@ -1,8 +1,11 @@
 """The bases of a hand's bodies, pushed along with the wrist; what they gain beyond that push is the
 hand's load on it, at no cost.
 
-Each base is a heavy free body. (One that is moved by resetting its pose has no velocity in the
-contact solver, and a held object would not follow it.)
+Each base is a free body. (One that is moved by resetting its pose has no velocity in the contact
+solver, and a held object would not follow it.) Those of chains are so heavy that the chain does not
+move them. Those that touch by themselves, palm sheet and plate, weigh less than the arm: what stops
+them within a step, such as a table, then asks of the arm, which feels it one step late, no more
+than it can give.
 """
 
 from __future__ import annotations
@@ -32,13 +35,15 @@ Array = NDArray[np.float64]
 
 BASE_MASS = 1000.0  # [kg]: so heavy that the chain does not move it within a step
 BASE_INERTIA = 10.0  # [kg m2]
-RESISTANCE = (BASE_MASS, BASE_INERTIA)
+PALM_MASS = 1.0  # [kg] of a base that touches by itself
+PALM_INERTIA = 0.02  # [kg m2]
 
 
 class Bases(NamedTuple):
     """Bases (b,) of a hand: mounts in the frame of the wrist, poses in the world, each places
     (b, 3) [m] and orientations (b, 4); velocity (b, 2, 3) [m/s, rad/s] that they have, and the one
-    that they were pushed to; push (b, 3, 3): force, torque and the place where they act.
+    that they were pushed to; push (b, 3, 3): force, torque and the place where they act; resistance
+    (b, 2): mass [kg] and inertia [kg m2].
     """
 
     mount_places: Array
@@ -48,6 +53,7 @@ class Bases(NamedTuple):
     velocity: Array
     pushed: Array
     push: Array
+    resistance: Array
 
 
 class HandWeight(NamedTuple):
@@ -95,8 +101,8 @@ def feel_load(step, bases, weight, wrist):
     for k in range(3):
         wrist.force[k], wrist.torque[k] = -down[k], -about[k]
     for b in range(len(bases.places)):
-        pull = _gained(step, bases.velocity[b, 0], bases.pushed[b, 0], BASE_MASS)
-        twist = _gained(step, bases.velocity[b, 1], bases.pushed[b, 1], BASE_INERTIA)
+        pull = _gained(step, bases.velocity[b, 0], bases.pushed[b, 0], bases.resistance[b, 0])
+        twist = _gained(step, bases.velocity[b, 1], bases.pushed[b, 1], bases.resistance[b, 1])
         lever = cross(minus(bases.places[b], wrist.position), pull)
         for k in range(3):
             wrist.force[k] += pull[k]
@@ -128,21 +134,23 @@ def push_bases(step, bases, gravity, next_places, next_orientations):
                 moved = velocity[b, part, k] - pushed[b, part, k]
                 pushed[b, part, k] = (way if part == 0 else sign * change[k]) / step - moved
                 gain = (pushed[b, part, k] - velocity[b, part, k]) / step
-                push[b, part, k] = RESISTANCE[part] * gain
+                push[b, part, k] = bases.resistance[b, part] * gain
             push[b, 2, k] = bases.places[b, k]
-        push[b, 0, 2] += BASE_MASS * gravity
+        push[b, 0, 2] += bases.resistance[b, 0] * gravity
 
 
 class DrivenBases:
-    """Heavy free bodies at mounts on the wrist; the palm sheet, where there is one, is the last.
+    """Free bodies at mounts on the wrist; the palm sheet, where there is one, is the last.
 
-    mounts: place (3,) [m] and orientation (4,) of each in the frame of the wrist.
+    mounts: place (3,) [m] and orientation (4,) of each in the frame of the wrist; resistance (b,
+    2): mass [kg] and inertia [kg m2] of each.
     """
 
     def __init__(
         self,
         ids: list[int],
         mounts: list[tuple[Array, Array]],
+        resistance: list[tuple[float, float]],
         pad: PalmPad | None,
         weight: HandWeight,
         client: int,
@@ -151,7 +159,8 @@ class DrivenBases:
         self.pad = NO_PAD if pad is None else pad.spring
         places, orientations = (np.array(part, float) for part in zip(*mounts, strict=True))
         moving = (np.zeros((len(ids), rows, 3)) for rows in (2, 2, 3))
-        self.arrays = Bases(places, orientations, places.copy(), orientations.copy(), *moving)
+        poses = (places, orientations, places.copy(), orientations.copy())
+        self.arrays = Bases(*poses, *moving, np.array(resistance, float))
         self._numbers = struct.Struct(f"{6 * len(ids)}d")
 
     def reset(self, wrist: Wrist) -> None:

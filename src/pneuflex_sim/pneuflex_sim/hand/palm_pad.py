@@ -1,4 +1,5 @@
-"""The palm sheet in PyBullet: a hull on a base of its own that sinks towards the wrist under load.
+"""The palm sheet in PyBullet, and the plate that carries it: a hull on a base of its own that sinks
+towards the wrist under load.
 
 It is as stiff as the bent sheet (`softhand_model.hand.palm_sheet`) along the normal of its crown,
 and rigid along and about all other axes; its outline stays what it is. The load is felt one step
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from pneuflex_sim.dynamics.spatial import minus
 from pneuflex_sim.dynamics.spatial import rotate as rotate_by
 from pneuflex_sim.hand.collision import MARGIN
+from softhand_model.hand.hand import Plate
 from softhand_model.hand.palm_sheet import PalmSheet
 from softhand_model.numerics.compiled import compiled
 from softhand_model.numerics.rotations import from_rpy, rotate
@@ -65,14 +67,14 @@ class PalmPad:
 
 
 @compiled
-def sink_pad(step, base_mass, pad, bases, orientation):
+def sink_pad(step, pad, bases, orientation):
     """Let the sheet, the last of the bases, yield to the force by which its velocity gained on what
     it was pushed to; nothing where there is none. One implicit step [s] of its critically damped
     spring; its mount in the frame of the wrist, whose orientation (4,) is given, moves along.
     """
     if pad.stiffness <= 0.0:
         return
-    weight, gain = base_mass / step, minus(bases.velocity[-1, 0], bases.pushed[-1, 0])
+    weight, gain = bases.resistance[-1, 0] / step, minus(bases.velocity[-1, 0], bases.pushed[-1, 0])
     force = (weight * gain[0], weight * gain[1], weight * gain[2])
     normal, state = rotate_by(orientation, pad.axis), pad.state
     push = -(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2])
@@ -83,6 +85,15 @@ def sink_pad(step, base_mass, pad, bases, orientation):
     state[0] += step * state[1]
     for k in range(3):
         bases.mount_places[-1, k] = pad.place[k] - state[0] * pad.axis[k]
+
+
+def create_plate(plate: Plate, mass: float, client: int) -> int:
+    """Create the body of a plate, of a mass [kg], around its own middle; its PyBullet id."""
+    half = [0.5 * edge for edge in plate.size]
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client
+    )
+    return int(pybullet.createMultiBody(mass, shape, -1, physicsClientId=client))
 
 
 def pad_vertices(sheet: PalmSheet, margin: float) -> Array:

@@ -12,7 +12,7 @@ from pneuflex_sim.dynamics.chain import Links, Placed
 from pneuflex_sim.dynamics.joint_springs import Actuation, Before, Joints, Springs, spring_torques
 from pneuflex_sim.dynamics.spatial import Array
 from pneuflex_sim.hand.air import RestTables, act_on_joints
-from pneuflex_sim.hand.driven_bases import BASE_MASS, Bases, HandWeight, carry_bases
+from pneuflex_sim.hand.driven_bases import Bases, HandWeight, carry_bases
 from pneuflex_sim.hand.palm_pad import PadSpring, sink_pad
 from pneuflex_sim.hand.wrist import Arm, Drive, WristState
 from softhand_model.numerics.compiled import compiled
@@ -71,6 +71,6 @@ def drive_hand(step, first_step, by_tables, ambient, pressures_abs, volumes, han
     joint_torques(step, first_step, by_tables, ambient, pressures_abs, volumes, hand)
     bases, weight, pad, (translation, rotation) = carrier
     bases, wrist = Bases(*bases), WristState(*wrist)
-    sink_pad(step, BASE_MASS, PadSpring(*pad), bases, wrist.orientation)
+    sink_pad(step, PadSpring(*pad), bases, wrist.orientation)
     arm = Arm(Drive(*translation), Drive(*rotation))
     carry_bases(step, bases, HandWeight(*weight), arm, wrist)

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
+import pybullet
+
 from softhand_model.documents.quoted import listed
 from softhand_model.documents.yaml_document import Node, read_document
 
@@ -68,6 +70,41 @@ class FrictionTable:
     def towards_object(self, material: str, of_object: str) -> float:
         """PyBullet's coefficient of a fixed body towards an object of a material."""
         return self.pair(material, of_object) / self.towards_hand(of_object)
+
+
+class BodyFriction:
+    """Coefficients of all bodies that a PyBullet client has now, to scale all pairs together."""
+
+    def __init__(self, client: int) -> None:
+        self._client, self._factor = client, 1.0
+        self._coefficients = [
+            (body, link, *self._coefficients_of(body, link))
+            for body in map(self._body, range(pybullet.getNumBodies(physicsClientId=client)))
+            for link in range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+        ]
+
+    def _body(self, index: int) -> int:
+        return int(pybullet.getBodyUniqueId(index, physicsClientId=self._client))
+
+    def _coefficients_of(self, body: int, link: int) -> tuple[float, float]:
+        found = pybullet.getDynamicsInfo(body, link, physicsClientId=self._client)
+        return found[1], found[6]
+
+    def scale(self, factor: float) -> None:
+        """Make the sliding friction of every pair `factor` times what it was at first; rolling
+        resistance, which PyBullet multiplies with it, stays.
+        """
+        if factor == self._factor:
+            return
+        self._factor, root = factor, math.sqrt(factor)
+        for body, link, sliding, rolling in self._coefficients:
+            pybullet.changeDynamics(
+                body,
+                link,
+                lateralFriction=root * sliding,
+                rollingFriction=rolling / root,
+                physicsClientId=self._client,
+            )
 
 
 def load_friction(path: str | Path | None = None) -> FrictionTable:

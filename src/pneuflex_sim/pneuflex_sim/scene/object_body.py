@@ -219,9 +219,11 @@ class ObjectBody:
                 physicsClientId=self._client,
             )
 
-    def put(self, position: Array, rpy: tuple[float, ...]) -> None:
-        """Lay it at a position (3,) [m] and roll, pitch, yaw (3,) [rad], at rest."""
-        rotation = Rotation.from_euler("xyz", rpy)
+    def put(self, position: Array, rpy: tuple[float, ...], yaw: float = 0.0) -> None:
+        """Lay it at a position (3,) [m] and roll, pitch, yaw (3,) [rad], turned by another `yaw`
+        [rad] about the vertical, at rest.
+        """
+        rotation = Rotation.from_euler("xyz", (*rpy[:2], rpy[2] + yaw))
         if not self._own_axes:
             rotation = rotation * self._to_own.inv()
         quaternion = rotation.as_quat().tolist()

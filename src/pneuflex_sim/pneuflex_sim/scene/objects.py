@@ -94,15 +94,25 @@ class ObjectDescription:
     @property
     def rest_height(self) -> float:
         """Height of the origin of its axes above the surface that the object lies on [m]."""
-        up = Rotation.from_euler("xyz", self.rpy).as_matrix()[2]
+        return self.reach((0.0, 0.0, -1.0)) + (MARGIN if self.geometry.pieces else 0.0)
+
+    def reach(self, direction: tuple[float, float, float]) -> float:
+        """How far the object reaches from the origin of its axes in a direction (a unit vector in
+        the world) as it lies in the scene [m].
+
+        >>> ball = load_objects()["ball"]
+        >>> ball.reach((1.0, 0.0, 0.0))
+        0.0325
+        """
+        along = Rotation.from_euler("xyz", self.rpy).inv().apply(direction)
         if self.geometry.pieces:
-            return MARGIN - min(float((piece @ up).min()) for piece in self.geometry.pieces)
+            return max(float((piece @ along).max()) for piece in self.geometry.pieces)
         if self.shape == "sphere":
             return self.half_extents[0]
         if self.shape == "cylinder":
-            across = np.sqrt(max(0.0, 1 - up[2] ** 2))
-            return float(self.half_extents[2] * abs(up[2]) + self.half_extents[0] * across)
-        return float(np.abs(up) @ self.half_extents)
+            across = np.sqrt(max(0.0, 1 - along[2] ** 2))
+            return float(self.half_extents[2] * abs(along[2]) + self.half_extents[0] * across)
+        return float(np.abs(along) @ self.half_extents)
 
 
 def load_objects() -> dict[str, ObjectDescription]:

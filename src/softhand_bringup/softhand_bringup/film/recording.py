@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_strategies.in_process_scene import InProcessScene
-from grasp_strategies.trials import TrialSettings, draw_placement, run_in_process, started_scene
+from grasp_strategies.trials import (
+    Placement,
+    TrialSettings,
+    draw_placement,
+    run_in_process,
+    started_scene,
+)
 from pneuflex_sim.pictures.render import HandState, Renderer
 from pneuflex_sim.scene.scenes import SceneDescription
 from pneuflex_sim.simulation import Simulation
@@ -109,7 +115,7 @@ def film_trial(
         )
     drawn_offset, drawn_scale = draw_placement(seed, settings.offset, settings.mass_spread)
     started = started_scene(settings)
-    placed = started.place(offset or drawn_offset, mass_scale or drawn_scale)
+    placed = started.place(Placement(offset or drawn_offset, mass_scale or drawn_scale))
     scene = FilmedScene(placed.simulation, interval)
     result = run_in_process(scene, started.strategy, settings.options)
     simulation = scene.simulation

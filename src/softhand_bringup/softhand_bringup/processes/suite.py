@@ -50,6 +50,7 @@ class SuiteOptions:
         object_mass_scale: factor on the object's mass [-].
         seed: of the sensors' noise and the valves' delays.
         step: physics step [s].
+        segments: an actuator.
         real_time_factor: upper bound of simulated over wall time; 0: as fast as it goes.
         gui: open PyBullet's window.
         publish_clock: the simulator publishes /clock; False: it follows another's.
@@ -70,6 +71,7 @@ class SuiteOptions:
     object_mass_scale: float = 1.0
     seed: int = 0
     step: float = 0.002
+    segments: int = 5
     real_time_factor: float = 0.0
     gui: bool = False
     publish_clock: bool = True
@@ -87,6 +89,7 @@ def simulator(options: SuiteOptions) -> NodeCommand:
         "object_mass_scale": float(options.object_mass_scale),
         "seed": options.seed,
         "step": float(options.step),
+        "segments": options.segments,
         "real_time_factor": float(options.real_time_factor),
         "gui": options.gui,
         "publish_clock": options.publish_clock,

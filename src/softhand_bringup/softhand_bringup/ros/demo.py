@@ -18,8 +18,10 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from grasp_strategies.strategy import load_strategy
+from grasp_strategies.fitting import USUAL_OBJECT, choose_strategy, misfit
+from grasp_strategies.strategy import Strategy, load_strategy
 from grasp_strategies.trials import draw_placement
+from pneuflex_sim.scene.objects import load_object
 from pneuflex_sim.scene.scenes import load_scene
 from softhand_bringup.grasp_verdict import Verdict, verdict_from
 from softhand_bringup.processes import suite
@@ -206,13 +208,16 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the demo; see the module for the exit status."""
     parsed = _parse(arguments)
     try:
-        options = _options(parsed)
+        strategy = _strategy(parsed)
+        options = _options(parsed, strategy)
     except ValueError as error:
         print(f"demo: {error}", flush=True)
         return 2
 
     def play(folder: Path, say: Say, stopped: Event) -> bool:
-        say(f"{options.hand} grasps the {options.object}, seed {options.seed}")
+        if warning := misfit(strategy, options.object):
+            say(f"warning: {warning}")
+        say(f"{options.hand} grasps the {options.object} by {strategy.name}, seed {options.seed}")
         say(f"recording to {folder}/bag")
         return _run(Demo(options, folder, say, stopped))
 
@@ -229,17 +234,27 @@ def _run(demo: Demo) -> bool:
     return verdict.gripped
 
 
-def _options(parsed: argparse.Namespace) -> SuiteOptions:
+def _strategy(parsed: argparse.Namespace) -> Strategy:
+    """The strategy that was asked for, or one that fits the object."""
+    if parsed.object is not None:
+        load_object(parsed.object)  # says which there are
+    parsed.strategy = parsed.strategy or choose_strategy(parsed.object, parsed.hand)
+    return load_strategy(parsed.strategy)
+
+
+def _options(parsed: argparse.Namespace, strategy: Strategy) -> SuiteOptions:
+    """What was asked for; the rest is as the strategy was tried."""
     offset, mass_scale = draw_placement(parsed.seed)
-    strategy = load_strategy(parsed.strategy)
+    scene = parsed.scene or strategy.scene
     if parsed.wall_inclination is not None:
-        load_scene(parsed.scene).inclined(parsed.wall_inclination)  # says what is wrong with it
+        load_scene(scene).inclined(parsed.wall_inclination)  # says what is wrong with it
     return SuiteOptions(
         hand=parsed.hand or strategy.hand,
         strategy=parsed.strategy,
-        object=parsed.object,
-        scene=parsed.scene,
-        model=parsed.model,
+        object=parsed.object or next(iter(strategy.objects), USUAL_OBJECT),
+        scene=scene,
+        model=parsed.model or strategy.model,
+        segments=strategy.segments,
         allow_effect_files=parsed.allow_effect_files,
         friction=parsed.friction,
         wall_inclination=parsed.wall_inclination,
@@ -260,11 +275,13 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--gui", action="store_true", help="open PyBullet's window")
     parser.add_argument("--hand", help="name, or path of a YAML file (that of the strategy)")
     parser.add_argument(
-        "--strategy", default="surface_constrained", help="name, or path of a YAML file"
+        "--strategy", help="name, or path of a YAML file (one that fits the object)"
     )
-    parser.add_argument("--object", default="cylinder")
-    parser.add_argument("--scene", default="table")
-    parser.add_argument("--model", default="", help="model file of the physics")
+    parser.add_argument(
+        "--object", help="name, or path of a YAML file (one that fits the strategy)"
+    )
+    parser.add_argument("--scene", help="name, or path of a YAML file (that of the strategy)")
+    parser.add_argument("--model", help="model file of the physics (that of the strategy)")
     parser.add_argument(ALLOW_EFFECT_FILES, action="store_true", help=ALLOW_HELP)
     parser.add_argument("--friction", default="", help="file with pairs of materials of your own")
     parser.add_argument("--wall-inclination", type=float, help="of the scene's wall [deg]")

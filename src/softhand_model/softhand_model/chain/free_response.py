@@ -1,5 +1,5 @@
-"""Free bending of an actuator's segments over pressure: tabulated for the base model and for effects
-that only change the rubber's law, stage by stage under others.
+"""Free bending of an actuator's segments over pressure: tabulated for the base model and under
+effects that only change the rubber's law, stage by stage under others.
 """
 
 from __future__ import annotations

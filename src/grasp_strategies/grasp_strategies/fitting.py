@@ -1,0 +1,63 @@
+"""Which shipped strategy fits an object, by what the strategies' files say that they lift."""
+
+from __future__ import annotations
+
+from grasp_strategies.strategy import Strategy, load_strategy, strategy_names
+from softhand_model.documents.quoted import quoted
+
+USUAL_STRATEGY, USUAL_OBJECT = "surface_constrained", "cylinder"
+
+
+def fitting_strategies(object_name: str, hand: str | None = None) -> list[str]:
+    """Names of the shipped strategies that lift an object, with this hand or any; first the usual
+    one, then those that need nothing but a table.
+
+    >>> fitting_strategies("cylinder")[0]
+    'surface_constrained'
+    """
+    shipped = {name: load_strategy(name) for name in strategy_names()}
+    fitting = [
+        name
+        for name, strategy in shipped.items()
+        if object_name in strategy.objects and hand in (None, strategy.hand)
+    ]
+    simple = {name: shipped[name].scene == "table" for name in fitting}
+    return sorted(fitting, key=lambda name: (name != USUAL_STRATEGY, not simple[name], name))
+
+
+def fits() -> str:
+    """One line a shipped strategy: its name, its hand, the objects that it lifts."""
+    shipped = map(load_strategy, strategy_names())
+    return "\n".join(f"  {each.name} ({each.hand}): {_known(each)}" for each in shipped)
+
+
+def choose_strategy(object_name: str | None, hand: str | None = None) -> str:
+    """The first fitting strategy; without an object, the usual one for its hand.
+
+    Raises ValueError that tells which strategies fit which objects.
+    """
+    if object_name is None and hand is None:
+        return USUAL_STRATEGY
+    fitting = fitting_strategies(object_name or USUAL_OBJECT, hand)
+    if not fitting:
+        wanted = quoted(object_name or USUAL_OBJECT) + (f" with {quoted(hand)}" if hand else "")
+        raise ValueError(
+            f"object: no strategy is known to lift {wanted}; known are\n{fits()}\n"
+            f"with a strategy of your choice it is tried all the same"
+        )
+    return fitting[0]
+
+
+def misfit(strategy: Strategy, object_name: str) -> str:
+    """A warning when a strategy is not known to lift an object; empty when it is."""
+    if object_name in strategy.objects:
+        return ""
+    others = [name for name in fitting_strategies(object_name) if name != strategy.name]
+    known = f"; known to lift it: {', '.join(others)}" if others else ""
+    return (
+        f"{strategy.name} is not known to lift {quoted(object_name)}, but {_known(strategy)}{known}"
+    )
+
+
+def _known(strategy: Strategy) -> str:
+    return ", ".join(strategy.objects) or "no object that its file names"

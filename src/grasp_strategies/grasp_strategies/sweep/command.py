@@ -1,0 +1,56 @@
+"""The command `softhand-sweep`: runs a plan, goes on with it, and says what came out."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from grasp_strategies.sweep.plan import load_plan
+from grasp_strategies.sweep.report import summary
+from grasp_strategies.sweep.run import run_sweep
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="softhand-sweep",
+        description="Runs the trials of a plan that are not done yet; each is a line of "
+        "results.jsonl as soon as it is done. Start it again to go on.",
+    )
+    add = parser.add_argument
+    add("plan", type=Path, help="YAML file of the format softhand-sweep/1")
+    add("--out", type=Path, help="folder of the results (out/sweeps/NAME)")
+    add("--jobs", type=int, default=2, help="processes at a time; 0: in this one (%(default)s)")
+    add("--scheduler", help="address of a Dask scheduler instead, such as tcp://node:8786")
+    add("--dry", action="store_true", help="list the keys of all trials, and end")
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.jobs < 0:
+        raise ValueError(f"jobs: expected 0 or more, got {options.jobs}")
+    plan = load_plan(options.plan)
+    if options.dry:
+        print("\n".join(line.key for line in plan.lines()))
+        return 0
+    folder = options.out or Path("out/sweeps") / plan.name
+    records = run_sweep(plan, folder, options.jobs, options.scheduler)
+    print(summary(records))
+    return 0
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a sweep from the command line; returns 0, or 2 when plan or results cannot be used."""
+    options = _parser().parse_args(arguments)
+    try:
+        return _run(options)
+    except (ValueError, OSError) as error:
+        print(f"softhand-sweep: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("softhand-sweep: stopped; start it again to go on", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,107 @@
+"""Trials on processes of this machine; a process that gets lost costs the trial it was at, once.
+
+Each process has an executor of its own: where one serves all, a lost process takes all their work
+along. They are spawned, as PyBullet does not bear a fork.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from itertools import groupby
+from multiprocessing import get_context, parent_process
+from threading import Thread
+
+from grasp_strategies.sweep.trial_line import Record, TrialLine, lost_line, run_line
+
+MOST_LOSSES = 3  # of one trial; it may be what kills its worker
+
+
+class Groups:
+    """Trials by their settings: a worker stays with a group, as it builds a scene for each."""
+
+    def __init__(self, lines: Sequence[TrialLine]) -> None:
+        self._groups = [deque(g) for _, g in groupby(lines, key=lambda line: line.settings)]
+        self._of_worker: dict[int, deque[TrialLine]] = {}
+
+    def next(self, worker: int) -> TrialLine | None:
+        """The next trial of a worker's group, of one that nobody has, or of the longest one."""
+        group = self._of_worker.get(worker)
+        if not group:
+            left = [group for group in self._groups if group]
+            if not left:
+                return None
+            taken = [id(group) for group in self._of_worker.values()]
+            free = [group for group in left if id(group) not in taken]
+            group = self._of_worker[worker] = free[0] if free else max(left, key=len)
+        return group.popleft()
+
+
+def run_on_processes(lines: Sequence[TrialLine], jobs: int) -> Iterator[Record]:
+    """Records of trials as they are done, on `jobs` processes; in this one with 0."""
+    if jobs == 0:
+        yield from map(run_line, lines)
+        return
+    yield from _Pool(lines, jobs).run()
+
+
+class _Pool:
+    def __init__(self, lines: Sequence[TrialLine], jobs: int) -> None:
+        self._groups, self._losses = Groups(lines), Counter[str]()
+        self._executors = [_executor() for _ in range(min(jobs, len(lines)))]
+        self._running: dict[Future[Record], tuple[int, TrialLine]] = {}
+
+    def run(self) -> Iterator[Record]:
+        try:
+            for worker in range(len(self._executors)):
+                self._start_next(worker)
+            while self._running:
+                for future in wait(self._running, return_when=FIRST_COMPLETED).done:
+                    worker, line = self._running.pop(future)
+                    record = self._outcome(future, worker, line)
+                    if record is not None:
+                        self._start_next(worker)
+                        yield record
+        finally:
+            for executor in self._executors:
+                executor.shutdown(wait=False, cancel_futures=True)
+
+    def _start_next(self, worker: int) -> None:
+        line = self._groups.next(worker)
+        if line is not None:
+            self._start(worker, line)
+
+    def _start(self, worker: int, line: TrialLine) -> None:
+        self._running[self._executors[worker].submit(run_line, line)] = (worker, line)
+
+    def _outcome(self, future: Future[Record], worker: int, line: TrialLine) -> Record | None:
+        """The record of a trial, or None when it runs again as its worker was lost."""
+        try:
+            return future.result()
+        except BrokenProcessPool:
+            self._executors[worker].shutdown(wait=False)
+            self._executors[worker] = _executor()
+            self._losses[line.key] += 1
+            if self._losses[line.key] < MOST_LOSSES:
+                self._start(worker, line)
+                return None
+            return lost_line(line, MOST_LOSSES)
+
+
+def _executor() -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_end_with_parent)
+
+
+def _end_with_parent() -> None:
+    """Without it, a worker whose sweep was killed would wait for work for ever."""
+    Thread(target=_wait_for_parent, daemon=True).start()
+
+
+def _wait_for_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -1,0 +1,127 @@
+"""What the reports of the maps say of made-up regions."""
+
+import numpy as np
+import pytest
+
+from thesis.chapter_8 import push_map, surface_map
+from thesis.chapter_8.object_map import MAIN, map_plan, placed
+
+AXIS = [round(0.01 * k, 3) for k in range(-6, 7)]
+
+
+def disc(radius, centre=(0.0, 0.0)):
+    x, y = np.meshgrid(AXIS, AXIS, indexing="ij")
+    return np.hypot(x - centre[0], y - centre[1]) <= radius
+
+
+def tallied(*regions, causes=None):
+    cells = {str(k): region.astype(int).ravel().tolist() for k, region in enumerate(regions)}
+    return {"replicates": cells, "causes": causes or {}}
+
+
+def maps(regions, **checks):
+    main = {name: tallied(*[region] * 4) for name, region in regions.items()}
+    sweeps = {MAIN: main}
+    for name, change in checks.items():
+        sweeps[name] = {object: change(region) for object, region in regions.items()}
+    return {"xs": AXIS, "ys": AXIS, "sweeps": sweeps}
+
+
+def verdicts(report):
+    return {found.what: found.met for found in report.findings if found.met is not None}
+
+
+def pushed(**other):
+    radii = dict.fromkeys(push_map.HEADLINE, 0.04) | {"marker": 0.02}
+    regions = {name: disc(radius) for name, radius in radii.items()} | other
+    return maps(
+        regions,
+        fine_step=tallied,
+        other_jitter=lambda region: {"replicates": {"1": tallied(region)["replicates"]["0"]}},
+        no_air=lambda region: tallied(np.zeros_like(region)),
+        no_advance=lambda region: tallied(region & disc(0.02)),
+    )
+
+
+def test_maps_as_the_thesis_tells_of_meet_every_criterion_of_the_push_grasp():
+    report = push_map.report(pushed(), push_map.Parameters())
+    assert all(verdicts(report).values()), report.table
+    assert len(verdicts(report)) == 9
+
+
+@pytest.mark.parametrize(
+    ("region", "what"),
+    [
+        (disc(0.01) | disc(0.01, (0.0, 0.04)), "largest component, least share of the successes"),
+        (disc(0.05) & ~disc(0.011), "largest hole"),
+        (disc(0.011), "smallest region"),
+        (disc(-1.0), "objects that succeed somewhere"),
+    ],
+)
+def test_a_tube_with_another_region_misses_a_criterion(region, what):
+    report = push_map.report(pushed(tube=region), push_map.Parameters())
+    assert verdicts(report)[what] is False
+
+
+def test_successes_without_air_are_told():
+    results = pushed()
+    results["sweeps"]["no_air"]["tube"] = tallied(disc(0.01))
+    report = push_map.report(results, push_map.Parameters())
+    assert verdicts(report)["negative control: 0 kPa"] is False
+
+
+def test_an_advance_that_enlarges_nothing_is_told():
+    results = pushed()
+    results["sweeps"]["no_advance"] = results["sweeps"][MAIN]
+    report = push_map.report(results, push_map.Parameters())
+    assert verdicts(report)["negative control: without the advance"] is False
+
+
+def surfaces(**other):
+    regions = {name: disc(0.04) for name in surface_map.HEADLINE} | other
+    results = maps(
+        regions,
+        no_roll=lambda region: tallied(region & disc(0.02)),
+        ptfe_table=lambda region: tallied(region & disc(0.02)),
+    )
+    for name in surface_map.FUZZY:
+        regions = disc(0.03), disc(0.03), disc(0.03), disc(0.04)
+        results["sweeps"][MAIN][name] = tallied(*regions)
+    return results
+
+
+def test_maps_as_the_thesis_tells_of_meet_every_criterion_of_the_surface_grasp():
+    report = surface_map.report(surfaces(), surface_map.Parameters())
+    assert all(verdicts(report).values()), report.table
+    assert len(verdicts(report)) == 8
+
+
+def test_regions_in_other_places_are_told():
+    report = surface_map.report(surfaces(tube=disc(0.02, (0.04, 0.04))), surface_map.Parameters())
+    found = verdicts(report)
+    assert found["centres of the regions"] is False
+    assert found["regions that overlap in a cell"] is True
+
+
+def test_what_yields_is_not_asked_for_a_region():
+    report = surface_map.report(surfaces(tissue=disc(-1.0)), surface_map.Parameters())
+    assert all(verdicts(report).values())
+
+
+@pytest.mark.parametrize("upright", [False, True])
+def test_objects_touch_both_planes_from_the_quadrant_of_the_thesis(upright):
+    swept = placed("tube", upright)
+    half_x, half_y = (0.0165, 0.0165) if upright else (0.0165, 0.089)
+    assert swept.place == pytest.approx((half_x, -half_y))
+
+
+def test_a_plan_has_every_cell_once_and_with_jitter():
+    given = push_map.Parameters(objects=("marker",), pitch=0.02)
+    lines = map_plan("push_map", "rbo_hand_1_push", given).lines()
+    assert len(lines) == 7 * 9 * 4
+    by_key = {line.key: line for line in lines}
+    once = by_key["push_map/marker/20,-40/0"].placement
+    # the hand goes by (20, -40) mm: the object lies at its place minus that
+    assert once.offset == pytest.approx((0.0085 - 0.02, -0.069 + 0.04))
+    moved = by_key["push_map/marker/20,-40/2"].placement.offset
+    assert 0 < abs(moved[0] - once.offset[0]) <= 0.001

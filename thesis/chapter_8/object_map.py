@@ -1,0 +1,251 @@
+"""Maps of success over the displacement of RBO Hand 1, one for each object of Table 8.1.
+
+What the push grasp and the surface-constrained grasp share: plans of the sweeps, their maps, the
+findings about each map, the figure. The text of the thesis names neither the objects of each map
+nor grid and axes: those here are ours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
+from grasp_strategies.sweep.plan import Cell, SweptObject, grid
+from grasp_strategies.sweep.report import wilson
+from grasp_strategies.trials import TrialSettings
+from pneuflex_sim.scene.objects import load_object
+from thesis.frame import Figure, Finding, Job, Results, option
+from thesis.success_map import SuccessMap, largest_hole, largest_share
+
+UPRIGHT = (0.0, 0.0, 0.0)  # rpy of a cylinder that stands [rad]
+YIELDING = ("water_balloon", "tissue")  # reported apart: their models are coarse
+ALL = (
+    *("cylinder", "tube", "marker", "water_bottle", "tape_dispenser", "staple_remover"),
+    *("paper_cup", "sunglasses", "water_balloon", "tissue"),
+)
+MAIN = "main"  # name of the sweep that makes the maps
+LEAST_SHARE = 0.8  # of the successes in the largest component
+
+
+@dataclass(frozen=True)
+class MapParameters:
+    """Options of a map."""
+
+    x: tuple[float, ...] = option((-0.06, 0.06), "first and last displacement in x [m]")
+    y: tuple[float, ...] = option((-0.08, 0.08), "first and last displacement in y [m]")
+    pitch: float = option(0.010, "of the grid [m]")
+    objects: tuple[str, ...] = option(ALL, "names of objects [-]")
+    replicates: int = option(3, "jittered trials of a cell [-]")
+    checks: tuple[str, ...] = option((), "other sweeps beside the maps, by name [-]")
+    step: float = option(0.005, "of the physics [s]")
+    seed: int = option(0, "of the jitter [-]")
+    jobs: int = option(2, "processes [-]")
+
+
+@dataclass(frozen=True)
+class Check:
+    """A sweep beside the maps: settings that differ, replicates and seed of its own, and whether it
+    is a negative control.
+    """
+
+    settings: Mapping[str, Any]
+    replicates: int = 0
+    other_seed: int = 0
+
+
+def map_plan(
+    name: str, strategy: str, given: MapParameters, upright: Sequence[str] = ()
+) -> SweepPlan:
+    """The plan of the maps: each object as near to the origin as it lies wholly in x > 0, y < 0
+    (section 8.1.2), each cell once without jitter and `replicates` times with.
+    """
+    objects = tuple(placed(object, object in upright) for object in given.objects)
+    settings = TrialSettings(
+        strategy, model="rbo_hand_1", segments=10, step=given.step, early_end=True
+    )
+    axes = [(first, last, given.pitch) for first, last in (given.x, given.y)]
+    return SweepPlan(
+        name,
+        settings,
+        objects,
+        grid(*axes),
+        replicates=given.replicates,
+        nominal=True,
+        seed=given.seed,
+        jitter=Jitter(),
+    )
+
+
+def placed(name: str, upright: bool) -> SweptObject:
+    """An object that touches the planes x = 0 and y = 0 from x > 0 and y < 0."""
+    described = load_object(name)
+    settings = {"object_rpy": UPRIGHT} if upright else {}
+    if upright:
+        described = replace(described, rpy=UPRIGHT)
+    place = described.reach((-1.0, 0.0, 0.0)), -described.reach((0.0, 1.0, 0.0))
+    return SweptObject(name, place, settings)
+
+
+def check_plan(main: SweepPlan, name: str, check: Check, headline: Sequence[str]) -> SweepPlan:
+    """The plan of a check on the headline objects."""
+    return replace(
+        main,
+        name=f"{main.name}-{name}",
+        settings=replace(main.settings, **check.settings),
+        objects=tuple(swept for swept in main.objects if swept.name in headline),
+        replicates=check.replicates,
+        nominal=check.replicates == 0,
+        seed=main.seed + check.other_seed,
+    )
+
+
+def run_maps(
+    main: SweepPlan, checks: Mapping[str, Check], headline: Sequence[str], jobs: int, job: Job
+) -> Results:
+    """Run the maps and the checks; what is done in the job's folder is not done again."""
+    plans = {MAIN: main}
+    plans |= {name: check_plan(main, name, check, headline) for name, check in checks.items()}
+    sweeps = {}
+    for number, (name, plan) in enumerate(plans.items()):
+        job.progress(name, number / len(plans))
+        records = run_sweep(plan, job.folder / name, jobs)
+        sweeps[name] = {swept.name: tally(records, swept.name) for swept in plan.objects}
+    xs, ys = (sorted({cell[axis] for cell in main.cells}) for axis in (0, 1))
+    return {"xs": xs, "ys": ys, "sweeps": sweeps}
+
+
+def tally(records: Iterable[Mapping[str, Any]], name: str) -> dict[str, Any]:
+    """Of an object: cells [m] with success (1) or not by replicate, and the causes of failures."""
+    replicates: dict[str, list[tuple[Cell, int]]] = {}
+    causes: Counter[str] = Counter()
+    for record in records:
+        if record["object"] == name:
+            gripped = record.get("outcome") == "gripped"
+            cells = replicates.setdefault(str(record["replicate"]), [])
+            cells.append((tuple(record["cell"]), int(gripped)))
+            causes.update([] if gripped else [str(record.get("cause") or record.get("error"))])
+    return {
+        "replicates": {key: [g for _, g in sorted(cells)] for key, cells in replicates.items()},
+        "causes": dict(causes.most_common()),
+    }
+
+
+def cells_of(results: Results, sweep: str, name: str) -> dict[int, np.ndarray]:
+    """Successes (nx, ny) by number of the replicate; 0 is the trial without jitter."""
+    shape = len(results["xs"]), len(results["ys"])
+    found = results["sweeps"][sweep][name]["replicates"]
+    return {int(key): np.array(cells, bool).reshape(shape) for key, cells in found.items()}
+
+
+def success_map(results: Results, name: str, sweep: str = MAIN) -> SuccessMap:
+    """The map of an object."""
+    cells = cells_of(results, sweep, name)
+    once = cells.pop(0)
+    axes = np.array(results["xs"]), np.array(results["ys"])
+    return SuccessMap(*axes, once, np.array([cells[k] for k in sorted(cells)]))
+
+
+def maps_of(results: Results) -> dict[str, SuccessMap]:
+    """Maps by object."""
+    return {name: success_map(results, name) for name in results["sweeps"][MAIN]}
+
+
+# ---------------------------------------------------------------- findings
+def about(name: str, found: SuccessMap, causes: Mapping[str, int]) -> Finding:
+    """What a map shows, in one row."""
+    count = found.replicates.size
+    low, high = wilson(int(found.replicates.sum()), count)
+    ring = "; succeeds at the end of the grid" if found.reaches_border else ""
+    failures = ", ".join(f"{cause} {number}" for cause, number in causes.items())
+    x, y = (1e3 * value for value in found.centre)
+    where = f" about ({x:.0f}, {y:.0f}) mm" if found.region.any() else ""
+    ours = (
+        f"{found.once.sum()} of {found.once.size} cells, jittered {found.replicates.mean():.2f} "
+        f"({low:.2f} to {high:.2f}); region {1e4 * found.area:.0f} cm2{where}, radius "
+        f"{1e3 * found.equivalent_radius:.0f} mm, largest part {_share(found)}, "
+        f"hole {largest_hole(found.region)}, fuzziness {found.fuzziness:.2f}{ring}; {failures}"
+    )
+    return Finding(name.replace("_", " "), "a picture", ours)
+
+
+def _share(found: SuccessMap) -> str:
+    share = largest_share(found.region)
+    return "none" if math.isnan(share) else f"{share:.2f}"
+
+
+def region_findings(maps: Mapping[str, SuccessMap], objects: Sequence[str]) -> list[Finding]:
+    """Whether the regions of these objects hang together."""
+    shares = {name: largest_share(maps[name].region) for name in objects}
+    holes = {name: largest_hole(maps[name].region) for name in objects}
+    worst = min(shares, key=lambda name: np.nan_to_num(shares[name], nan=-1.0))
+    widest = max(holes, key=lambda name: holes[name])
+    return [
+        Finding(
+            "largest component, least share of the successes",
+            "extended, contiguous region",
+            f"{_share(maps[worst])}, {worst} (>= {LEAST_SHARE})",
+            bool(shares[worst] >= LEAST_SHARE),
+        ),
+        Finding("largest hole", "-", f"{holes[widest]} cells, {widest} (<= 2)", holes[widest] <= 2),
+    ]
+
+
+def shared_cell(maps: Mapping[str, SuccessMap], objects: Sequence[str]) -> tuple[int, Cell]:
+    """Most regions that have a cell in common, and that cell [m]."""
+    counts = np.sum([maps[name].region for name in objects], axis=0)
+    x, y = np.unravel_index(int(np.argmax(counts)), counts.shape)
+    first = maps[objects[0]]
+    return int(counts.max()), (float(first.xs[x]), float(first.ys[y]))
+
+
+def shared_finding(
+    maps: Mapping[str, SuccessMap], objects: Sequence[str], least: int, thesis: str
+) -> Finding:
+    """Whether enough regions overlap in a cell."""
+    count, (x, y) = shared_cell(maps, objects)
+    ours = f"{count} of {len(objects)} at ({1e3 * x:.0f}, {1e3 * y:.0f}) mm (>= {least})"
+    return Finding("regions that overlap in a cell", thesis, ours, count >= least)
+
+
+def shrinking(
+    results: Results, name: str, what: str, objects: Sequence[str], least: float
+) -> Finding:
+    """A negative control that must take a share of the mean area: cells without jitter."""
+    before = sum(int(cells_of(results, MAIN, object)[0].sum()) for object in objects)
+    after = sum(int(cells_of(results, name, object)[0].sum()) for object in objects)
+    lost = 1.0 - after / before if before else 0.0
+    ours = f"{before} -> {after} cells: {100 * lost:.0f} % fewer (>= {100 * least:.0f})"
+    return Finding(f"negative control: {what}", "-", ours, lost >= least)
+
+
+# ---------------------------------------------------------------- figure
+def draw_maps(figure: Figure, results: Results) -> None:
+    """A column an object: successes without jitter, their mean over 3x3 cells with the border of
+    the region, share of the jittered trials.
+    """
+    maps = maps_of(results)
+    rows = ("once", "filtered", "share")
+    panels = figure.subplots(len(rows), len(maps), sharex=True, sharey=True, squeeze=False)
+    for column, (name, found) in enumerate(maps.items()):
+        for panel, row in zip(panels[:, column], rows, strict=True):
+            _panel(panel, found, getattr(found, row).astype(float))
+        panels[0, column].set_title(name.replace("_", " "), fontsize=8)
+        panels[-1, column].set_xlabel("y [mm]")
+    for panel, label in zip(panels[:, 0], ("once", "3 x 3 mean", "jittered"), strict=True):
+        panel.set_ylabel(f"{label}\nx [mm]")
+
+
+def _panel(panel: Any, found: SuccessMap, values: np.ndarray) -> None:
+    half = 0.5 * found.pitch
+    ends = [found.ys[0] - half, found.ys[-1] + half, found.xs[0] - half, found.xs[-1] + half]
+    panel.imshow(
+        values, origin="lower", extent=[1e3 * end for end in ends], cmap="Greens", vmin=0, vmax=1
+    )
+    if found.region.any() and not found.region.all():
+        panel.contour(1e3 * found.ys, 1e3 * found.xs, found.region, [0.5], colors="k", linewidths=1)

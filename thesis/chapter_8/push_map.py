@@ -1,0 +1,132 @@
+"""Push grasp with RBO Hand 1 over the place of the hand (8.1.2, Fig. 8.4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from thesis.chapter_8.object_map import (
+    MAIN,
+    Check,
+    MapParameters,
+    about,
+    cells_of,
+    draw_maps,
+    map_plan,
+    maps_of,
+    region_findings,
+    run_maps,
+    shared_finding,
+    shrinking,
+)
+from thesis.frame import Figure, Finding, Job, Report, Results, option
+from thesis.success_map import correlation, overlap, window_mean
+
+SIZE = (18.0, 6.5)
+HEADLINE = ("water_bottle", "paper_cup", "cylinder", "tube", "tape_dispenser", "marker")
+UPRIGHT = ("water_bottle", "cylinder", "tube")  # the cup stands as it is described
+FINE, OTHER, NO_AIR, NO_PUSH = "fine_step", "other_jitter", "no_air", "no_advance"
+CHECKS = {
+    FINE: Check({"step": 0.002}),
+    OTHER: Check({}, replicates=1, other_seed=1),
+    NO_AIR: Check({"air_scale": 0.0}),
+    NO_PUSH: Check({"without": ("advance",)}),
+}
+
+
+@dataclass(frozen=True)
+class Parameters(MapParameters):
+    """Options of the experiment."""
+
+    checks: tuple[str, ...] = option(tuple(CHECKS), "sweeps beside the maps, by name [-]")
+
+
+SMALL = {
+    "objects": ("cylinder", "marker"),
+    "pitch": 0.06,
+    "replicates": 1,
+    "checks": (NO_AIR,),
+}
+
+
+def run(given: Parameters, job: Job) -> Results:
+    """The maps, and the checks on the six headline objects."""
+    main = map_plan("push_map", "rbo_hand_1_push", given, UPRIGHT)
+    checks = {name: CHECKS[name] for name in given.checks}
+    return run_maps(main, checks, headline(given), given.jobs, job)
+
+
+def headline(given: Parameters) -> tuple[str, ...]:
+    """The headline objects among those asked for."""
+    return tuple(name for name in HEADLINE if name in given.objects)
+
+
+def report(results: Results, given: Parameters) -> Report:
+    """A row a map, then the criteria; the thesis tells of them in words and pictures alone."""
+    maps, objects = maps_of(results), headline(given)
+    causes = {name: found["causes"] for name, found in results["sweeps"][MAIN].items()}
+    findings = [about(name, maps[name], causes[name]) for name in maps]
+    somewhere = sum(maps[name].once.any() for name in objects)
+    areas = {name: maps[name].area for name in objects}
+    smallest = min(areas, key=lambda name: areas[name])
+    findings += [
+        Finding(
+            "objects that succeed somewhere",
+            "all",
+            f"{somewhere} of {len(objects)}",
+            bool(somewhere == len(objects)),
+        ),
+        *region_findings(maps, objects),
+        Finding(
+            "smallest region",
+            "marker: most difficult",
+            f"{smallest}, {1e4 * areas[smallest]:.0f} cm2",
+            smallest == "marker",
+        ),
+        shared_finding(maps, objects, 4, "large overlaps"),
+        *(_CHECKED[name](results, objects) for name in given.checks),
+    ]
+    return Report(
+        findings,
+        f"The push grasp succeeds somewhere with {somewhere} of {len(objects)} objects; the "
+        f"smallest region is the {smallest}'s.",
+    )
+
+
+def _fine(results: Results, objects: tuple[str, ...]) -> Finding:
+    pairs = [(cells_of(results, MAIN, n)[0], cells_of(results, FINE, n)[0]) for n in objects]
+    least = min(overlap(coarse, fine) for coarse, fine in pairs)
+    blurred = [(window_mean(coarse), window_mean(fine)) for coarse, fine in pairs]
+    similar = min(np.nan_to_num(correlation(*pair)) for pair in blurred)
+    return Finding(
+        "maps at 2 and 5 ms, the object that agrees least",
+        "-",
+        f"overlap {least:.2f} (>= 0.7), correlation {similar:.2f} (>= 0.8)",
+        bool(least >= 0.7 and similar >= 0.8),
+    )
+
+
+def _other(results: Results, objects: tuple[str, ...]) -> Finding:
+    pairs = [(cells_of(results, MAIN, n)[1], cells_of(results, OTHER, n)[1]) for n in objects]
+    blurred = [(window_mean(first), window_mean(second)) for first, second in pairs]
+    least = min(np.nan_to_num(correlation(*pair)) for pair in blurred)
+    ours = f"correlation {least:.2f} of the least alike (>= 0.8)"
+    return Finding("a repetition with other jitter", "-", ours, bool(least >= 0.8))
+
+
+def _no_air(results: Results, objects: tuple[str, ...]) -> Finding:
+    count = sum(int(cells_of(results, NO_AIR, n)[0].sum()) for n in objects)
+    return Finding("negative control: 0 kPa", "-", f"{count} successes (0)", count == 0)
+
+
+def _no_push(results: Results, objects: tuple[str, ...]) -> Finding:
+    return shrinking(results, NO_PUSH, "without the advance", objects, 0.3)
+
+
+_CHECKED = {FINE: _fine, OTHER: _other, NO_AIR: _no_air, NO_PUSH: _no_push}
+
+
+def draw(figure: Figure, results: Results, report: Report) -> None:
+    """Maps of all objects."""
+    draw_maps(figure, results)
