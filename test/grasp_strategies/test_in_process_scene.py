@@ -160,7 +160,6 @@ class FakeSimulation:
     def __init__(self, breaks=False):
         self.steps, self.masses, self.breaks = 0, [], breaks
         self.target = None
-        self.pairs = [("index", "object"), ("object", "table")]
 
     @property
     def time(self):
@@ -189,8 +188,8 @@ class FakeSimulation:
     def object_pose(self):
         return np.array([0.0, 0.0, 0.03]), np.array([0.0, 0.0, 0.0, 1.0])
 
-    def object_contacts(self):
-        return [Fields(first=first, second=second) for first, second in self.pairs]
+    def touching_object(self):
+        return frozenset({"index", "table"})
 
 
 def test_a_control_step_is_a_whole_number_of_physics_steps():

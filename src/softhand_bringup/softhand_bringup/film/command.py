@@ -32,7 +32,7 @@ def parser() -> argparse.ArgumentParser:
     add = found.add_argument
     add("-o", "--out", type=Path, required=True, help="a .gif, a .mp4, or a folder for PNG files")
     add("--bag", type=Path, help="draw this recording instead of a trial")
-    add("--hand", default="rbo_hand_2", help="of the bag (%(default)s); a strategy names its own")
+    add("--hand", help="of the bag (rbo_hand_2), or instead of that which the strategy names")
     add_settings(found)
     add("--seed", type=int, default=0, help="draws the object's shift and mass, as in trials")
     add("--offset", nargs=2, type=float, metavar=("X", "Y"), help="shift [m], not the drawn one")
@@ -97,7 +97,8 @@ def _record(options: argparse.Namespace) -> Recording:
     interval = options.every or 1.0 / (options.fps * options.slow)
     if options.bag is not None:
         scene = load_scene(options.scene).inclined(options.wall_inclination)
-        return film_bag(options.bag, interval, options.hand, options.object, scene)
+        hand = options.hand or "rbo_hand_2"
+        return film_bag(options.bag, interval, hand, options.object, scene)
     offset = None if options.offset is None else tuple(options.offset)
     return film_trial(read_settings(options), interval, options.seed, offset, options.mass_scale)
 
