@@ -127,7 +127,7 @@ def test_unusable_input_ends_in_one_line(arguments, words, tmp_path, capsys):
         (["run"], "required: name"),
         (["run", "flow_function", "--nonsense"], "unrecognized arguments: --nonsense"),
         (["run", "flow_function", "--ratios", "many"], "invalid int value: 'many'"),
-        (["all", "chapter_9"], "invalid choice: 'chapter_9'"),
+        (["all", "chapter_99"], "invalid choice: 'chapter_99'"),
         (["all", "--seed", "x"], "invalid int value: 'x'"),
     ],
 )
