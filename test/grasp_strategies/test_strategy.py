@@ -61,16 +61,16 @@ WRIST = "wrist: {frame: wrist_level, position: [0, 0, 0.12]}"
         ("phases:", "objects: [3]\nphases:", ["objects[0]", "text", "3"]),
         (
             "phases:",
-            "tried_with: {segments: 16}\nphases:",
-            ["tried_with.segments", "1 to 15", "16"],
+            "segments: 16\nphases:",
+            ["segments", "1 to 15", "16"],
         ),
-        ("phases:", "tried_with: {scene: []}\nphases:", ["tried_with.scene", "text"]),
+        ("phases:", "scene: []\nphases:", ["scene", "text"]),
         (
             "phases:",
-            "tried_with: {place: edge}\nphases:",
-            ["tried_with.place", "corner or", "edge"],
+            "place: edge\nphases:",
+            ["place", "corner or", "edge"],
         ),
-        ("phases:", "tried_with: {wall_inclination: 0}\nphases:", ["inclination", "5 to 120 deg"]),
+        ("phases:", "wall_inclination: 0\nphases:", ["inclination", "5 to 120 deg"]),
         ("phases:", "success: {max_turn: 20}\nphases:", ["success.max_turn", "3.142 rad", "20"]),
         ("phases:", "success: {max_turn: 0}\nphases:", ["success.max_turn", "above 0", "0"]),
     ],
@@ -113,11 +113,10 @@ def test_a_strategy_may_name_the_objects_that_it_lifts(make_strategy):
 def test_a_strategy_says_in_which_scene_and_with_which_hand_s_physics_it_was_tried(make_strategy):
     usual = make_strategy()
     assert usual.tried_with == TriedWith("table", None, "", 5, (0.0, 0.0), ())
-    world = "scene: wall, wall_inclination: 60, model: rbo_hand_1, segments: 10, place: [0.05, 0]"
-    asked = make_strategy(("phases:", f"tried_with: {{{world}}}\nphases:"))
+    world = "scene: wall\nwall_inclination: 60\nmodel: rbo_hand_1\nsegments: 10\nplace: [0.05, 0]"
+    asked = make_strategy(("phases:", f"{world}\nphases:"))
     assert asked.tried_with == TriedWith("wall", 60.0, "rbo_hand_1", 10, (0.05, 0.0))
-    corner = "tried_with: {place: corner, upright: [tube]}\nphases:"
-    asked = make_strategy(("phases:", corner))
+    asked = make_strategy(("phases:", "place: corner\nupright: [tube]\nphases:"))
     assert (asked.tried_with.place, asked.tried_with.upright) == (None, ("tube",))
 
 

@@ -6,14 +6,13 @@ import math
 
 import numpy as np
 
-from grasp_strategies.failure import AFTER, BEFORE, HOLD, GraspWatch
+from grasp_strategies.failure import AFTER, BEFORE, HOLD, GraspWatch, stages
 from grasp_strategies.judge import SLIPPED, TOO_SHORT, TURNED
 from grasp_strategies.scene import Array
 from grasp_strategies.strategy import Phase, Strategy, Waypoint
 
 CLEAR = 0.080  # [m] that a hand must have gone up without the object: no finger is hooked below it
 EMPTY_TIME = 0.2  # [s] for which it must not have touched it then
-REACH = 0.40  # [m] from the wrist; no hand takes what is farther away
 
 
 class EarlyEnd:
@@ -22,14 +21,22 @@ class EarlyEnd:
     It is when the hold is over; when the object is off the table, or farther away than the hand
     can still come; when the hand has gone up without it; and when it slipped in the hold, or what
     is left of the hold is too short.
+
+    Args:
+        strategy: that runs.
+        reach: greatest distance from the wrist to the middle of an object that the hand touches
+            [m]; infinite where the object may come back by itself.
     """
 
-    def __init__(self, strategy: Strategy) -> None:
+    def __init__(self, strategy: Strategy, reach: float) -> None:
         names = [phase.name for phase in strategy.phases]
         hold = names.index(strategy.success.hold_phase)
+        stage = stages(strategy)
+        before = [phase for phase in strategy.phases if stage[phase.name] == BEFORE]
+        self._reach = reach
         self._ways = {
-            name: [p.wrist for p in strategy.phases[k : hold + 1] if p.wrist is not None]
-            for k, name in enumerate(names[: hold + 1])
+            phase.name: [p.wrist for p in before[k:] if p.wrist is not None]
+            for k, phase in enumerate(before)
         }
         self._spare = _spare_time(strategy.phases[hold], strategy.success.hold_time)
         self._low = math.inf  # lowest wrist since the lift began [m]
@@ -51,11 +58,11 @@ class EarlyEnd:
         return self._lost_hold(watch) if watch.stage == HOLD else ""
 
     def _out_of_reach(self, watch: GraspWatch) -> bool:
-        """Whether no goal left brings the wrist near the object, which moves no more by itself."""
+        """Whether no goal before the lift brings the wrist near enough to the object."""
         away = float(np.linalg.norm(watch.last.object_position - watch.last.wrist_position))
-        if watch.touched or away < REACH:
+        if watch.touched or away < self._reach:
             return False
-        return away > REACH + _way_left(self._ways[watch.phase], watch.last.wrist_position)
+        return away > self._reach + _way_left(self._ways[watch.phase], watch.last.wrist_position)
 
     def _went_up_empty(self, watch: GraspWatch) -> bool:
         height = float(watch.last.wrist_position[2])

@@ -2,9 +2,9 @@
 
 The file has the keys `format: softhand-strategy/1`, `name`, `description`, `hand`, `object_rpy`
 (optional), `success` (optional) and `phases`. `hand` is the name of a hand, or the path of its file
-from the strategy's on. `objects` are the names of those that the strategy lifts in most trials,
-`tried_with` tells in which world (see that module); both are optional. A phase has a `name` and any
-of
+from the strategy's on. `objects` are the names of those that the strategy lifts in most trials, and
+the keys of the module `tried_with` tell in which world; all are optional. A phase has a `name` and
+any of
 
 * `wrist: {frame, position, rpy, pivot}` with `speed` (greatest, [m/s]; turning `turn_speed`
   [rad/s]) or `duration` [s]. Frames: `object` (centre of the object as seen when the phase begins,
@@ -35,6 +35,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from grasp_strategies.tried_with import KEYS as TRIED_WITH
 from grasp_strategies.tried_with import TriedWith, read_tried_with
 from softhand_model.documents.quoted import listed, quoted
 from softhand_model.documents.yaml_document import Bounds, Node, is_document, read_document
@@ -211,7 +212,7 @@ def load_strategy(name: str | Path) -> Strategy:
 def _strategy(document: Node) -> Strategy:
     top = document.fields(
         ("format", "name", "description", "hand", "phases"),
-        ("object_rpy", "objects", "success", "tried_with"),
+        ("object_rpy", "objects", "success", *TRIED_WITH),
     )
     phases = tuple(_phase(node) for node in top["phases"].items())
     names = [phase.name for phase in phases]
@@ -228,7 +229,7 @@ def _strategy(document: Node) -> Strategy:
         tuple(node.text() for node in top["objects"].items()) if "objects" in top else (),
         success,
         phases,
-        read_tried_with(top["tried_with"]) if "tried_with" in top else TriedWith(),
+        read_tried_with(top),
     )
 
 

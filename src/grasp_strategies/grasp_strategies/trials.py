@@ -203,7 +203,7 @@ def run_in_process(
     """Run a strategy with these of its options, as `early_end` only until its verdict is sure; the
     reason names channels at their limits.
     """
-    decided = EarlyEnd(strategy) if early_end else None
+    decided = EarlyEnd(strategy, scene.reach) if early_end else None
     result = Sequencer(scene, strategy, options=options, decided=decided).run()
     if not scene.limited:
         return result

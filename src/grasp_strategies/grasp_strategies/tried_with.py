@@ -1,4 +1,4 @@
-"""The world in which a strategy was tried: the key `tried_with` of its file, all of it optional.
+"""The world in which a strategy was tried: keys of its file, all optional.
 
 * `scene` (`table`) and `wall_inclination` [deg] of it (the scene's);
 * `model` of the hand's physics, by name (the simulator's), and `segments` an actuator (5);
@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from softhand_model.documents.yaml_document import Bounds, Node
@@ -31,9 +32,11 @@ class TriedWith:
     upright: tuple[str, ...] = ()
 
 
-def read_tried_with(node: Node) -> TriedWith:
-    """The world of the key; raises an error that names file, key, expected and got."""
-    fields = node.fields(optional=tuple(TriedWith.__dataclass_fields__))
+KEYS = tuple(TriedWith.__dataclass_fields__)
+
+
+def read_tried_with(fields: Mapping[str, Node]) -> TriedWith:
+    """The world of the keys that there are; raises an error with file, key, expected and got."""
     usual = TriedWith()
     return TriedWith(
         fields["scene"].text() if "scene" in fields else usual.scene,

@@ -183,8 +183,8 @@ def test_a_combination_that_does_not_fit_runs_with_a_warning(begun, capsys):
 
 def test_a_strategy_alone_brings_object_scene_model_and_segments(begun, tmp_path):
     shipped = (DATA / "surface_constrained.yaml").read_text()
-    world = "{scene: wall, wall_inclination: 60, model: base, segments: 7, place: [0.1, 0.2]}"
-    own = f"tried_with: {world}\nobjects: [ball, tube]"
+    world = "scene: wall\nwall_inclination: 60\nmodel: base\nsegments: 7\nplace: [0.1, 0.2]"
+    own = f"{world}\nobjects: [ball, tube]"
     path = tmp_path / "own.yaml"
     path.write_text(re.sub("objects: .*", own, shipped))
     _, (options,) = begun("--strategy", str(path))
@@ -201,7 +201,7 @@ def test_a_strategy_alone_brings_object_scene_model_and_segments(begun, tmp_path
 
 def test_a_strategy_that_was_tried_in_the_corner_has_its_object_there(begun, tmp_path):
     shipped = (DATA / "surface_constrained.yaml").read_text()
-    world = "tried_with: {place: corner, upright: [tube]}\nobjects: [tube]"
+    world = "place: corner\nupright: [tube]\nobjects: [tube]"
     path = tmp_path / "own.yaml"
     path.write_text(re.sub("objects: .*", world, shipped))
     for name, upright in (("tube", True), ("cylinder", False)):

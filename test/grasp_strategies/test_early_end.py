@@ -1,0 +1,116 @@
+"""A trial that ends early has the verdict of the whole one."""
+
+import math
+
+import grasp_courses as course
+import pytest
+
+from grasp_strategies.early_end import EarlyEnd
+from grasp_strategies.failure import GraspWatch
+from grasp_strategies.trials import Placement, StartedScene, TrialSettings
+
+REACH = 0.3
+STRATEGY = """
+format: softhand-strategy/1
+name: course
+description: as the course
+hand: rbo_hand_2
+phases:
+  - name: approach
+    wrist: {frame: environment, position: [-0.03, 0, 0.12]}
+    duration: 0.5
+  - name: close
+    air_mass: {a: 1.0e-5}
+    air_ramp: 0.5
+  - name: lift
+    wrist: {frame: wrist_level, position: [0, 0, 0.14]}
+    duration: 1.0
+  - name: steady
+    duration: 0.3
+  - name: hold
+    duration: 1.1
+"""
+
+
+def swung_back(seen, elapsed):
+    return course.shifted(y=0.012 * math.sin(math.pi * elapsed / 0.4))(seen, elapsed)
+
+
+def rolling(seen, elapsed):
+    return course.lying(x=0.8 * elapsed)(seen, elapsed)
+
+
+GRIPPED = course.gripped()
+COURSES = {  # course, phase in which it may end, None for the whole
+    "held": (GRIPPED, None),
+    "missed": (course.after(GRIPPED, "close", 0.0, course.lying()), "lift"),
+    "slipped in the lift": (course.after(GRIPPED, "lift", 0.5, course.lying()), "lift"),
+    "left and hooked again": (
+        course.changed(GRIPPED, "lift", 0.0, 0.3, course.lying()),
+        None,
+    ),
+    "rolled away": (course.after(GRIPPED, "approach", 0.2, rolling), "approach"),
+    "off the table": (course.after(GRIPPED, "close", 0.2, course.lying(height=-0.3)), "close"),
+    "slipped in the hold": (course.changed(GRIPPED, "hold", 0.1, 0.5, swung_back), "hold"),
+    "touched once in the hold": (
+        course.changed(GRIPPED, "hold", 0.5, 0.5, course.touched_by("table")),
+        "hold",
+    ),
+    "touched before the second that counts": (
+        course.changed(GRIPPED, "hold", 0.05, 0.05, course.touched_by("table")),
+        None,
+    ),
+    "too low": (course.after(GRIPPED, "lift", 0.5, course.lifted(0.06)), "hold"),
+}
+
+
+@pytest.mark.parametrize("name", COURSES)
+def test_the_verdict_at_the_early_end_is_that_of_the_whole_course(name, make_strategy):
+    moments, expected = COURSES[name]
+    strategy = make_strategy(text=STRATEGY)
+    watch = GraspWatch(strategy, course.HAND, course.FIRST)
+    early, ended, verdict = EarlyEnd(strategy, REACH), None, None
+    for moment in moments:
+        watch.watch(moment.observation, moment.phase)
+        if ended is None and early(watch):
+            ended, verdict = moment.phase, watch.result()
+    assert ended == expected
+    if ended is not None:
+        assert verdict.outcome == watch.result().outcome != "gripped"
+        assert verdict.duration < watch.result().duration - 0.2
+
+
+def test_a_wall_may_send_back_what_is_out_of_reach(make_strategy):
+    strategy = make_strategy(text=STRATEGY)
+    watch = GraspWatch(strategy, course.HAND, course.FIRST)
+    early = EarlyEnd(strategy, math.inf)
+    for moment in COURSES["rolled away"][0][:95]:
+        watch.watch(moment.observation, moment.phase)
+        assert not early(watch)
+
+
+def test_what_happens_after_the_hold_decides_nothing(make_strategy):
+    strategy = make_strategy(text=STRATEGY + "  - name: lower\n    duration: 1.0\n")
+    watch = GraspWatch(strategy, course.HAND, course.FIRST)
+    early = EarlyEnd(strategy, REACH)
+    for moment in GRIPPED:
+        watch.watch(moment.observation, moment.phase)
+        assert not early(watch)
+    watch.watch(GRIPPED[-1].observation, "lower")
+    assert early(watch) and watch.result().gripped
+
+
+@pytest.mark.parametrize("place", [(0.03, -0.03), (-0.2, 0.3), (0.12, 0.02)])
+def test_short_and_whole_trials_agree(place):
+    usual = {"strategy": "rbo_hand_1_push", "model": "rbo_hand_1", "segments": 10, "step": 0.01}
+    whole, short = (
+        StartedScene(TrialSettings(**usual, object_rpy=(0, 0, 0), early_end=early)).run(
+            Placement(place)
+        )
+        for early in (False, True)
+    )
+    assert short.outcome == whole.outcome
+    if whole.gripped:
+        assert short == whole
+    else:
+        assert short.duration < whole.duration - 1.0
