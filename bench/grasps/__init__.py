@@ -1,0 +1,1 @@
+"""Benchmarks of grasps: sweeps and maps."""
