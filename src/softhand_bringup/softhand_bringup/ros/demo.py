@@ -83,7 +83,7 @@ class Demo:
         with Launcher(self.folder / "log", environment) as launcher:
             if self.record:
                 self._start_recorder(launcher)
-            for command in suite.three_nodes(self.options):
+            for command in suite.three_nodes(replace(self.options, await_commander=True)):
                 launcher.start(command)
             verdict = self._grasp(launcher)
         verdict.write(self.folder / "result.json")
@@ -176,7 +176,7 @@ class GraspClient(ClientLink):
         self.spin(0.1)
         missing = [t for t in AWAITED_TOPICS if not self.node.count_publishers(t)]
         missing += [t for t in AWAITED_COMMANDS if not self.node.count_subscribers(t)]
-        if self.simulated_time == 0.0:
+        if not self.has_ticked:
             missing.append("a tick of /clock")
         if not self._grasp.service_is_ready():
             missing.append(f"service {self._grasp.srv_name}")
