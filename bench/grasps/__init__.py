@@ -1,1 +1,1 @@
-"""Benchmarks of grasps: sweeps and maps."""
+"""Grasps that use the environment: criteria of the maps, objects on the table, steps, rates."""

@@ -27,7 +27,7 @@ from pneuflex_sim.scene.objects import load_object
 STRATEGIES = ("rbo_hand_1_push", "rbo_hand_1_surface")
 OBJECTS = ("cylinder", "marker", "tape_dispenser", "tube")
 PITCH = 0.02  # [m], of -60 to 60 and -80 to 80 mm
-RATED = 60  # trials that the rates are measured over, spread over the maps
+RATED, COMPARED = 80, 400  # trials of the rates, and of early end; spread over the maps
 WORKERS = 2000  # of the thesis's cluster
 KILLS = ("test_kill.py", "test_cluster.py")
 NOTHING = 2000  # batches without work that the dispatch is measured over
@@ -36,13 +36,13 @@ NOTHING = 2000  # batches without work that the dispatch is measured over
 def rows(small: bool) -> list[dict[str, Any]]:
     """All figures of sweeps; `small`: of a few trials."""
     lines = map_lines(0.06 if small else PITCH)
-    rated = lines[:: max(1, len(lines) // (8 if small else RATED))]
+    rated = spread(lines, 8 if small else RATED)
     rates, memory = zip(*(rate_and_memory(rated, jobs) for jobs in (1, 2)), strict=True)
     return [
         at_least("trials per core-hour over maps, one worker", rates[0], "", 5000),
         at_least("rate of two workers over that of one", rates[1] / rates[0], "", 1.8),
         at_most("largest memory of a worker", max(memory) / 1e6, "MB", 600),
-        *agreement(lines),
+        *agreement(spread(lines, 16 if small else COMPARED)),
         *kills(),
         *dispatch(lines, 3600 / rates[0], 100 if small else NOTHING),
     ]
@@ -58,6 +58,11 @@ def map_lines(pitch: float) -> list[TrialLine]:
         for name in STRATEGIES
     ]
     return [line for plan in plans for line in plan.lines()]
+
+
+def spread(lines: Sequence[TrialLine], count: int) -> list[TrialLine]:
+    """So many of the trials, at even distances."""
+    return [lines[k * len(lines) // count] for k in range(min(count, len(lines)))]
 
 
 def _at_origin(name: str) -> SweptObject:

@@ -21,7 +21,11 @@ DECISIONS = f"{CONTROL}/test_decisions.py"
 MODULES = (
     Row(
         "grasp_strategies.judge",
-        ("test/grasp_strategies/test_judge.py", "test/grasp_strategies/test_verdicts.py"),
+        (
+            "test/grasp_strategies/test_judge.py",
+            "test/grasp_strategies/test_verdicts.py",
+            "test/grasp_strategies/test_failure.py",
+        ),
     ),
     Row("grasp_strategies.failure", ("test/grasp_strategies/test_failure.py",)),
     Row("grasp_strategies.sequencer", ("test/grasp_strategies/test_sequencer.py",)),

@@ -140,6 +140,9 @@ def test_a_grasp_takes_the_same_simulated_time_at_any_real_time_factor(start, be
     assert float(values["slip"]) == pytest.approx(0.002 * 1.2, abs=0.002 * late)
     duration = 0.5 + 0.4 + LIFT_DURATION + 1.2 + 0.6
     assert float(values["duration"]) == pytest.approx(duration, abs=late)
+    assert float(values["turn"]) == pytest.approx(0.0, abs=1e-6)
+    assert (values["phase"], values["cause"], values["failed_at"]) == ("", "", "nan")
+    assert values["touching"] == "index, thumb"
     peer.wait(lambda: peer.ticks, 5.0, "/clock")
     assert duration - late < seconds(message.header.stamp) < seconds(peer.ticks[-1].clock) + late
 
@@ -260,7 +263,9 @@ def test_an_abort_vents_at_once_and_ends_the_call(start, bench, peer, phase):
     peer.wait(lambda: max(peer.states[-1].position) == 0.0, 5.0, "empty channels")
     peer.await_phase("aborted")
     assert peer.phases()[-1] == "aborted"
-    assert peer.result()[1]["completed"] == "False"
+    values = peer.result()[1]
+    assert values["completed"] == "False"
+    assert (values["phase"], values["cause"]) == (phase, "aborted")
 
 
 def test_an_abort_acts_while_the_simulation_is_paused(start, bench, peer):

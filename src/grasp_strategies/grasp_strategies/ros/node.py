@@ -248,13 +248,12 @@ class SequencerNode(Node):
         action = self.get_parameter("abort_action").value
         try:
             time_out = self.get_parameter("connect_time_out").value
-            control_step = self.get_parameter("control_step").value
-            self._scene.connect(time_out, control_step, functools.partial(self._wait_for, run))
+            self._scene.connect(time_out, functools.partial(self._wait_for, run))
             sequencer = Sequencer(
                 self._scene,
                 run.strategy,
                 options=self._options(run.strategy),
-                control_step=control_step,
+                control_step=self.get_parameter("control_step").value,
                 on_phase=functools.partial(self._enter_phase, run),
                 abort=run.abort,
                 abort_action=action,

@@ -84,12 +84,7 @@ class TopicScene:
         return Feed(topic, source, read)
 
     # ---------------------------------------------------------------- waiting for the others
-    def connect(
-        self,
-        time_out: float,
-        control_step: float,
-        on_wait: Callable[[str], None] = lambda what: None,
-    ) -> None:
+    def connect(self, time_out: float, on_wait: Callable[[str], None] = lambda what: None) -> None:
         """Wait until every topic delivers and every command has a listener.
 
         `on_wait` is told what is waited for. Raises SceneError after `time_out` [s] of wall time,
@@ -97,7 +92,6 @@ class TopicScene:
         which a node reports that it is preparing does not count. From when all listen, simulated
         time goes on by ticks, one a look, so that a strategy begins at the same in each run.
         """
-        self._clock.control_step = control_step
         self._clock.forget()
         for feed in self.feeds:
             while self._take(feed) is not None:
@@ -124,7 +118,7 @@ class TopicScene:
     def _standing_fault(self) -> str:
         """A fault that still stands after a moment, in which the simulator stands as well."""
         if fault := self._fault:
-            self._clock.tell(self._clock.control_step)
+            self._clock.tell()
             self._clock.wait(LOOK_PERIOD)
         return fault
 
@@ -159,7 +153,7 @@ class TopicScene:
             self._clock.wait(LOOK_PERIOD)
             self._clock.take(self._clock.now)
         else:
-            self._clock.tell(self._clock.control_step)
+            self._clock.tell()
             self._clock.await_tick(LOOK_PERIOD)
         self._catch_up()
         if self._clock.simulated and not self._clock.ticked:
@@ -209,7 +203,7 @@ class TopicScene:
     # ---------------------------------------------------------------- commands
     def command_wrist(self, position: Array, orientation: Array) -> None:
         """Publish the target pose of the wrist: position (3,) [m], quaternion (4,); in simulated
-        time it takes effect one control step from now.
+        time it takes effect half a tick from now.
         """
         message = PoseStamped()
         message.header.stamp = stamp_of_seconds(self._clock.effect)
@@ -221,7 +215,7 @@ class TopicScene:
 
     def command_air(self, masses: Array) -> None:
         """Publish target air masses (channels,) [kg above rest]; in simulated time they take effect
-        one control step from now.
+        half a tick from now.
         """
         effect = self._clock.effect if self._clock.simulated else 0.0
         self._air_command.send(self.channels, masses.tolist(), self.time, effect)

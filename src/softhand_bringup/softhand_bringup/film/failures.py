@@ -18,8 +18,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 
+from grasp_strategies.failure import GraspWatch
 from grasp_strategies.judge import GRIPPED, GraspResult
-from grasp_strategies.scene import Observation
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.sweep.results import read_results
 from grasp_strategies.trials import Placement, TrialSettings, started_scene
@@ -94,10 +94,10 @@ def replay(record: Record, around: Sequence[float] = AROUND) -> Replay:
     scene = FilmedScene(started.place(Placement(**placement)).simulation, settings.step)
     end = record["failed_at"] + max(around)
 
-    def due(phase: str, seen: Observation) -> str:
-        return "all is drawn" if seen.time >= end - 1e-9 else ""
+    def all_seen(watch: GraspWatch) -> str:
+        return "all is drawn" if watch.last.time >= end - 1e-9 else ""
 
-    result = Sequencer(scene, started.strategy, options=settings.options, give_up=due).run()
+    result = Sequencer(scene, started.strategy, options=settings.options, decided=all_seen).run()
     last = len(scene.states) - 1
     chosen = [round((record["failed_at"] + time) / settings.step) for time in around]
     chosen = [min(max(index, 0), last) for index in chosen]
