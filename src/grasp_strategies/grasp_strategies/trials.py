@@ -177,7 +177,8 @@ class StartedScene:
         early = self.settings.early_end
         course = self.empty_course if early else None
         scene = self.place(placement)
-        decided = EarlyEnd(self.strategy, course, scene.simulation.object_box) if early else None
+        boxes = scene.simulation.object_box, scene.simulation.hand_boxes
+        decided = EarlyEnd(self.strategy, course, *boxes) if early else None
         return run_in_process(scene, self.strategy, self.settings.options, decided)
 
     @property
