@@ -67,14 +67,19 @@ class EarlyEnd:
         course: of the empty hand, None where it says nothing of this one or the object may come
             back by itself.
         object_box: asked for the box (2, 3) [m] around the object.
+        hand_boxes: asked for those around the hand's links (k, 2, 3) [m].
     """
 
     def __init__(
-        self, strategy: Strategy, course: EmptyCourse | None, object_box: Callable[[], Array]
+        self,
+        strategy: Strategy,
+        course: EmptyCourse | None,
+        object_box: Callable[[], Array],
+        hand_boxes: Callable[[], Array],
     ) -> None:
         hold = next(p for p in strategy.phases if p.name == strategy.success.hold_phase)
         self._spare = _spare_time(hold, strategy.success.hold_time)
-        self._course, self._object_box = course, object_box
+        self._course, self._object_box, self._hand_boxes = course, object_box, hand_boxes
         self._looks, self._gap = 0, 0.0
         self._low = math.inf  # lowest wrist since the lift began [m]
         self._touched = -math.inf  # when the hand last touched the object [s]
@@ -105,7 +110,19 @@ class EarlyEnd:
     def _went_up_empty(self, watch: GraspWatch) -> bool:
         height = float(watch.last.wrist_position[2])
         self._low = min(self._low, height)
-        return height > self._low + CLEAR and watch.last.time > self._touched + EMPTY_TIME
+        if watch.last.time < self._touched + EMPTY_TIME:
+            return False
+        return height > self._low + CLEAR or self._is_above()
+
+    def _is_above(self) -> bool:
+        """Whether all of the hand is above the object or beside it: a lift hooks nothing."""
+        self._looks += 1
+        if self._looks % LOOK_EVERY:
+            return False
+        (low, high), hand = self._object_box(), self._hand_boxes()
+        above = hand[:, 0, 2] > high[2]
+        apart = np.maximum(hand[:, 0, :2] - high[:2], low[:2] - hand[:, 1, :2]).max(axis=1)
+        return bool((above | (apart > NEAR)).all())
 
     def _lost_hold(self, watch: GraspWatch) -> str:
         flaw, now = watch.judge.flaw(), watch.last.time

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -177,28 +177,37 @@ class StartedScene:
         early = self.settings.early_end
         course = self.empty_course if early else None
         scene = self.place(placement)
-        decided = EarlyEnd(self.strategy, course, scene.simulation.object_box) if early else None
+        boxes = scene.simulation.object_box, scene.simulation.hand_boxes
+        decided = EarlyEnd(self.strategy, course, *boxes) if early else None
         return run_in_process(scene, self.strategy, self.settings.options, decided)
 
-    @cached_property
+    @property
     def empty_course(self) -> EmptyCourse | None:
         """Where the hand comes without an object; None for a strategy that looks at it, and beside
         a wall, which sends back what rolls away.
         """
         if self.scene.simulation.scene.wall is not None or looks_at_object(self.strategy.phases):
             return None
-        course, scene = EmptyCourse(), self.place(Placement(OUT_OF_THE_WAY))
-
-        def keep(watch: GraspWatch) -> str:
-            course.keep(watch.phase, scene.simulation.hand_boxes)
-            return "the hold begins" if watch.stage == HOLD else ""
-
-        run_in_process(scene, self.strategy, self.settings.options, keep)
-        return course
+        usual = TrialSettings()
+        return _empty_course(replace(self.settings, object=usual.object, object_rpy=None))
 
     def __del__(self) -> None:
         if hasattr(self, "scene"):
             self.scene.close()
+
+
+@lru_cache(maxsize=4)
+def _empty_course(settings: TrialSettings) -> EmptyCourse:
+    """Where the hand comes with its object out of the way: once for all objects."""
+    course, started = EmptyCourse(), StartedScene(settings)
+    scene = started.place(Placement(OUT_OF_THE_WAY))
+
+    def keep(watch: GraspWatch) -> str:
+        course.keep(watch.phase, scene.simulation.hand_boxes)
+        return "the hold begins" if watch.stage == HOLD else ""
+
+    run_in_process(scene, started.strategy, settings.options, keep)
+    return course
 
 
 @lru_cache(maxsize=1)
