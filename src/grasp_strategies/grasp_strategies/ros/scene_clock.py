@@ -1,9 +1,8 @@
 """The scene's time: `/clock` tick by tick, and how far a simulator in lockstep may go.
 
-A strategy acts at ticks, one control step apart or the next one after it. What it commands takes
-effect one control step later, so that the simulator goes on meanwhile; it is told the time before
-which nothing more will be commanded, and stands there. So a run is the same whatever the wall time
-that anybody takes.
+A strategy acts at ticks that lie a control step apart. What it commands takes effect half a tick
+later, so that the simulator goes on meanwhile; it is told the time before which nothing more is
+commanded, and stands there. So a run is the same whatever the wall time that anybody takes.
 """
 
 from __future__ import annotations
@@ -33,7 +32,8 @@ from softhand_ros.topics import (
 )
 
 COMMANDED_UNTIL = "sim/commanded_until"
-TICK = 0.01  # a simulator ticks as often, to a step of its physics [s]
+TICK = 0.01  # from tick to tick, to a step of the simulator's physics [s]
+LEAD = 0.005  # from a tick until the commands take effect that are given at it [s]
 BEHIND = 0.1  # a simulator so far ahead waits for nobody, and is followed by its newest tick [s]
 STILL_PERIOD = 0.5  # wall time after which a wait looks whether time has stopped [s]
 
@@ -54,7 +54,6 @@ class SceneClock:
         self._newest: float | None = None
         self._told = node.create_publisher(Header, COMMANDED_UNTIL, RELIABLE)
         self._until = Header(frame_id=full_name(node, node.get_name()))
-        self.control_step = TICK
 
     # ---------------------------------------------------------------- time
     @property
@@ -77,11 +76,7 @@ class SceneClock:
     @property
     def effect(self) -> float:
         """When a command takes effect that is given now [s]."""
-        return self.now + self._lead
-
-    @property
-    def _lead(self) -> float:
-        return max(self.control_step, TICK) if self.simulated else 0.0
+        return self.now + (LEAD if self.simulated else 0.0)
 
     def forget(self) -> None:
         """Forget the ticks so far: they may be of a simulator that has ended."""
@@ -118,23 +113,36 @@ class SceneClock:
         Raises SceneError when nobody does any more, when time jumps back because the simulator was
         reset, and what `check` raises, which is called at every wake.
         """
+        self._pass(duration, self.effect + max(duration, TICK), check)
+
+    def _pass(self, duration: float, until: float, check: Callable[[], None]) -> None:
+        """Pass time as `pass_time`, telling that nothing more is commanded before `until` [s]."""
         start = self.now
-        self.tell(duration)
-        while not self._passed(start + duration) and not self.interrupted.is_set():
+        self.tell(until)
+        while not self._passed(start, duration) and not self.interrupted.is_set():
             check()
             if not self.simulated:
                 self.wait(start + duration - self.now)
             elif not self.wait(STILL_PERIOD, self._subscription):
                 self._look_for_clock()
-                self.tell(duration)  # who falls silent is waited for no longer
+                self.tell(until)  # who falls silent is waited for no longer
         if self.now < start - 1e-9:
             raise SceneError(
                 f"time jumped back from {start:.3f} s to {self.now:.3f} s: "
                 f"{clock_conflict(self._node) or 'simulator reset'}"
             )
 
-    def _passed(self, end: float) -> bool:
-        return self.take(end) if self.simulated else self.now > end - 1e-9
+    def _passed(self, start: float, duration: float) -> bool:
+        if self.simulated:
+            return self.take(start + max(duration, TICK) - LEAD)
+        return self.now > start + duration - 1e-9
+
+    def settle(self, check: Callable[[], None]) -> None:
+        """Go on to the next tick and have a simulator in lockstep stand there, with all its samples
+        answered; `check` as in `pass_time`.
+        """
+        if self.simulated:
+            self._pass(TICK, self.now + TICK, check)
 
     def _look_for_clock(self) -> None:
         """Raise SceneError when nobody publishes /clock any more."""
@@ -143,7 +151,7 @@ class SceneClock:
 
     def await_tick(self, timeout: float) -> None:
         """Go on to the next tick if it comes within `timeout` [s] of wall time."""
-        if self.simulated and not self.take(self.now + self.control_step):
+        if self.simulated and not self.take(self.now + TICK - LEAD):
             self.wait(timeout, self._subscription)
 
     def wait(self, timeout: float, subscription: Subscription | None = None) -> bool:
@@ -172,10 +180,10 @@ class SceneClock:
         self.interrupted.clear()
 
     # ---------------------------------------------------------------- word to the simulator
-    def tell(self, duration: float) -> None:
-        """Tell that, after what has been commanded, the next command comes in `duration` [s]."""
+    def tell(self, until: float | None = None) -> None:
+        """Tell that nothing more is commanded before `until` [s], or at the present tick."""
         if self.simulated:
-            self._until.stamp = stamp_of_seconds(self.effect + duration)
+            self._until.stamp = stamp_of_seconds(self.effect + TICK if until is None else until)
             self._told.publish(self._until)
 
     def release(self) -> None:
