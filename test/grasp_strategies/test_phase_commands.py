@@ -158,7 +158,9 @@ def test_a_phase_may_wait_until_named_bodies_press_on_the_object(run):
 
 
 def test_a_touch_that_never_comes_is_named(run):
-    _, reason = run(MockScene(), "  - name: close\n    until: {touching: [index]}\n    time_out: 0.2\n")
+    _, reason = run(
+        MockScene(), "  - name: close\n    until: {touching: [index]}\n    time_out: 0.2\n"
+    )
     assert reason == "phase close: expected touching index within 0.2 s, got touching table"
 
 
