@@ -77,7 +77,7 @@ def test_reset_and_snapshots_include_the_sheet(block_on_the_sheet):
     assert simulation.bodies.pad.spring.state.tolist() == [0.0, 0.0]
 
 
-@pytest.mark.parametrize("step", [0.001, 0.002, 0.005])
+@pytest.mark.parametrize("step", [0.002, 0.005])
 @pytest.mark.parametrize(("pitch", "lowest"), [(0.7854, "plate"), (1.5708, "sheet")])
 def test_table_and_palm_bear_on_each_other_as_hard_as_the_arm_pushes(simulate, step, pitch, lowest):
     """The plate's edge, and the crown of the sheet, are driven 15 mm into the table at 1 kN/m."""
