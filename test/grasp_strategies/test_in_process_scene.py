@@ -14,6 +14,7 @@ from grasp_strategies.in_process_scene import (
 )
 from grasp_strategies.scene import SceneError
 from pneumaticbox_driver.safety import PressureGuard
+from softhand_model.gas import AMBIENT_PRESSURE, GAS_CONSTANT
 from softhand_model.pneumatics.parameters import load_pneumatics
 
 AMBIENT = 101300.0
@@ -138,6 +139,54 @@ def test_a_relieved_channel_fills_again_at_the_next_command():
     air.command(np.array([5e-5]))
     follow(air, 2000)
     assert air.masses[0] == pytest.approx(5e-5)
+
+
+class Chamber:
+    """One whose volume grows with the gauge pressure [Pa], so that it takes more and more air."""
+
+    def __init__(self, growth):
+        self.growth, self.share = growth, 1.0
+        self.rest = AMBIENT_PRESSURE * REST_VOLUME  # p V of the fill at rest [J]
+
+    def pressure_abs(self, mass):
+        content = self.rest + mass * GAS_CONSTANT * 293.15
+        # p (V + growth (p - ambient)) = content, a quadratic equation
+        volume = self.share * REST_VOLUME - self.growth * AMBIENT_PRESSURE
+        return (-volume + np.sqrt(volume**2 + 4 * self.growth * content)) / (2 * self.growth)
+
+    def follow(self, air, steps):
+        for _ in range(steps):
+            air.advance(0.005, self.pressure_abs(air.masses))
+        return float(self.pressure_abs(air.masses)[0] - AMBIENT_PRESSURE)
+
+
+@pytest.mark.parametrize("growth", [1e-13, 5e-11, 2e-10])  # [m3/Pa]: up to four times the volume
+def test_a_pressure_is_reached_to_a_pulse_and_kept_when_the_hand_is_pushed(growth):
+    air, chamber = imposed_air(NO_LIMITS[:1]), Chamber(growth)
+    air.command_pressure(np.array([210e3]))
+    gauge = chamber.follow(air, 2000)
+    mass = air.masses.copy()
+    pulse = chamber.pressure_abs(mass + SMALLEST_PULSE) - chamber.pressure_abs(mass)
+    assert abs(gauge - 210e3) < max(pulse, 12e3)
+    assert chamber.follow(air, 2000) == gauge and (air.masses == mass).all()
+    chamber.share = 0.6  # pressed together: the pressure rises, and air is let out
+    assert chamber.pressure_abs(mass) - AMBIENT_PRESSURE > gauge
+    assert abs(chamber.follow(air, 2000) - 210e3) < 15e3
+    assert air.masses < mass
+
+
+def test_a_channel_obeys_the_last_of_its_commands():
+    air = imposed_air(NO_LIMITS[:2])
+    air.command(np.array([1e-5, 2e-5]))
+    air.command_pressure(np.array([50e3, np.nan]))
+    at_goal = np.array([50e3, 0.0]) + AMBIENT_PRESSURE
+    for _ in range(2000):
+        air.advance(0.005, at_goal)
+    assert air.masses == pytest.approx([0.0, 2e-5])  # the first has its pressure as it is
+    air.command(np.array([5e-6, np.nan]))
+    for _ in range(2000):
+        air.advance(0.005, at_goal)
+    assert air.masses == pytest.approx([5e-6, 2e-5])
 
 
 @pytest.mark.parametrize("masses", [np.zeros(3), np.array([np.inf, 0.0])])

@@ -1,6 +1,8 @@
+import argparse
 import json
 import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +17,10 @@ from grasp_strategies.trials import (
     StartedScene,
     Trial,
     TrialSettings,
+    add_settings,
     draw_placement,
     main,
+    read_settings,
     run_batch,
     run_in_process,
     run_trial,
@@ -224,6 +228,16 @@ def test_materials_and_a_wall_of_ones_own_reach_the_trials(write_strategy, tmp_p
     simulation = trials.started_scene(TrialSettings(**settings)).scene.simulation
     assert simulation.friction.pair("steel", "rubber") == 0.45
     assert simulation.scene.wall.inclination == 70.0
+
+
+def test_the_command_line_may_let_a_cylinder_stand():
+    parser = argparse.ArgumentParser()
+    add_settings(parser)
+    assert read_settings(parser.parse_args([])).object_rpy is None
+    settings = read_settings(parser.parse_args(["--object-rpy", "0", "0", "0.5"]))
+    assert settings.object_rpy == (0.0, 0.0, 0.5)
+    scene = trials.started_scene(replace(settings, segments=1)).scene
+    assert scene.observe().object_position[2] == pytest.approx(0.175 / 2)
 
 
 def test_rbo_hand_1_lifts_the_cylinder_with_no_joint_asked_beyond_its_stop():

@@ -8,6 +8,7 @@ from grasp_strategies.scene import Observation, SceneError
 CHANNELS = ("a", "b", "c", "d")
 HAND = frozenset({"thumb", "index", "middle", "ring", "little", "palm", "palm_plate"})
 REST_HEIGHT = 0.0325  # of the object's centre on the table [m]
+PRESSURE_OF_AIR = 3e9  # [Pa/kg]
 GRIP = 1e-5  # every channel above this holds the object [kg]
 
 
@@ -47,7 +48,7 @@ class MockScene:
         self.air_goal = self.air.copy()
         self.held_at = None
         self.vented = 0
-        self.wrist_commands, self.air_commands = [], []
+        self.wrist_commands, self.air_commands, self.pressure_commands = [], [], []
         self.on_step = lambda: None
 
     def command_wrist(self, position, orientation):
@@ -56,7 +57,12 @@ class MockScene:
 
     def command_air(self, masses):
         self.air_commands.append((self.time, np.array(masses)))
-        self.air_goal = np.array(masses)
+        self.air_goal = np.where(np.isnan(masses), self.air_goal, masses)
+
+    def command_pressure(self, pressures):
+        self.pressure_commands.append((self.time, np.array(pressures)))
+        masses = np.array(pressures) / PRESSURE_OF_AIR
+        self.air_goal = np.where(np.isnan(masses), self.air_goal, masses)
 
     def vent(self):
         self.vented += 1
@@ -105,6 +111,6 @@ class MockScene:
             self.object_position.copy(),
             self.object_orientation,
             self.air.copy(),
-            self.air * 3e9,
+            self.air * PRESSURE_OF_AIR,
             self.touching,
         )

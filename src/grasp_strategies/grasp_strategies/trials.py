@@ -276,6 +276,8 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--strategy", default=usual.strategy, help="name or .yaml file (%(default)s)")
     add("--object", default=usual.object, help="object to grasp (%(default)s)")
+    rests = "roll, pitch, yaw [rad] of the object, 0 0 0 for a cylinder that stands (as it lies)"
+    add("--object-rpy", nargs=3, type=float, metavar=("R", "P", "Y"), help=rests)
     add("--scene", default=usual.scene, help="what stands around it (%(default)s)")
     base = "the base model with the weight of the actuators"
     add("--model", default=usual.model, help=f"softhand-model file ({base})")

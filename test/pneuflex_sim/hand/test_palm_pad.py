@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pybullet
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.wrist import WristParameters
 from pneuflex_sim.scene.scenes import load_scene
@@ -74,3 +75,28 @@ def test_reset_and_snapshots_include_the_sheet(block_on_the_sheet):
     assert simulation.bodies.pad.spring.state[0] > 1e-3
     simulation.reset()
     assert simulation.bodies.pad.spring.state.tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("step", [0.002, 0.005])
+@pytest.mark.parametrize(("pitch", "lowest"), [(0.7854, "plate"), (1.5708, "sheet")])
+def test_table_and_palm_bear_on_each_other_as_hard_as_the_arm_pushes(simulate, step, pitch, lowest):
+    """The plate's edge, and the crown of the sheet, are driven 15 mm into the table at 1 kN/m."""
+    simulation = simulate(hand="rbo_hand_1", object_offset=(0.6, 0.0), step=step)
+    orientation = Rotation.from_euler("y", pitch).as_quat()
+    for height in np.linspace(0.12, -0.015, round(1.5 / step)):
+        simulation.command_wrist(np.array([0.0, 0.0, height]), orientation)
+        simulation.step()
+    for _ in range(round(1.0 / step)):
+        simulation.step()
+    sunk, force = simulation.bodies.pad.spring.state[0], simulation.wrist_wrench()[0][2]
+    borne = sum(c.force for c in simulation.contacts() if c.first == "palm_plate")
+    at = simulation.wrist_pose()[0][2]
+    assert force == pytest.approx(min(20.0, 1000.0 * (at + 0.015)), rel=0.1)
+    if lowest == "plate":
+        plate = simulation.hand.plate
+        corner = np.array([plate.position[0] + plate.size[0] / 2, 0.0, 0.0])
+        assert at + Rotation.from_quat(orientation).apply(corner)[2] == pytest.approx(0, abs=2e-3)
+        assert borne == pytest.approx(force, rel=0.05)
+    else:
+        assert sunk == pytest.approx(borne / simulation.hand.sheet.stiffness(), rel=0.02)
+        assert borne > 0.5 * force  # fingers that lie on the table bear the rest
