@@ -49,7 +49,7 @@ class ClientLink:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._clock: Subscription | None = None
-        self._simulated_time = 0.0
+        self._simulated_time: float | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -93,7 +93,12 @@ class ClientLink:
         tick = take(self._clock) if self._clock is not None else None
         if tick is not None:
             self._simulated_time = seconds(tick.clock)
-        return self._simulated_time
+        return self._simulated_time or 0.0
+
+    @property
+    def has_ticked(self) -> bool:
+        """Whether there has been a tick since `hear_clock`."""
+        return self.simulated_time > 0.0 or self._simulated_time is not None
 
     def spin(self, duration: float) -> None:
         """Listen for so much wall time [s]."""

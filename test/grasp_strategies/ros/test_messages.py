@@ -156,3 +156,29 @@ def test_what_is_quoted_of_a_message_is_short():
     assert len(name) == 200
     vented = status("pneumaticbox: safety", 2, "x" * 1_000_000)
     assert len(report_of(vented).fault) == len(report_of(vented).worst) == 200
+
+
+def stamped(x, at):
+    message = pose(position=(x, 0.0, 0.0))
+    message.header.stamp = Fields(sec=int(at), nanosec=round(at % 1 * 1e9))
+    return message
+
+
+def followed(feed, messages, now):
+    """Whether the feed has all of `now`, and the place that it then tells."""
+    waiting = iter([*messages, None])
+    done = feed.follow(lambda: next(waiting), now, 100.0)
+    return done, None if feed.value is None else feed.value.position[0]
+
+
+def test_a_feed_shows_the_state_of_a_tick_whatever_has_come_since():
+    feed = Feed("wrist/pose", "hand_sim", read_pose)
+    assert followed(feed, [stamped(1, 1.00)], 1.01) == (False, 1.0)
+    assert followed(feed, [stamped(2, 1.01), stamped(3, 1.02)], 1.01) == (True, 2.0)
+    assert followed(feed, [stamped(4, 1.03)], 1.02) == (True, 3.0)
+
+
+def test_a_feed_by_another_clock_shows_what_came_last():
+    feed = Feed("wrist/pose", "bridge", read_pose)
+    assert followed(feed, [stamped(1, 1.7e9), stamped(2, 1.7e9)], 1.0) == (True, 2.0)
+    assert followed(feed, [stamped(3, 0.0)], 1.0) == (False, 3.0)

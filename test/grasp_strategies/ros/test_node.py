@@ -363,19 +363,22 @@ def test_a_second_call_is_refused_with_the_reason_while_the_first_goes_on(start,
     assert peer.answer(future).success
 
 
-def test_strategies_that_are_not_there_yet_are_refused_with_the_reason(start, peer):
-    start()
-    for service in ("push", "edge", "slide_to_wall"):
+def test_services_run_what_is_shipped_for_the_hand_or_tell_for_which_hand_it_is(start, peer):
+    start(connect_time_out=0.2)
+    for service in ("push", "edge"):
         answer = peer.call(Trigger, f"grasp/{service}")
         assert not answer.success
-        assert answer.message.startswith(f"there is no strategy for {service} yet")
+        assert f"for the hand rbo_hand_2, got rbo_hand_1_{service} for rbo_hand_1" in answer.message
+    peer.call(Trigger, "grasp/slide_to_wall")  # there is nobody to grasp with
+    status = peer.result()[0].status[0]
+    assert status.name.endswith("rbo_hand_2_slide_to_wall")
 
 
 def test_a_strategy_for_another_hand_is_refused(start, peer, write_strategy):
     start(write_strategy(("hand: rbo_hand_2", "hand: rbo_hand_1")))
     answer = peer.answer(peer.grasp())
     assert not answer.success
-    assert "expected one for the hand rbo_hand_2, got one for rbo_hand_1" in answer.message
+    assert "for the hand rbo_hand_2, got test_grasp for rbo_hand_1" in answer.message
 
 
 # ---------------------------------------------------------------- what is missing

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from grasp_strategies.scene import AirTarget
 from softhand_ros.topics import stamp_of_seconds
 
 TOPIC = "pneumaticbox/command"
@@ -43,14 +45,16 @@ class AirCommand:
             return ""
         return f"a subscriber of {self._publisher.topic_name}"
 
-    def send(
-        self, channels: Sequence[str], masses: Sequence[float], now: float, effect: float
-    ) -> None:
-        """Publish target air masses (channels,) [kg above rest] at `now` [s], which take effect at
-        the time `effect` [s]; 0: at once.
+    def send(self, channels: Sequence[str], target: AirTarget, now: float, effect: float) -> None:
+        """Publish what the channels shall contain at `now` [s]; it takes effect at the time
+        `effect` [s], 0: at once. Each channel reads the field of its mode.
         """
-        point = JointTrajectoryPoint(positions=[float(mass) for mass in masses])
-        self._standing = JointTrajectory(joint_names=list(channels), points=[point])
+        named = ~(np.isnan(target.masses) & np.isnan(target.pressures))
+        point = JointTrajectoryPoint(positions=np.nan_to_num(target.masses[named]).tolist())
+        if not np.isnan(target.pressures).all():
+            point.effort = np.nan_to_num(target.pressures[named]).tolist()
+        names = [name for name, given in zip(channels, named, strict=True) if given]
+        self._standing = JointTrajectory(joint_names=names, points=[point])
         self._standing.header.stamp = stamp_of_seconds(effect)
         self._publish(now)
 
@@ -80,7 +84,9 @@ class AirCommand:
     @property
     def _fills(self) -> bool:
         standing = self._standing
-        return standing is not None and any(standing.points[0].positions)
+        return standing is not None and any(
+            (*standing.points[0].positions, *standing.points[0].effort)
+        )
 
     def _publish(self, now: float) -> None:
         self._sent_at, standing = now, self._standing

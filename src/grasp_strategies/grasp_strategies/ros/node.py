@@ -24,6 +24,7 @@ from grasp_strategies.ros.parameters import (
     GRASP_SERVICES,
     LOWER_AND_RELEASE,
     PARAMETERS,
+    SHIPPED,
     STRATEGY_PREFIX,
 )
 from grasp_strategies.ros.topic_scene import TopicScene
@@ -183,19 +184,17 @@ class SequencerNode(Node):
         return run
 
     def _strategy_of(self, service: str) -> Strategy:
+        """What a service runs: what its parameter says, else what is shipped for the hand."""
         name = self.get_parameter(STRATEGY_PREFIX + service).value
-        if not name:
-            raise ValueError(
-                f"there is no strategy for {service} yet; parameter {STRATEGY_PREFIX}{service} "
-                f"takes one"
-            )
-        strategy = load_strategy(name)
-        if load_hand(strategy.hand).name != self._hand.name:
-            raise ValueError(
-                f"strategy {strategy.name}: expected one for the hand {self._hand.name}, "
-                f"got one for {strategy.hand}"
-            )
-        return strategy
+        candidates = [load_strategy(one) for one in ([name] if name else SHIPPED[service])]
+        for strategy in candidates:
+            if load_hand(strategy.hand).name == self._hand.name:
+                return strategy
+        got = ", ".join(f"{strategy.name} for {strategy.hand}" for strategy in candidates)
+        raise ValueError(
+            f"grasp/{service}: expected a strategy for the hand {self._hand.name}, got {got}; "
+            f"parameter {STRATEGY_PREFIX}{service} takes another"
+        )
 
     async def _serve_abort(
         self, request: Trigger.Request, response: Trigger.Response

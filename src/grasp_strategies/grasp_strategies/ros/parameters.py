@@ -7,14 +7,21 @@ from softhand_ros.parameters import Parameter
 from softhand_ros.single import ALLOW_SECOND
 
 STRATEGY_PREFIX = "strategy."
-GRASP_SERVICES = ("push", "surface_constrained", "edge", "slide_to_wall")
+# what each service runs unless told otherwise: the first that is for the hand
+SHIPPED = {
+    "push": ("rbo_hand_1_push",),
+    "surface_constrained": ("surface_constrained", "rbo_hand_1_surface"),
+    "edge": ("rbo_hand_1_edge",),
+    "slide_to_wall": ("rbo_hand_2_slide_to_wall",),
+}
+GRASP_SERVICES = tuple(SHIPPED)
 LOWER_AND_RELEASE = "lower_and_release"
 
 
 def _strategy_parameter(service: str) -> Parameter:
-    default = service if service == "surface_constrained" else ""
-    text = f"what grasp/{service} runs, by name or path of a YAML file; empty: none yet"
-    return Parameter(STRATEGY_PREFIX + service, default, text, read_only=False)
+    shipped = " or ".join(SHIPPED[service])
+    text = f"what grasp/{service} runs, by name or path of a YAML file; empty: {shipped}, by hand"
+    return Parameter(STRATEGY_PREFIX + service, "", text, read_only=False)
 
 
 PARAMETERS = (

@@ -113,15 +113,19 @@ class SceneClock:
         Raises SceneError when nobody does any more, when time jumps back because the simulator was
         reset, and what `check` raises, which is called at every wake.
         """
+        self._pass(duration, self.effect + max(duration, TICK), check)
+
+    def _pass(self, duration: float, until: float, check: Callable[[], None]) -> None:
+        """Pass time as `pass_time`, telling that nothing more is commanded before `until` [s]."""
         start = self.now
-        self.tell(duration)
+        self.tell(until)
         while not self._passed(start, duration) and not self.interrupted.is_set():
             check()
             if not self.simulated:
                 self.wait(start + duration - self.now)
             elif not self.wait(STILL_PERIOD, self._subscription):
                 self._look_for_clock()
-                self.tell(duration)  # who falls silent is waited for no longer
+                self.tell(until)  # who falls silent is waited for no longer
         if self.now < start - 1e-9:
             raise SceneError(
                 f"time jumped back from {start:.3f} s to {self.now:.3f} s: "
@@ -132,6 +136,13 @@ class SceneClock:
         if self.simulated:
             return self.take(start + max(duration, TICK) - LEAD)
         return self.now > start + duration - 1e-9
+
+    def settle(self, check: Callable[[], None]) -> None:
+        """Go on to the next tick and have a simulator in lockstep stand there, with all its samples
+        answered; `check` as in `pass_time`.
+        """
+        if self.simulated:
+            self._pass(TICK, self.now + TICK, check)
 
     def _look_for_clock(self) -> None:
         """Raise SceneError when nobody publishes /clock any more."""
@@ -169,10 +180,10 @@ class SceneClock:
         self.interrupted.clear()
 
     # ---------------------------------------------------------------- word to the simulator
-    def tell(self, duration: float = TICK) -> None:
-        """Tell that, after what has been commanded, the next command comes in `duration` [s]."""
+    def tell(self, until: float | None = None) -> None:
+        """Tell that nothing more is commanded before `until` [s], or at the present tick."""
         if self.simulated:
-            self._until.stamp = stamp_of_seconds(self.effect + max(duration, TICK))
+            self._until.stamp = stamp_of_seconds(self.effect + TICK if until is None else until)
             self._told.publish(self._until)
 
     def release(self) -> None:

@@ -9,7 +9,6 @@ the tick at which it acts, by the stamps, whatever has come since.
 from __future__ import annotations
 
 import functools
-import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -17,14 +16,14 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from rclpy.client import Client
+from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
-from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from grasp_strategies.ros.air_command import AirCommand
+from grasp_strategies.ros.driver_calls import DriverCalls
 from grasp_strategies.ros.messages import (
     WORLD,
     Feed,
@@ -36,7 +35,7 @@ from grasp_strategies.ros.messages import (
     read_touching,
 )
 from grasp_strategies.ros.scene_clock import SceneClock
-from grasp_strategies.scene import Array, Observation, SceneError
+from grasp_strategies.scene import AirTarget, Array, Observation, SceneError
 from softhand_ros.diagnostics import cut
 from softhand_ros.topics import LATEST, full_name, stamp_of_seconds, subscribe_by_hand, take
 
@@ -46,7 +45,6 @@ REPORTERS = {SIMULATOR: ("hand_sim", "the simulator"), DRIVER: ("pneumaticbox", 
 SILENCE = 0.5  # [s] of scene time without a message of a topic ...
 SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
 FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken back stands
-VENT_TIME_OUT = 2.0  # [s] of wall time
 LOOK_PERIOD = 0.05  # [s] of wall time between two looks while waiting for publishers
 STATE_WAIT = 0.3  # [s] of wall time for which a tick waits for the state of its time
 
@@ -77,7 +75,9 @@ class TopicScene:
         self._air_command = AirCommand(node)
         self._reports: dict[str, NodeReport] = {}
         node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_others, 10)
-        self._vent: Client = node.create_client(Trigger, "pneumaticbox/vent")
+        self._driver = DriverCalls(node)
+        self._target = AirTarget(np.zeros(0), np.zeros(0))
+        self._by_pressure: NDArray[np.bool_] = np.zeros(0, bool)  # as the driver was told last
 
     def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
         self._subscriptions[topic] = subscribe_by_hand(self._node, kind, topic, LATEST)
@@ -101,6 +101,10 @@ class TopicScene:
         # both tell once a second that a fault is over
         self._await_end_of(self._standing_fault, FAULT_MEMORY, on_wait)
         self.channels = self._air.value.channels
+        nothing = np.full(len(self.channels), np.nan)
+        self._target = AirTarget(nothing, nothing)
+        if len(self._by_pressure) != len(nothing):
+            self._by_pressure = np.zeros(len(nothing), bool)
 
     def _await_end_of(
         self, obstacle: Callable[[], str], time_out: float, on_wait: Callable[[str], None]
@@ -172,8 +176,8 @@ class TopicScene:
             absent[SIMULATOR] = [f"a subscriber of {self._wrist_target.topic_name}"]
         if listener := self._air_command.missing():
             absent[DRIVER] = [listener]
-        if not self._vent.service_is_ready():  # no motion before it can be aborted
-            absent.setdefault(DRIVER, []).append(f"the service {self._vent.srv_name}")
+        if service := self._driver.missing():
+            absent.setdefault(DRIVER, []).append(service)
         return absent
 
     def _reason(self, source: str) -> str:
@@ -214,11 +218,42 @@ class TopicScene:
         self._wrist_target.publish(message)
 
     def command_air(self, masses: Array) -> None:
-        """Publish target air masses (channels,) [kg above rest]; in simulated time they take effect
-        half a tick from now.
+        """Publish target air masses (channels,) [kg above rest], NaN for a channel that keeps its
+        command; in simulated time they take effect half a tick from now.
         """
+        keeps = np.isnan(masses)
+        self._command(
+            AirTarget(
+                np.where(keeps, self._target.masses, masses),
+                np.where(keeps, self._target.pressures, np.nan),
+            )
+        )
+
+    def command_pressure(self, pressures: Array) -> None:
+        """Publish target gauge pressures (channels,) [Pa], as `command_air`.
+
+        A channel that has to switch its control mode does so at a tick at which the simulation
+        stands: that takes one. Raises SceneError when the driver does not switch it.
+        """
+        keeps = np.isnan(pressures)
+        self._command(
+            AirTarget(
+                np.where(keeps, self._target.masses, np.nan),
+                np.where(keeps, self._target.pressures, pressures),
+            )
+        )
+
+    def _command(self, target: AirTarget) -> None:
+        self._target = target
+        by_pressure = ~np.isnan(target.pressures)
+        if (by_pressure != self._by_pressure).any():
+            self._clock.settle(self._refuse_fault)
+            modes = ["pressure" if pressure else "mass" for pressure in by_pressure]
+            if refusal := self._driver.set_modes(modes):
+                raise SceneError(refusal)
+            self._by_pressure = by_pressure
         effect = self._clock.effect if self._clock.simulated else 0.0
-        self._air_command.send(self.channels, masses.tolist(), self.time, effect)
+        self._air_command.send(self.channels, target, self.time, effect)
 
     def take_air(self) -> None:
         """Become a commander of the air; this and the next are for the executor's thread."""
@@ -233,25 +268,13 @@ class TopicScene:
 
         When it does not confirm, all air is commanded out and SceneError raised.
         """
-        refusal = self._call_vent()
+        refusal = self._driver.vent()
         if not refusal:
             self._air_command.forget()
         else:
             if self.channels:
                 self.command_air(np.zeros(len(self.channels)))
             raise SceneError(refusal)
-
-    def _call_vent(self) -> str:
-        """Why the vent is not confirmed; empty when it is."""
-        if not self._vent.wait_for_service(VENT_TIME_OUT):  # it may not be discovered yet
-            return f"the service {self._vent.srv_name} is not there (is driver running?)"
-        answered = threading.Event()
-        future = self._vent.call_async(Trigger.Request())
-        future.add_done_callback(lambda done: answered.set())
-        if not answered.wait(VENT_TIME_OUT):
-            return f"the service {self._vent.srv_name} did not answer within {VENT_TIME_OUT:g} s"
-        answer = future.result()
-        return "" if answer.success else f"the driver refused to vent: {answer.message}"
 
     # ---------------------------------------------------------------- observation
     def observe(self) -> Observation:
