@@ -3,7 +3,7 @@ PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
 OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
-.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-lab bench-mutants bench-pneumatics bench-robust \
+.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
 	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure clean
 
 setup:
@@ -83,6 +83,11 @@ bench-mutants: setup
 # machine (ARGS="--rows messages calls", ARGS="--minutes 60 --seed 3").
 bench-robust: setup
 	@$(PYTHON_IN_VENV) -m bench.robust $(ARGS)
+
+# Criteria of the maps of chapters 8 and 9, grasps from the table, steps, rates; hours if the maps are
+# not made yet (ARGS="--rows table_grasps rate").
+bench-grasps: setup
+	@$(PYTHON_IN_VENV) -m bench.grasps $(ARGS)
 
 # Pages that are made from docstrings and from the nodes' parameters.
 docs: setup

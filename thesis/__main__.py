@@ -30,7 +30,7 @@ class _Parser(argparse.ArgumentParser):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """List, run one, or run all; see the module for the exit status."""
-    options = parser().parse_args(arguments)
+    options = parser().parse_args(_with_run(sys.argv[1:] if arguments is None else arguments))
     try:
         return options.act(options)
     except (ValueError, OSError) as reason:
@@ -42,6 +42,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("thesis: interrupted", file=sys.stderr)
         return 130
+
+
+def _with_run(words: Sequence[str]) -> Sequence[str]:
+    """`NAME ...` as short for `run NAME ...`."""
+    names = [found.name for folder in frame.chapters() for found in frame.entries(folder)]
+    return ["run", *words] if words and words[0] in names else words
 
 
 def parser() -> argparse.ArgumentParser:

@@ -153,13 +153,18 @@ def chapters() -> list[str]:
     return [found.name for found in pkgutil.iter_modules(thesis.__path__) if found.ispkg]
 
 
+def entries(chapter: str) -> list[pkgutil.ModuleInfo]:
+    """Modules of a chapter's folder, not imported; some are what its experiments share."""
+    package = importlib.import_module(f"thesis.{chapter}")
+    return [entry for entry in pkgutil.iter_modules(package.__path__) if not entry.ispkg]
+
+
 def experiments(chapter: str | None = None) -> dict[str, ModuleType]:
     """All experiments, or those of one chapter, by name."""
     found = {}
     for folder in [chapter] if chapter else chapters():
-        package = importlib.import_module(f"thesis.{folder}")
-        for entry in pkgutil.iter_modules(package.__path__):
-            module = None if entry.ispkg else _loaded(f"thesis.{folder}.{entry.name}")
+        for entry in entries(folder):
+            module = _loaded(f"thesis.{folder}.{entry.name}")
             if module:
                 found[entry.name] = module
     return found

@@ -8,7 +8,8 @@ from types import ModuleType
 
 import pytest
 
-from bench.robust import __main__ as program
+from bench.groups import groups, main
+from bench.robust.__main__ import OPTIONS
 from bench.robust.faults import cases
 from bench.robust.messages import hostile, long_named, message_type, messages
 from bench.row import at_most
@@ -25,7 +26,8 @@ HEARD = [
 
 
 def test_every_group_of_the_folder_takes_part():
-    assert {"messages", "calls", "faults", "two_hands", "long_work"} <= set(program.groups())
+    assert {"messages", "calls", "faults", "two_hands", "long_work"} <= set(groups("robust"))
+    assert {"maps", "table_grasps", "steps", "rate", "early_end"} <= set(groups("grasps"))
 
 
 def test_a_group_gets_those_of_the_options_that_it_takes(monkeypatch, tmp_path, capsys):
@@ -33,8 +35,9 @@ def test_a_group_gets_those_of_the_options_that_it_takes(monkeypatch, tmp_path, 
     group.run = lambda seed: [at_most("seed", seed, "", 3)]
     monkeypatch.setitem(sys.modules, "bench.robust.calls", group)
     monkeypatch.chdir(tmp_path)
-    assert program.main(["--rows", "calls", "--seed", "3", "--minutes", "60"]) == 0
-    assert "bench: seed 3" in capsys.readouterr().out
+    words = ["--rows", "calls", "--seed", "3", "--minutes", "60"]
+    assert main("robust", "Attack.", OPTIONS, words) == 0
+    assert "bench: minutes 60, seed 3" in capsys.readouterr().out
     (row,) = json.loads((tmp_path / "out/bench/bench-robust.json").read_text())
     assert row["value"] == 3.0 and row["met"]
 

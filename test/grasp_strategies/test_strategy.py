@@ -3,6 +3,7 @@ import math
 import pytest
 
 from grasp_strategies.strategy import Condition, load_strategy, strategy_names
+from grasp_strategies.tried_with import TriedWith
 
 
 def test_every_shipped_strategy_can_be_read():
@@ -58,8 +59,18 @@ WRIST = "wrist: {frame: wrist_level, position: [0, 0, 0.12]}"
         ("hand: rbo_hand_2\n", "", ["hand"]),
         ("phases:", "objects: ball\nphases:", ["objects", "list", "ball"]),
         ("phases:", "objects: [3]\nphases:", ["objects[0]", "text", "3"]),
-        ("phases:", "segments: 16\nphases:", ["segments", "from 1 to 15", "16"]),
+        (
+            "phases:",
+            "segments: 16\nphases:",
+            ["segments", "1 to 15", "16"],
+        ),
         ("phases:", "scene: []\nphases:", ["scene", "text"]),
+        (
+            "phases:",
+            "place: edge\nphases:",
+            ["place", "corner or", "edge"],
+        ),
+        ("phases:", "wall_inclination: 0\nphases:", ["inclination", "5 to 120 deg"]),
         ("phases:", "success: {max_turn: 20}\nphases:", ["success.max_turn", "3.142 rad", "20"]),
         ("phases:", "success: {max_turn: 0}\nphases:", ["success.max_turn", "above 0", "0"]),
     ],
@@ -101,9 +112,12 @@ def test_a_strategy_may_name_the_objects_that_it_lifts(make_strategy):
 
 def test_a_strategy_says_in_which_scene_and_with_which_hand_s_physics_it_was_tried(make_strategy):
     usual = make_strategy()
-    assert (usual.scene, usual.model, usual.segments) == ("table", "", 5)
-    asked = make_strategy(("phases:", "scene: wall\nmodel: rbo_hand_1\nsegments: 10\nphases:"))
-    assert (asked.scene, asked.model, asked.segments) == ("wall", "rbo_hand_1", 10)
+    assert usual.tried_with == TriedWith("table", None, "", 5, (0.0, 0.0), ())
+    world = "scene: wall\nwall_inclination: 60\nmodel: rbo_hand_1\nsegments: 10\nplace: [0.05, 0]"
+    asked = make_strategy(("phases:", f"{world}\nphases:"))
+    assert asked.tried_with == TriedWith("wall", 60.0, "rbo_hand_1", 10, (0.05, 0.0))
+    asked = make_strategy(("phases:", "place: corner\nupright: [tube]\nphases:"))
+    assert (asked.tried_with.place, asked.tried_with.upright) == (None, ("tube",))
 
 
 def test_options_are_those_of_the_phases(make_strategy):

@@ -57,6 +57,12 @@ def test_small_parameters_are_parameters():
         frame.parameters_of(module, getattr(module, "SMALL", None))
 
 
+def test_the_name_of_an_experiment_is_short_for_running_it(capsys):
+    with pytest.raises(SystemExit):
+        run("push_map", "--help")
+    assert "python -m thesis run push_map" in capsys.readouterr().out
+
+
 def test_it_writes_figure_series_and_json_and_prints_table_and_verdict(tmp_path, capsys):
     assert run(*FLOW, "--out", tmp_path / "made", "--figure", tmp_path / "copy.png") == 0
     told = capsys.readouterr().out
@@ -127,7 +133,7 @@ def test_unusable_input_ends_in_one_line(arguments, words, tmp_path, capsys):
         (["run"], "required: name"),
         (["run", "flow_function", "--nonsense"], "unrecognized arguments: --nonsense"),
         (["run", "flow_function", "--ratios", "many"], "invalid int value: 'many'"),
-        (["all", "chapter_9"], "invalid choice: 'chapter_9'"),
+        (["all", "chapter_99"], "invalid choice: 'chapter_99'"),
         (["all", "--seed", "x"], "invalid int value: 'x'"),
     ],
 )

@@ -3,42 +3,79 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from grasp_strategies.failure import AFTER, BEFORE, HOLD, GraspWatch, stages
+from grasp_strategies.failure import AFTER, BEFORE, HOLD, GraspWatch
 from grasp_strategies.judge import SLIPPED, TOO_SHORT, TURNED
 from grasp_strategies.scene import Array
-from grasp_strategies.strategy import Phase, Strategy, Waypoint
+from grasp_strategies.strategy import Phase, Strategy
 
 CLEAR = 0.080  # [m] that a hand must have gone up without the object: no finger is hooked below it
 EMPTY_TIME = 0.2  # [s] for which it must not have touched it then
+NEAR = 0.010  # [m] from the object, in which the way of a hand may differ from that without one
+LOOK_EVERY = 10  # control steps between two looks at where the object is
+KEEP_EVERY = 5  # control steps between two places of the hand that are kept
+
+
+class EmptyCourse:
+    """Where the hand comes when there is no object in its way: boxes around its links by phase.
+
+    An object that is farther away from all of them, from a phase on, is not touched any more.
+    """
+
+    def __init__(self) -> None:
+        self._boxes: dict[str, list[Array]] = {}
+        self._left: dict[str, Array] = {}
+        self._count = 0
+
+    def keep(self, phase: str, boxes: Callable[[], Array]) -> None:
+        """Take in where the hand is in a phase: boxes (k, 2, 3) [m], asked for now and then."""
+        if self._count % KEEP_EVERY == 0 or phase not in self._boxes:
+            self._boxes.setdefault(phase, []).append(boxes())
+        self._count += 1
+
+    def gap(self, phase: str, box: Array) -> float:
+        """Least distance [m] of a box (2, 3) from the hand in this phase and all later ones; 0 in
+        a phase that the empty hand did not come to.
+        """
+        if phase not in self._left:
+            phases = list(self._boxes)
+            later = phases[phases.index(phase) :] if phase in phases else []
+            parts = [part for name in later for part in self._boxes[name]]
+            self._left[phase] = np.concatenate(parts) if parts else box[np.newaxis]
+        left = self._left[phase]
+        apart = np.maximum(np.maximum(left[:, 0] - box[1], box[0] - left[:, 1]), 0.0)
+        return float(np.sqrt((apart * apart).sum(axis=1).min()))
+
+
+def looks_at_object(phases: Iterable[Phase]) -> bool:
+    """Whether a course of phases depends on where the object is, even if it is not touched."""
+    return any(phase.wrist is not None and phase.wrist.frame == "object" for phase in phases)
 
 
 class EarlyEnd:
     """Asked after each control step; answers why the verdict is sure, or nothing.
 
-    It is when the hold is over; when the object is off the table, or farther away than the hand
-    can still come; when the hand has gone up without it; and when it slipped in the hold, or what
-    is left of the hold is too short.
+    It is when the hold is over; when the object is off the table, or where the hand does not come
+    any more; when the hand has gone up without it; and when it slipped in the hold, or what is left
+    of the hold is too short.
 
     Args:
         strategy: that runs.
-        reach: greatest distance from the wrist to the middle of an object that the hand touches
-            [m]; infinite where the object may come back by itself.
+        course: of the empty hand, None where it says nothing of this one or the object may come
+            back by itself.
+        object_box: asked for the box (2, 3) [m] around the object.
     """
 
-    def __init__(self, strategy: Strategy, reach: float) -> None:
-        names = [phase.name for phase in strategy.phases]
-        hold = names.index(strategy.success.hold_phase)
-        stage = stages(strategy)
-        before = [phase for phase in strategy.phases if stage[phase.name] == BEFORE]
-        self._reach = reach
-        self._ways = {
-            phase.name: [p.wrist for p in before[k:] if p.wrist is not None]
-            for k, phase in enumerate(before)
-        }
-        self._spare = _spare_time(strategy.phases[hold], strategy.success.hold_time)
+    def __init__(
+        self, strategy: Strategy, course: EmptyCourse | None, object_box: Callable[[], Array]
+    ) -> None:
+        hold = next(p for p in strategy.phases if p.name == strategy.success.hold_phase)
+        self._spare = _spare_time(hold, strategy.success.hold_time)
+        self._course, self._object_box = course, object_box
+        self._looks, self._gap = 0, 0.0
         self._low = math.inf  # lowest wrist since the lift began [m]
         self._touched = -math.inf  # when the hand last touched the object [s]
         self._hold_began = self._flawed = math.inf  # [s]
@@ -58,11 +95,12 @@ class EarlyEnd:
         return self._lost_hold(watch) if watch.stage == HOLD else ""
 
     def _out_of_reach(self, watch: GraspWatch) -> bool:
-        """Whether no goal before the lift brings the wrist near enough to the object."""
-        away = float(np.linalg.norm(watch.last.object_position - watch.last.wrist_position))
-        if watch.touched or away < self._reach:
+        """Whether the hand comes nowhere near the object any more, which does not come nearer."""
+        self._looks += 1
+        if self._course is None or watch.touched or self._looks % LOOK_EVERY:
             return False
-        return away > self._reach + _way_left(self._ways[watch.phase], watch.last.wrist_position)
+        before, self._gap = self._gap, self._course.gap(watch.phase, self._object_box())
+        return self._gap > NEAR and self._gap >= before > 0.0
 
     def _went_up_empty(self, watch: GraspWatch) -> bool:
         height = float(watch.last.wrist_position[2])
@@ -87,15 +125,3 @@ def _spare_time(hold: Phase, needed: float) -> float:
     if hold.conditional or hold.wrist is not None:
         return math.inf
     return (hold.duration or 0.0) - needed
-
-
-def _way_left(goals: list[Waypoint], wrist: Array) -> float:
-    """How far the wrist can still go [m], at most."""
-    way = 0.0
-    for goal in goals:
-        turned = 2.0 * float(np.linalg.norm(goal.pivot))
-        if goal.frame == "object":
-            return math.inf
-        start = wrist if goal.frame == "environment" else np.zeros(3)
-        way += float(np.linalg.norm(np.array(goal.position) - start)) + turned
-    return way

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from grasp_strategies.strategy import Strategy, load_strategy, strategy_names
+from grasp_strategies.tried_with import TriedWith
 from softhand_model.documents.quoted import quoted
 
 USUAL_STRATEGY, USUAL_OBJECT = "surface_constrained", "cylinder"
@@ -10,7 +11,7 @@ USUAL_STRATEGY, USUAL_OBJECT = "surface_constrained", "cylinder"
 
 def fitting_strategies(object_name: str, hand: str | None = None) -> list[str]:
     """Names of the shipped strategies that lift an object, with this hand or any; first the usual
-    one, then those that need nothing but a table.
+    one, then those that need nothing but a table and the hand as it comes.
 
     >>> fitting_strategies("cylinder")[0]
     'surface_constrained'
@@ -21,7 +22,7 @@ def fitting_strategies(object_name: str, hand: str | None = None) -> list[str]:
         for name, strategy in shipped.items()
         if object_name in strategy.objects and hand in (None, strategy.hand)
     ]
-    simple = {name: shipped[name].scene == "table" for name in fitting}
+    simple = {name: shipped[name].tried_with == TriedWith() for name in fitting}
     return sorted(fitting, key=lambda name: (name != USUAL_STRATEGY, not simple[name], name))
 
 

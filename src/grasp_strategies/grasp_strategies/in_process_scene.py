@@ -7,7 +7,6 @@ its pressure limit is relieved.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,6 @@ from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 
 SMALLEST_PULSE = 2.5e-6  # air that one shortest opening of a valve moves (thesis 4.3) [kg]
 WORTH_A_PULSE = 0.6  # of it, that have to lack for a pressure; half would take turns
-REACH_MARGIN = 0.03  # fingers stretch by that, and are that thick [m]
 RELIEF_END = 0.97  # of the limit, as the driver has it; the outlet closes again below it
 
 
@@ -186,21 +184,6 @@ class InProcessScene:
         """Names of the channels that have been above their pressure limits, and were relieved."""
         pairs = zip(self.channels, self._air.limited, strict=True)
         return tuple(name for name, limited in pairs if limited)
-
-    @property
-    def reach(self) -> float:
-        """Distance from the wrist beyond which no middle of the object is that the hand touches
-        [m]; infinite beside a wall, which sends back what rolls away.
-        """
-        simulation = self.simulation
-        if simulation.scene.wall is not None or simulation.object is None:
-            return math.inf
-        fingers = [float(np.linalg.norm(place)) for place, _ in simulation.fingertips().values()]
-        box = [
-            max(simulation.object.reach(tuple(sign * axis)) for sign in (-1, 1))
-            for axis in np.eye(3)
-        ]
-        return max(fingers) + float(np.linalg.norm(box)) + REACH_MARGIN
 
     def step(self, duration: float) -> None:
         """Simulate `duration` [s], in whole physics steps, at least one.

@@ -2,9 +2,9 @@
 
 The file has the keys `format: softhand-strategy/1`, `name`, `description`, `hand`, `object_rpy`
 (optional), `success` (optional) and `phases`. `hand` is the name of a hand, or the path of its file
-from the strategy's on. What the strategy was tried with: `objects` (names of those that it lifts in
-most trials), `scene` (`table`), `model` (of the hand's physics, by name; as the simulator has it)
-and `segments` an actuator (5); all are optional. A phase has a `name` and any of
+from the strategy's on. `objects` are the names of those that the strategy lifts in most trials, and
+the keys of the module `tried_with` tell in which world; all are optional. A phase has a `name` and
+any of
 
 * `wrist: {frame, position, rpy, pivot}` with `speed` (greatest, [m/s]; turning `turn_speed`
   [rad/s]) or `duration` [s]. Frames: `object` (centre of the object as seen when the phase begins,
@@ -35,6 +35,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from grasp_strategies.tried_with import KEYS as TRIED_WITH
+from grasp_strategies.tried_with import TriedWith, read_tried_with
 from softhand_model.documents.quoted import listed, quoted
 from softhand_model.documents.yaml_document import Bounds, Node, is_document, read_document
 
@@ -50,7 +52,6 @@ QUANTITIES = {
 }
 TOUCHING = "touching"
 DEFAULT_TURN_SPEED = 1.5  # [rad/s]
-MOST_SEGMENTS = 15  # an actuator, as in the simulator
 
 _PHASE_KEYS = (
     "wrist",
@@ -164,8 +165,8 @@ class Success:
 @dataclass(frozen=True)
 class Strategy:
     """A strategy: its name, what it is for, the hand it was written for (by name, or by the path of
-    its file), the objects that it is known to lift, its phases in order, and the scene, the model
-    (empty: the simulator's) and the segments an actuator that it was tried with.
+    its file), the objects that it is known to lift, its phases in order, and the world in which it
+    was tried.
     """
 
     name: str
@@ -175,9 +176,7 @@ class Strategy:
     objects: tuple[str, ...]
     success: Success
     phases: tuple[Phase, ...]
-    scene: str = "table"
-    model: str = ""
-    segments: int = 5
+    tried_with: TriedWith
 
     @property
     def options(self) -> frozenset[str]:
@@ -213,11 +212,8 @@ def load_strategy(name: str | Path) -> Strategy:
 def _strategy(document: Node) -> Strategy:
     top = document.fields(
         ("format", "name", "description", "hand", "phases"),
-        ("object_rpy", "objects", "success", "scene", "model", "segments"),
+        ("object_rpy", "objects", "success", *TRIED_WITH),
     )
-    tried = {key: top[key].text() for key in ("scene", "model") if key in top}
-    if "segments" in top:
-        tried["segments"] = top["segments"].whole(1, MOST_SEGMENTS)
     phases = tuple(_phase(node) for node in top["phases"].items())
     names = [phase.name for phase in phases]
     if not names or len(set(names)) < len(names):
@@ -233,7 +229,7 @@ def _strategy(document: Node) -> Strategy:
         tuple(node.text() for node in top["objects"].items()) if "objects" in top else (),
         success,
         phases,
-        **tried,
+        read_tried_with(top),
     )
 
 

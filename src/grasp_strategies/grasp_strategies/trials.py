@@ -10,17 +10,18 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from grasp_strategies.early_end import EarlyEnd
+from grasp_strategies.early_end import EarlyEnd, EmptyCourse, looks_at_object
+from grasp_strategies.failure import HOLD, GraspWatch
 from grasp_strategies.in_process_scene import InProcessScene, build_scene
 from grasp_strategies.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
@@ -31,6 +32,7 @@ from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
 
 OFFSET = 0.010  # largest shift of the object in x and in y [m]
 MASS_SPREAD = 0.20  # largest change of the object's mass, as a share of it
+OUT_OF_THE_WAY = (0.0, 3.0)  # of any hand [m]
 DRAWN = ("offset", "mass_spread")
 MOST_OFFSET = 1.0  # what a user may ask for [m]
 OF_SCENE = (  # settings that a scene is built from, beside the hand
@@ -172,8 +174,27 @@ class StartedScene:
 
     def run(self, placement: Placement) -> GraspResult:
         """One trial from the start to the end of the strategy."""
+        early = self.settings.early_end
+        course = self.empty_course if early else None
         scene = self.place(placement)
-        return run_in_process(scene, self.strategy, self.settings.options, self.settings.early_end)
+        decided = EarlyEnd(self.strategy, course, scene.simulation.object_box) if early else None
+        return run_in_process(scene, self.strategy, self.settings.options, decided)
+
+    @cached_property
+    def empty_course(self) -> EmptyCourse | None:
+        """Where the hand comes without an object; None for a strategy that looks at it, and beside
+        a wall, which sends back what rolls away.
+        """
+        if self.scene.simulation.scene.wall is not None or looks_at_object(self.strategy.phases):
+            return None
+        course, scene = EmptyCourse(), self.place(Placement(OUT_OF_THE_WAY))
+
+        def keep(watch: GraspWatch) -> str:
+            course.keep(watch.phase, scene.simulation.hand_boxes)
+            return "the hold begins" if watch.stage == HOLD else ""
+
+        run_in_process(scene, self.strategy, self.settings.options, keep)
+        return course
 
     def __del__(self) -> None:
         if hasattr(self, "scene"):
@@ -198,12 +219,14 @@ def run_trial(seed: int, settings: TrialSettings | None = None) -> Trial:
 
 
 def run_in_process(
-    scene: InProcessScene, strategy: Strategy, options: tuple[str, ...], early_end: bool = False
+    scene: InProcessScene,
+    strategy: Strategy,
+    options: tuple[str, ...],
+    decided: Callable[[GraspWatch], str] | None = None,
 ) -> GraspResult:
-    """Run a strategy with these of its options, as `early_end` only until its verdict is sure; the
-    reason names channels at their limits.
+    """Run a strategy with these of its options, until it is `decided`; the reason names channels at
+    their limits.
     """
-    decided = EarlyEnd(strategy, scene.reach) if early_end else None
     result = Sequencer(scene, strategy, options=options, decided=decided).run()
     if not scene.limited:
         return result

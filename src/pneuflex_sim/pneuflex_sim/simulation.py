@@ -368,6 +368,24 @@ class Simulation:
         """Names of what presses on the object: chains, palm plate, parts of the scene."""
         return frozenset() if self.object_id < 0 else self._names.touching(self.object_id)
 
+    def object_box(self) -> Array:
+        """Corners (2, 3) [m] of the box along the world's axes around the object; raises ValueError
+        in a scene without one.
+        """
+        body = self._object()
+        boxes = self.world.boxes([(body.id, link) for link in body.surfaces])
+        return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+    def hand_boxes(self) -> Array:
+        """Such boxes (k, 2, 3) [m] around what touches of the hand: links, palm sheet and plate."""
+        bodies = self.bodies
+        links = [
+            (base, link)
+            for base, body in zip(bodies.ids, bodies.layout.bodies, strict=True)
+            for link in range(body.joints.stop - body.joints.start)
+        ]
+        return self.world.boxes([*links, *((base, -1) for base in bodies.palm_ids)])
+
     # ---------------------------------------------------------------- snapshots
     def save(self) -> dict[str, Any]:
         """Snapshot to return to with `restore`, bit for bit; it belongs to this simulation, and its

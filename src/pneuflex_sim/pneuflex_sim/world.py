@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import pybullet
+from numpy.typing import NDArray
 
 
 class Diverged(RuntimeError):
@@ -92,6 +94,12 @@ class World:
             collisionFilterMode=0,  # two bodies touch where the masks of both allow it
             enableConeFriction=0,  # the cone let light fingertips diverge when they jam
             physicsClientId=self.client,
+        )
+
+    def boxes(self, links: list[tuple[int, int]]) -> NDArray[np.float64]:
+        """Corners (k, 2, 3) [m] of the boxes along the world's axes around links (body, link)."""
+        return np.array(
+            [pybullet.getAABB(body, link, physicsClientId=self.client) for body, link in links]
         )
 
     def diverged(self, reason: str) -> Diverged:

@@ -8,6 +8,8 @@ import pytest
 
 from grasp_strategies.fitting import fitting_strategies
 from grasp_strategies.strategy import DATA, load_strategy, strategy_names
+from grasp_strategies.tried_with import TriedWith
+from pneuflex_sim.scene.objects import load_object
 from softhand_bringup.grasp_verdict import verdict_from
 from softhand_bringup.processes import suite
 from softhand_bringup.processes.run_folder import make_run_folder
@@ -181,21 +183,40 @@ def test_a_combination_that_does_not_fit_runs_with_a_warning(begun, capsys):
 
 def test_a_strategy_alone_brings_object_scene_model_and_segments(begun, tmp_path):
     shipped = (DATA / "surface_constrained.yaml").read_text()
-    own = "scene: wall\nmodel: base\nsegments: 7\nobjects: [ball, tube]"
+    world = "scene: wall\nwall_inclination: 60\nmodel: base\nsegments: 7\nplace: [0.1, 0.2]"
+    own = f"{world}\nobjects: [ball, tube]"
     path = tmp_path / "own.yaml"
     path.write_text(re.sub("objects: .*", own, shipped))
-    _, (options,) = begun("--strategy", str(path), "--wall-inclination", "60")
+    _, (options,) = begun("--strategy", str(path))
     assert (options.object, options.scene, options.model) == ("ball", "wall", "base")
     parameters = suite.simulator(options).parameters
     assert (parameters["segments"], parameters["model_file"]) == (7, "base")
+    assert parameters["wall_inclination"] == 60.0
+    assert parameters["object_offset"] == pytest.approx([0.1, 0.2], abs=0.0101)
+    _, (options,) = begun("--strategy", str(path), "--wall-inclination", "70")
+    assert options.wall_inclination == 70.0
     _, (options,) = begun("--strategy", str(path), "--scene", "table", "--model", "linear")
-    assert (options.scene, options.model) == ("table", "linear")
+    assert (options.scene, options.model, options.wall_inclination) == ("table", "linear", None)
+
+
+def test_a_strategy_that_was_tried_in_the_corner_has_its_object_there(begun, tmp_path):
+    shipped = (DATA / "surface_constrained.yaml").read_text()
+    world = "place: corner\nupright: [tube]\nobjects: [tube]"
+    path = tmp_path / "own.yaml"
+    path.write_text(re.sub("objects: .*", world, shipped))
+    for name, upright in (("tube", True), ("cylinder", False)):
+        _, (options,) = begun("--strategy", str(path), "--object", name)
+        (x, y), thing = options.object_offset, load_object(name)
+        radius, half_length = thing.half_extents[0], thing.half_extents[2]
+        across = radius if upright else half_length  # else it lies along y
+        assert (x, y) == (pytest.approx(radius, abs=0.0101), pytest.approx(-across, abs=0.0101))
+        assert suite.simulator(options).parameters["object_upright"] is upright
 
 
 def test_those_that_fit_come_with_the_usual_one_first_and_those_of_the_table_next():
     fitting = fitting_strategies("cylinder")
     assert fitting[0] == "surface_constrained"
-    elsewhere = [load_strategy(name).scene != "table" for name in fitting[1:]]
+    elsewhere = [load_strategy(name).tried_with != TriedWith() for name in fitting[1:]]
     assert elsewhere == sorted(elsewhere)
     assert all("cylinder" in load_strategy(name).objects for name in fitting)
     assert fitting_strategies("elephant") == []

@@ -24,6 +24,7 @@ PARAMETERS = (
     ),
     Parameter("friction_file", "", "pairs of materials on top of the shipped table of friction"),
     Parameter("object_offset", [0.0, 0.0], "shift of the object in the world, x and y", "m"),
+    Parameter("object_upright", False, "stand the object up, its axes along those of the world"),
     Parameter("object_mass_scale", 1.0, "factor on the object's mass", "-", (0.01, 100.0)),
     Parameter("model_file", "", "softhand-model/1 file; empty: actuators with their weight"),
     Parameter("allow_effect_files", False, "run the Python files that the model file names"),
@@ -77,6 +78,7 @@ def configuration(value: Mapping[str, Any]) -> SimulationConfig:
         seed=value["seed"],
         gui=value["gui"],
         object_offset=tuple(value["object_offset"]),
+        object_rpy=(0.0, 0.0, 0.0) if value["object_upright"] else None,
         object_mass_scale=value["object_mass_scale"],
         wrist=WristParameters(
             stiffness=value["wrist_stiffness"],

@@ -114,7 +114,8 @@ class Sheet:
 
 
 class ObjectBody:
-    """One object in a world; `id` is PyBullet's, `mass` [kg] that of now."""
+    """One object in a world; `id` is PyBullet's, `mass` [kg] that of now,
+    `surfaces` the links that touch."""
 
     def __init__(self, description: ObjectDescription, friction: float, world: World) -> None:
         client = world.client
@@ -129,7 +130,7 @@ class ObjectBody:
             self.id = self._create_cylinder() if self._round else self._create_rigid()
         links = range(-1, pybullet.getNumJoints(self.id, physicsClientId=client))
         self.links = links[:1] if self.sheet is None else links
-        self._surfaces = links[1:] if self._round else links
+        self.surfaces = links[1:] if self._round else links
         self._to_own = Rotation.from_quat(self._axes).inv()
         self._set_surface(friction)
         self._limit_spin(world.step_size)
@@ -183,7 +184,7 @@ class ObjectBody:
         compliance, soft = self.description.compliance, {}
         if compliance is not None:
             soft = {"contactStiffness": compliance.stiffness, "contactDamping": compliance.damping}
-        for link in self._surfaces:
+        for link in self.surfaces:
             pybullet.changeDynamics(
                 self.id,
                 link,

@@ -47,6 +47,7 @@ class SuiteOptions:
         friction: file with pairs of materials on top of the shipped table; empty for none.
         wall_inclination: of the scene's wall [deg]; None: as the scene has it.
         object_offset: shift of the object from its place, x and y [m].
+        object_upright: whether the object stands, its axes along those of the world.
         object_mass_scale: factor on the object's mass [-].
         seed: of the sensors' noise and the valves' delays.
         step: physics step [s].
@@ -68,6 +69,7 @@ class SuiteOptions:
     friction: str = ""
     wall_inclination: float | None = None
     object_offset: Sequence[float] = field(default=(0.0, 0.0))
+    object_upright: bool = False
     object_mass_scale: float = 1.0
     seed: int = 0
     step: float = 0.002
@@ -86,6 +88,7 @@ def simulator(options: SuiteOptions) -> NodeCommand:
         "object": options.object,
         "scene": options.scene,
         "object_offset": [float(x) for x in options.object_offset],
+        "object_upright": options.object_upright,
         "object_mass_scale": float(options.object_mass_scale),
         "seed": options.seed,
         "step": float(options.step),

@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger
 from grasp_strategies.fitting import USUAL_OBJECT, choose_strategy, misfit
 from grasp_strategies.strategy import Strategy, load_strategy
 from grasp_strategies.trials import draw_placement
+from grasp_strategies.tried_with import TriedWith
 from pneuflex_sim.scene.objects import load_object
 from pneuflex_sim.scene.scenes import load_scene
 from softhand_bringup.grasp_verdict import Verdict, verdict_from
@@ -245,26 +246,47 @@ def _strategy(parsed: argparse.Namespace) -> Strategy:
 def _options(parsed: argparse.Namespace, strategy: Strategy) -> SuiteOptions:
     """What was asked for; the rest is as the strategy was tried."""
     offset, mass_scale = draw_placement(parsed.seed)
-    scene = parsed.scene or strategy.scene
-    if parsed.wall_inclination is not None:
-        load_scene(scene).inclined(parsed.wall_inclination)  # says what is wrong with it
+    tried = strategy.tried_with
+    thing = parsed.object or next(iter(strategy.objects), USUAL_OBJECT)
+    scene, inclination = parsed.scene or tried.scene, parsed.wall_inclination
+    if inclination is not None:
+        load_scene(scene).inclined(inclination)  # says what is wrong with it
+    elif scene == tried.scene:
+        inclination = tried.wall_inclination
+    place = object_place(tried, thing)
     return SuiteOptions(
         hand=parsed.hand or strategy.hand,
         strategy=parsed.strategy,
-        object=parsed.object or next(iter(strategy.objects), USUAL_OBJECT),
+        object=thing,
         scene=scene,
-        model=parsed.model or strategy.model,
-        segments=strategy.segments,
+        model=parsed.model or tried.model,
+        segments=tried.segments,
         allow_effect_files=parsed.allow_effect_files,
         friction=parsed.friction,
-        wall_inclination=parsed.wall_inclination,
-        object_offset=offset,
+        wall_inclination=inclination,
+        object_offset=(place[0] + offset[0], place[1] + offset[1]),
+        object_upright=thing in tried.upright,
         object_mass_scale=mass_scale,
         seed=parsed.seed,
         # somebody who looks wants to see it happen as on a bench; else as fast as it goes
         real_time_factor=1.0 if parsed.gui else 0.0,
         gui=parsed.gui,
     )
+
+
+def object_place(tried: TriedWith, name: str) -> tuple[float, float]:
+    """Where an object (x, y) [m] lies for a strategy, before it is moved at random.
+
+    >>> x, y = object_place(TriedWith(place=None), "ball")
+    >>> round(x, 4), round(y, 4)
+    (0.0325, -0.0325)
+    """
+    if tried.place is not None:
+        return tried.place
+    thing = load_object(name)
+    if name in tried.upright:
+        thing = replace(thing, rpy=(0.0, 0.0, 0.0))
+    return thing.reach((-1.0, 0.0, 0.0)), -thing.reach((0.0, 1.0, 0.0))
 
 
 def _parse(arguments: list[str] | None) -> argparse.Namespace:

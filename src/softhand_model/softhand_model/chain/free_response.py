@@ -152,7 +152,7 @@ class SegmentResponse:
         return np.sum(self._weight * curvature, axis=-1)
 
     def angles_and_slopes(self, pressures: Array) -> tuple[Array, Array]:
-        """As `segment_angles`, of effects without memory."""
+        """As `segment_angles` at gauge pressures (m,) [Pa], under effects without memory."""
         below, there, above = (
             self.angles(0.0, (pressures + shift)[:, None, None], ROOM_TEMPERATURE)
             for shift in (-NEARBY, 0.0, NEARBY)

@@ -1,0 +1,1 @@
+"""Grasps that use the environment: criteria of the maps, objects on the table, steps, rates."""

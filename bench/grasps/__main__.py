@@ -1,0 +1,10 @@
+"""Run the benchmark of grasps, print its table, write out/bench/bench-grasps.json."""
+
+import sys
+
+from bench.groups import main
+
+OPTIONS = {"seed": (0, "of what is drawn"), "jobs": (2, "processes of a sweep")}
+
+if __name__ == "__main__":
+    sys.exit(main("grasps", "Grasps that use the environment: maps, steps, rates.", OPTIONS))

@@ -1,0 +1,85 @@
+"""Frame of a benchmark in groups: runs those asked for, prints their table, writes their rows.
+
+Every module of a benchmark's folder with a function `run(...) -> list[dict]` is a group of rows;
+those of its arguments that are named as an option of the benchmark get it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import inspect
+import json
+import sys
+import traceback
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.__main__ import table
+
+OUT = Path("out/bench")
+
+
+def groups(package: str) -> list[str]:
+    """Names of the modules of a benchmark that measure something, told without importing them."""
+    folder = Path(__file__).parent / package
+    return [f.stem for f in sorted(folder.glob("*.py")) if "\ndef run(" in f.read_text()]
+
+
+def measure(package: str, name: str, options: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Rows of one group, with those of the options that it takes."""
+    run = importlib.import_module(f"bench.{package}.{name}").run
+    taken = inspect.signature(run).parameters
+    rows: list[dict[str, Any]] = run(**{k: v for k, v in options.items() if k in taken})
+    return rows
+
+
+def write(package: str, rows: Sequence[dict[str, Any]]) -> Path:
+    """Write what has been measured so far; where to."""
+    path = OUT / f"bench-{package}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(rows, indent=2) + "\n")
+    return path
+
+
+def main(
+    package: str,
+    description: str,
+    own: Mapping[str, tuple[Any, str]],
+    arguments: Sequence[str] | None = None,
+) -> int:
+    """Measure, print, write.
+
+    Args:
+        package: folder of the benchmark.
+        description: for its help.
+        own: its options by name: value unless given, and help.
+        arguments: of the command line.
+
+    Returns:
+        1 if a group could not be run; a target that is missed shows in the table only.
+    """
+    names = groups(package)
+    parser = argparse.ArgumentParser(prog=f"bench.{package}", description=description)
+    parser.add_argument("--rows", nargs="+", default=names, choices=names, help="default: all")
+    for name, (default, help) in own.items():
+        text = f"{help} (default: {default:g})"
+        parser.add_argument(f"--{name}", type=type(default), default=default, help=text)
+    given = vars(parser.parse_args(arguments))
+    print(f"bench: {', '.join(f'{name} {given[name]:g}' for name in own)}", flush=True)
+    rows, failed = [], []
+    for name in given["rows"]:
+        print(f"bench: {name} ...", flush=True)
+        try:
+            rows += measure(package, name, given)
+            write(package, rows)
+        except Exception:  # noqa: BLE001 (one broken group must not hide the others)
+            traceback.print_exc()
+            failed.append(name)
+    path = write(package, rows)
+    print(table(rows))
+    print(f"bench: written to {path}")
+    for name in failed:
+        print(f"bench: {name} could not be run", file=sys.stderr)
+    return 1 if failed else 0
