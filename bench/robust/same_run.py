@@ -32,7 +32,7 @@ from softhand_ros.topics import nanoseconds, subscribe_by_hand, take
 
 RUNS, BUSY = 3, 2
 SAME = 0.1  # largest distance between the object's places in two runs [mm]
-WHOLE = QoSProfile(depth=50_000)  # a run waits here until it is over: hearing it costs no time
+WHOLE = QoSProfile(depth=5000)  # a run waits here until it is over: hearing it costs no time
 MILLISECOND = 1_000_000  # [ns]
 KINDS = {
     "scene/object_pose": PoseStamped,

@@ -7,6 +7,7 @@ from grasp_strategies.ros.messages import (
     Feed,
     read_air_state,
     read_force,
+    read_modes,
     read_pose,
     read_report,
     read_touching,
@@ -182,3 +183,11 @@ def test_a_feed_by_another_clock_shows_what_came_last():
     feed = Feed("wrist/pose", "bridge", read_pose)
     assert followed(feed, [stamped(1, 1.7e9), stamped(2, 1.7e9)], 1.0) == (True, 2.0)
     assert followed(feed, [stamped(3, 0.0)], 1.0) == (False, 3.0)
+
+
+def test_the_drivers_control_modes_are_read_of_its_own_report():
+    told = status("pneumaticbox: commands", 0, "OK")
+    told.values = [Fields(key="control modes", value="mass, pressure")]
+    array = Fields(status=[status("left/pneumaticbox: commands", 0, "OK"), told])
+    assert read_modes(array, "pneumaticbox") == ("mass", "pressure")
+    assert read_modes(array, "left/pneumaticbox") == read_modes(array, "right/pneumaticbox") == ()

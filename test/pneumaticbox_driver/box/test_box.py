@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from bottle_rig import BottleRig, Swelling
 
+from pneumaticbox_driver.box.commands import TrajectoryPoint
 from softhand_model.gas import AMBIENT_PRESSURE
 
 MG = 1e-6
@@ -138,6 +139,18 @@ def test_a_command_that_is_repeated_does_not_fill_again_what_was_relieved():
     rig.command(41 * MG, 5 * MG)  # another target may try it again
     rig.run(0.2)
     assert rig.openings[0] > openings
+
+
+def test_a_command_for_later_does_not_fill_what_was_relieved_before_its_time():
+    rig = BottleRig(channels=2, limit=30e3).started()
+    rig.command(40 * MG, 5 * MG)
+    rig.run(2.0)
+    now, point = rig.box.time, TrajectoryPoint(0.0, positions=(41 * MG, 5 * MG))
+    rig.box.command(rig.box.settings.channels, [point], now + 0.1, now)
+    rig.run(0.09)
+    assert rig.box.guard.blocked.tolist() == [True, False]
+    rig.run(0.02)
+    assert rig.box.guard.blocked.tolist() == [False, False]
 
 
 def test_a_push_over_the_limit_is_relieved():

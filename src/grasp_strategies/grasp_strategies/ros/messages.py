@@ -21,6 +21,7 @@ from softhand_ros.topics import seconds
 WORLD = "world"
 OBJECT = "object"
 SAFETY = ": safety"  # how the name of the driver's report ends that tells whether it works
+MODES = "control modes"  # key under which the driver tells them
 OK, ERROR = b"\x00", b"\x02"  # levels of diagnostic_msgs/DiagnosticStatus
 INSTANT = 1e-6  # by which the stamps of one instant may differ [s]
 AHEAD = 0.1  # by which state may be stamped ahead of the scene's time; beyond, by another clock [s]
@@ -119,6 +120,13 @@ def read_report(message: Any, node: str, heard: float) -> NodeReport | None:
         preparing=any(pair.key == PREPARING for status in own for pair in status.values),
         heard=heard,
     )
+
+
+def read_modes(message: Any, node: str) -> tuple[str, ...]:
+    """Control modes of the channels in the driver's part of a DiagnosticArray; empty without."""
+    own = (status for status in message.status if status.name.startswith(f"{node}:"))
+    told = (pair.value for status in own for pair in status.values if pair.key == MODES)
+    return tuple(filter(None, next(told, "").split(", ")))
 
 
 @dataclass

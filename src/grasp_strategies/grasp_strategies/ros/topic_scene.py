@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
@@ -30,6 +29,7 @@ from grasp_strategies.ros.messages import (
     NodeReport,
     read_air_state,
     read_force,
+    read_modes,
     read_pose,
     read_report,
     read_touching,
@@ -39,6 +39,7 @@ from grasp_strategies.scene import AirTarget, Array, Observation, SceneError
 from softhand_ros.diagnostics import cut
 from softhand_ros.topics import LATEST, full_name, stamp_of_seconds, subscribe_by_hand, take
 
+MASS, PRESSURE = "mass", "pressure"  # control modes
 SIMULATOR, DRIVER = "hand_sim", "driver"
 # by who publishes what is missing: name in /diagnostics, and in a sentence
 REPORTERS = {SIMULATOR: ("hand_sim", "the simulator"), DRIVER: ("pneumaticbox", "the driver")}
@@ -77,7 +78,8 @@ class TopicScene:
         node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_others, 10)
         self._driver = DriverCalls(node)
         self._target = AirTarget(np.zeros(0), np.zeros(0))
-        self._by_pressure: NDArray[np.bool_] = np.zeros(0, bool)  # as the driver was told last
+        self._modes: tuple[str, ...] = ()  # of the channels, as switched last
+        self._told_modes: tuple[str, ...] = ()  # by a report since then
 
     def _feed(self, kind: type, topic: str, source: str, read: Any) -> Feed:
         self._subscriptions[topic] = subscribe_by_hand(self._node, kind, topic, LATEST)
@@ -103,8 +105,8 @@ class TopicScene:
         self.channels = self._air.value.channels
         nothing = np.full(len(self.channels), np.nan)
         self._target = AirTarget(nothing, nothing)
-        if len(self._by_pressure) != len(nothing):
-            self._by_pressure = np.zeros(len(nothing), bool)
+        told = self._told_modes or self._modes
+        self._modes = told if len(told) == len(nothing) else (MASS,) * len(nothing)
 
     def _await_end_of(
         self, obstacle: Callable[[], str], time_out: float, on_wait: Callable[[str], None]
@@ -141,6 +143,8 @@ class TopicScene:
             report = read_report(message, full_name(self._node, name), time.monotonic())
             if report is not None:
                 self._reports[source] = report
+        if modes := read_modes(message, full_name(self._node, REPORTERS[DRIVER][0])):
+            self._told_modes = modes
         if self._fault:
             self._clock.wake()  # a strategy that sleeps ends at once
 
@@ -245,13 +249,15 @@ class TopicScene:
 
     def _command(self, target: AirTarget) -> None:
         self._target = target
-        by_pressure = ~np.isnan(target.pressures)
-        if (by_pressure != self._by_pressure).any():
+        modes = tuple(
+            PRESSURE if np.isfinite(pressure) else MASS if np.isfinite(mass) else mode
+            for mode, mass, pressure in zip(self._modes, *target, strict=True)
+        )
+        if modes != self._modes:
             self._clock.settle(self._refuse_fault)
-            modes = ["pressure" if pressure else "mass" for pressure in by_pressure]
             if refusal := self._driver.set_modes(modes):
                 raise SceneError(refusal)
-            self._by_pressure = by_pressure
+            self._modes, self._told_modes = modes, ()
         effect = self._clock.effect if self._clock.simulated else 0.0
         self._air_command.send(self.channels, target, self.time, effect)
 
