@@ -8,8 +8,10 @@ the replicates alone. A region is where at least half of the replicates succeed.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,3 +172,18 @@ def correlation(first: Array, second: Array) -> float:
     if np.ptp(first) == 0 or np.ptp(second) == 0:
         return math.nan
     return float(np.corrcoef(first.ravel(), second.ravel())[0, 1])
+
+
+def finished(records: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
+    """Records of a sweep, if every trial has a verdict.
+
+    Raises:
+        RuntimeError: one ended in an error; started again, the sweep tries it again.
+    """
+    errors = [record for record in records if "error" in record]
+    if errors:
+        first = errors[0]
+        raise RuntimeError(
+            f"{len(errors)} trials without verdict: {first['key']}: {first['error']}"
+        )
+    return records

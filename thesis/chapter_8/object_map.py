@@ -21,7 +21,7 @@ from grasp_strategies.sweep.report import wilson
 from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.objects import load_object
 from thesis.frame import Figure, Finding, Job, Results, option
-from thesis.success_map import SuccessMap, largest_hole, largest_share
+from thesis.success_map import SuccessMap, finished, largest_hole, largest_share
 
 UPRIGHT = (0.0, 0.0, 0.0)  # rpy of a cylinder that stands [rad]
 YIELDING = ("water_balloon", "tissue")  # reported apart: their models are coarse
@@ -114,7 +114,7 @@ def run_maps(
     sweeps = {}
     for number, (name, plan) in enumerate(plans.items()):
         job.progress(name, number / len(plans))
-        records = run_sweep(plan, job.folder / name, jobs)
+        records = finished(run_sweep(plan, job.folder / name, jobs))
         sweeps[name] = {swept.name: tally(records, swept.name) for swept in plan.objects}
     xs, ys = (sorted({cell[axis] for cell in main.cells}) for axis in (0, 1))
     return {"xs": xs, "ys": ys, "sweeps": sweeps}
@@ -129,7 +129,7 @@ def tally(records: Iterable[Mapping[str, Any]], name: str) -> dict[str, Any]:
             gripped = record.get("outcome") == "gripped"
             cells = replicates.setdefault(str(record["replicate"]), [])
             cells.append((tuple(record["cell"]), int(gripped)))
-            causes.update([] if gripped else [str(record.get("cause") or record.get("error"))])
+            causes.update([] if gripped else [str(record.get("cause"))])
     return {
         "replicates": {key: [g for _, g in sorted(cells)] for key, cells in replicates.items()},
         "causes": dict(causes.most_common()),

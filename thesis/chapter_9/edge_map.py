@@ -18,7 +18,7 @@ from grasp_strategies.sweep.report import wilson
 from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.scenes import Table, load_scene
 from thesis.frame import Figure, Finding, Job, Report, Results, option
-from thesis.success_map import Cells, largest_share, overlap
+from thesis.success_map import Cells, finished, largest_share, overlap
 
 SIZE = (8.0, 4.5)
 STRATEGY, SCENE = "rbo_hand_1_edge", "edge"
@@ -122,7 +122,7 @@ def run(given: Parameters, job: Job) -> Results:
         job.progress(name, number / len(changes))
         own = "edge_map" if name == MAIN else f"edge_map-{name}"
         swept = replace(main, name=own, settings=replace(main.settings, **change))
-        records = run_sweep(swept, job.folder / name, given.jobs)
+        records = finished(run_sweep(swept, job.folder / name, given.jobs))
         sweeps[name] = [_trial(record) for record in records]
     return {"sweeps": sweeps}
 
@@ -132,7 +132,7 @@ def _trial(record: Mapping[str, Any]) -> dict[str, Any]:
         "diameter": 1e-3 * float(Path(record["object"]).stem.removeprefix("cylinder_")),
         "distance": record["cell"][0],
         "gripped": int(record.get("outcome") == "gripped"),
-        "cause": record.get("cause") or record.get("error") or "",
+        "cause": record.get("cause") or "",
     }
 
 

@@ -1,5 +1,6 @@
 """Films of grasps: pace, sizes, formats, and that filming changes nothing."""
 
+import json
 from dataclasses import replace
 from itertools import pairwise
 
@@ -7,7 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from grasp_strategies.trials import TrialSettings, run_trial
+from grasp_strategies.sweep import TrialLine
+from grasp_strategies.trials import Placement, TrialSettings, draw_placement, run_trial
 from pneuflex_sim.pictures.render import Camera
 from softhand_bringup.film import command, writing
 from softhand_bringup.film.recording import film_bag, film_trial
@@ -25,6 +27,11 @@ phases:
     duration: 0.3
 """
 QUICK = ["--step", "0.005", "--segments", "3", "--size", "64x48"]
+
+
+def placed(seed, settings):
+    """The placement that a batch draws."""
+    return Placement(*draw_placement(seed, settings.offset, settings.mass_spread))
 
 
 @pytest.fixture
@@ -58,9 +65,9 @@ def played(path):
 
 
 def test_states_lie_at_even_times_from_the_start_to_the_end_of_the_trial(settings):
-    recording = film_trial(settings, 0.1)
+    recording = film_trial(settings, placed(0, settings), 0.1)
     assert len(recording.states) == 9
-    fine = film_trial(settings, 0.005)
+    fine = film_trial(settings, placed(0, settings), 0.005)
     for k, state in enumerate(recording.states):
         np.testing.assert_array_equal(state.joints, fine.states[20 * k].joints)
     moved = [np.abs(a.joints - b.joints).max() for a, b in pairwise(fine.states)]
@@ -68,14 +75,14 @@ def test_states_lie_at_even_times_from_the_start_to_the_end_of_the_trial(setting
 
 
 def test_a_trial_that_is_filmed_ends_as_the_same_trial_of_a_batch(settings):
-    recording, trial = film_trial(settings, 0.05, seed=4), run_trial(4, settings)
+    recording, trial = film_trial(settings, placed(4, settings), 0.05), run_trial(4, settings)
     assert recording.ending == f"{trial.result.outcome}: {trial.result.reason}"
     place = recording.states[0].object_position
     np.testing.assert_allclose(place[:2], trial.offset, atol=1e-12)
 
 
 def test_an_offset_replaces_the_drawn_one(settings):
-    recording = film_trial(settings, 0.4, seed=4, offset=(0.0, 0.0))
+    recording = film_trial(settings, replace(placed(4, settings), offset=(0.0, 0.0)), 0.4)
     np.testing.assert_allclose(recording.states[0].object_position[:2], 0.0, atol=1e-12)
 
 
@@ -124,7 +131,7 @@ def test_a_folder_gets_a_picture_for_each_time_asked_for_and_keeps_none_of_an_ea
 
 
 def test_wrist_and_object_are_in_the_picture_from_first_to_last(settings):
-    recording = film_trial(settings, 0.4)
+    recording = film_trial(settings, placed(0, settings), 0.4)
     options = command.parser().parse_args(["-o", "x", "--size", "64x48", "--camera", "90", "0"])
     camera = command.camera_of(options, recording)
     reach = camera.distance * np.tan(np.radians(0.5 * Camera.view_angle))
@@ -132,7 +139,7 @@ def test_wrist_and_object_are_in_the_picture_from_first_to_last(settings):
 
 
 def test_the_camera_stays_with_the_hand_when_the_object_flies_off(settings):
-    recording = film_trial(settings, 0.1)
+    recording = film_trial(settings, placed(0, settings), 0.1)
     options = command.parser().parse_args(["-o", "x", "--size", "64x48"])
     before = command.camera_of(options, recording)
     flung = [
@@ -146,7 +153,7 @@ def test_the_camera_stays_with_the_hand_when_the_object_flies_off(settings):
 
 def test_a_wall_is_drawn_at_the_inclination_of_the_trial(settings):
     leaning = replace(settings, scene="wall", wall_inclination=60.0)
-    recording = film_trial(leaning, 0.8)
+    recording = film_trial(leaning, placed(0, leaning), 0.8)
     assert recording.renderer.scene.wall.inclination == 60.0
     options = command.parser().parse_args(["-o", "x"])
     assert command.camera_of(options, recording).yaw == -command.VIEWS["oblique"][0]  # before it
@@ -247,3 +254,23 @@ def test_pictures_of_a_gif_keep_the_pace_in_hundredths_of_a_second():
         durations = writing.gif_durations(100, fps)
         assert sum(durations) == pytest.approx(1e5 / fps, abs=5.01)
         assert set(np.mod(durations, 10)) == {0}
+
+
+def test_a_cell_of_a_sweep_is_played_with_its_settings_and_placement(tmp_path):
+    settings = TrialSettings("rbo_hand_1_push", "marker", step=0.005, without=("advance",))
+    lines = [
+        TrialLine(f"push_map/marker/10,-30/{k}", "marker", (0.01, -0.03), k, settings, placement)
+        for k, placement in enumerate((Placement((0.2, 0.3)), Placement((0.1, 0.3), 1.1, 0.2, 0.9)))
+    ]
+    records = [json.dumps(line.describe()) + "\n" for line in lines]
+    (tmp_path / "main").mkdir()
+    (tmp_path / "main/results.jsonl").write_text("".join(records))
+
+    def asked(cell):
+        words = ["-o", "x", "--results", str(tmp_path), "--cell", cell]
+        return command.trial_asked_for(command.parser().parse_args(words))
+
+    assert asked("push_map/marker/10,-30") == (settings, lines[0].placement)
+    assert asked("push_map/marker/10,-30/1") == (settings, lines[1].placement)
+    with pytest.raises(ValueError, match="such as push_map/marker/10,-30/0.*got push_map/marker/1"):
+        asked("push_map/marker/1,1")

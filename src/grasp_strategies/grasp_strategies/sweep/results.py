@@ -23,8 +23,8 @@ class Results:
     """The results of a sweep in a folder, to go on with; a context.
 
     A last line that was torn off, as a killed process leaves it, is dropped, and its trial done
-    again. Raises ValueError when the file holds results of other trials than `lines`, or when
-    another process writes to it.
+    again; so is a trial that ended in an error. Raises ValueError when the file holds results of
+    other trials than `lines`, or when another process writes to it.
     """
 
     def __init__(self, folder: Path, lines: Iterable[TrialLine]) -> None:
@@ -66,7 +66,8 @@ class Results:
                     f"{self.path}: expected results of this plan, got {key} with {got}: the plan "
                     "or a file that it names has changed; take a new folder, or remove the results"
                 )
-            done.add(key)
+            if "error" not in record:
+                done.add(key)
         return done
 
     def append(self, record: Record) -> None:
@@ -108,3 +109,21 @@ def read_results(path: Path) -> list[dict[str, Any]]:
         except ValueError as reason:
             raise ValueError(f"{file}:{number}: expected a result as JSON: {reason}") from reason
     return found
+
+
+def find_record(key: str, folder: Path) -> Record:
+    """The finished trial of a key in the results below a folder, of its first replicate if the key
+    names none.
+
+    Raises:
+        ValueError: there is none; the message lists what is there of the same object.
+    """
+    keys: list[str] = []
+    for file in sorted(folder.rglob(NAME)):
+        for record in read_results(file):
+            if record["key"] == key or record["key"].rpartition("/")[0] == key:
+                return record
+            keys.append(record["key"])
+    near = [name for name in keys if name.split("/")[:2] == key.split("/")[:2]]
+    some = ", ".join((near or keys)[:5]) or "no results"
+    raise ValueError(f"cell: expected a trial in {folder}, such as {some}; got {key}")

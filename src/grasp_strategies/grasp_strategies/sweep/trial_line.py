@@ -7,6 +7,7 @@ import json
 import math
 import platform
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import lru_cache
 from importlib import metadata, resources
@@ -63,6 +64,12 @@ class TrialLine:
             "settings": settings,
             "placement": asdict(self.placement),
         }
+
+
+def trial_of(record: Mapping[str, Any]) -> tuple[TrialSettings, Placement]:
+    """Settings and placement of the trial that a line of results is of."""
+    placement = dict(record["placement"], offset=tuple(record["placement"]["offset"]))
+    return TrialSettings(**record["settings"]), Placement(**placement)
 
 
 @lru_cache(maxsize=64)

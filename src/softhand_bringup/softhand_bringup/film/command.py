@@ -10,7 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from grasp_strategies.trials import add_settings, read_settings
+from grasp_strategies.sweep.results import find_record
+from grasp_strategies.sweep.trial_line import trial_of
+from grasp_strategies.trials import (
+    Placement,
+    TrialSettings,
+    add_settings,
+    draw_placement,
+    read_settings,
+)
 from pneuflex_sim.pictures.render import Camera
 from pneuflex_sim.pictures.surfaces import actuator_colors
 from pneuflex_sim.scene.scenes import load_scene
@@ -19,6 +27,7 @@ from softhand_bringup.film.writing import Film, open_film
 from softhand_model.progress import Progress
 
 VIEWS = {"oblique": (62.0, -16.0), "front": (90.0, -8.0), "side": (0.0, -8.0), "top": (90.0, -75.0)}
+RESULTS = (Path("out/thesis"), Path("out/sweeps"))  # folders of sweeps, each by its name
 MARGIN = 0.08  # around the ways of wrist and object [m]
 
 
@@ -32,6 +41,8 @@ def parser() -> argparse.ArgumentParser:
     add = found.add_argument
     add("-o", "--out", type=Path, required=True, help="a .gif, a .mp4, or a folder for PNG files")
     add("--bag", type=Path, help="draw this recording instead of a trial")
+    add("--cell", help="play this trial of a sweep, such as push_map/marker/10,-30 or .../10,-30/2")
+    add("--results", type=Path, help="folder of the sweep's results (that of its name in out/)")
     add("--hand", help="of the bag (rbo_hand_2), or instead of that which the strategy names")
     add_settings(found)
     add("--seed", type=int, default=0, help="draws the object's shift and mass, as in trials")
@@ -99,8 +110,21 @@ def _record(options: argparse.Namespace) -> Recording:
         scene = load_scene(options.scene).inclined(options.wall_inclination)
         hand = options.hand or "rbo_hand_2"
         return film_bag(options.bag, interval, hand, options.object, scene)
-    offset = None if options.offset is None else tuple(options.offset)
-    return film_trial(read_settings(options), interval, options.seed, offset, options.mass_scale)
+    settings, placement = trial_asked_for(options)
+    return film_trial(settings, placement, interval)
+
+
+def trial_asked_for(options: argparse.Namespace) -> tuple[TrialSettings, Placement]:
+    """The trial of a cell, or that of the settings and the seed."""
+    if options.cell is not None:
+        name = options.cell.partition("/")[0]
+        folders = [options.results] if options.results else [root / name for root in RESULTS]
+        folder = next((found for found in folders if found.is_dir()), folders[0])
+        return trial_of(find_record(options.cell, folder))
+    settings = read_settings(options)
+    offset, mass_scale = draw_placement(options.seed, settings.offset, settings.mass_spread)
+    chosen = offset if options.offset is None else tuple(options.offset)
+    return settings, Placement(chosen, options.mass_scale or mass_scale)
 
 
 def camera_of(options: argparse.Namespace, recording: Recording) -> Camera:

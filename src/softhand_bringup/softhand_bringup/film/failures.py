@@ -22,7 +22,8 @@ from grasp_strategies.failure import GraspWatch
 from grasp_strategies.judge import GRIPPED, GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.sweep.results import read_results
-from grasp_strategies.trials import Placement, TrialSettings, started_scene
+from grasp_strategies.sweep.trial_line import trial_of
+from grasp_strategies.trials import started_scene
 from pneuflex_sim.pictures.render import HandState, Renderer
 from softhand_bringup.film.command import VIEWS, camera_of
 from softhand_bringup.film.recording import FilmedScene, Recording
@@ -88,10 +89,9 @@ def replay(record: Record, around: Sequence[float] = AROUND) -> Replay:
     Raises:
         ValueError: the settings have a name that does not exist.
     """
-    settings = TrialSettings(**record["settings"])
-    placement = dict(record["placement"], offset=tuple(record["placement"]["offset"]))
+    settings, placement = trial_of(record)
     started = started_scene(settings)
-    scene = FilmedScene(started.place(Placement(**placement)).simulation, settings.step)
+    scene = FilmedScene(started.place(placement).simulation, settings.step)
     end = record["failed_at"] + max(around)
 
     def all_seen(watch: GraspWatch) -> str:

@@ -12,7 +12,6 @@ from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.trials import (
     Placement,
     TrialSettings,
-    draw_placement,
     run_in_process,
     started_scene,
 )
@@ -89,21 +88,13 @@ class FilmedScene(InProcessScene):
         self.pressures.append(np.array(simulation.pressures()))
 
 
-def film_trial(
-    settings: TrialSettings,
-    interval: float,
-    seed: int = 0,
-    offset: tuple[float, float] | None = None,
-    mass_scale: float | None = None,
-) -> Recording:
+def film_trial(settings: TrialSettings, placement: Placement, interval: float) -> Recording:
     """Run a trial as a batch does and keep its states every `interval` [s].
 
     Args:
         settings: of the trial.
+        placement: of its object.
         interval: simulated time between states [s], no shorter than a physics step.
-        seed: draws the shift of the object and the factor on its mass, as in a batch.
-        offset: shift of the object (x, y) [m] instead of the drawn one.
-        mass_scale: factor on its mass [-] instead of the drawn one.
 
     Raises:
         ValueError: a name does not exist, or `interval` is shorter than the step.
@@ -113,11 +104,9 @@ def film_trial(
             f"time between frames: expected at least the step, {settings.step:g} s, "
             f"got {interval:g} s"
         )
-    drawn_offset, drawn_scale = draw_placement(seed, settings.offset, settings.mass_spread)
     started = started_scene(settings)
-    placed = started.place(Placement(offset or drawn_offset, mass_scale or drawn_scale))
-    scene = FilmedScene(placed.simulation, interval)
-    result = run_in_process(scene, started.strategy, settings.options)
+    scene = FilmedScene(started.place(placement).simulation, interval)
+    result = run_in_process(scene, started.strategy, settings.options, settings.early_end)
     simulation = scene.simulation
     renderer = Renderer(
         simulation.hand, settings.object, simulation.scene, segments=settings.segments
