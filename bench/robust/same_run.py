@@ -43,17 +43,17 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Run:
-    """One grasp: the object's places (n, 3) [m] at times [ns], and commands as time and text."""
+    """One grasp: the object's places (n, 3) [m] at times [ns]; commands as time, topic, text."""
 
     answer: str
     times: NDArray[np.int64]
     places: NDArray[np.float64]
-    commands: tuple[tuple[int, str], ...]
+    commands: tuple[tuple[int, str, str], ...]
 
     @property
     def begin(self) -> int:
         """When the first command takes effect [ns]."""
-        return min(time for time, _ in self.commands if time)
+        return min(time for time, *_ in self.commands if time)
 
     def distance(self, other: Run) -> float:
         """Largest distance of the object in both runs at one time since the first command [m]."""
@@ -63,13 +63,15 @@ class Run:
         return float(np.linalg.norm(self.places[own] - other.places[others], axis=1).max())
 
     def commands_alike(self, other: Run) -> float:
-        """Share of its commands that came in the other run as well, bit for bit, with the same
-        time since the first [%].
+        """Of the commands that were heard of both runs, by topic and time since the first one, the
+        share with the same content, bit for bit [%].
         """
         own, others = (
-            {(time - run.begin, text) for time, text in run.commands} for run in (self, other)
+            {(time - run.begin, topic): text for time, topic, text in run.commands if time}
+            for run in (self, other)
         )
-        return 100.0 * len(own & others) / len(own | others)
+        common = own.keys() & others.keys()
+        return 100.0 * sum(own[key] == others[key] for key in common) / max(len(common), 1)
 
 
 def run_once(options: SuiteOptions) -> Run:
@@ -80,6 +82,7 @@ def run_once(options: SuiteOptions) -> Run:
         rig.need(client.service_is_ready, START_LIMIT, GRASP)
         call = client.call_async(Trigger.Request())
         rig.need(call.done, GRASP_LIMIT, "an answer")
+        rig.spin(0.5)  # until the last messages are there
         poses, targets, air = (list(_all(heard[topic])) for topic in KINDS)
         return _run(rig, call.result().message, poses, [*targets, *air])
 
@@ -95,7 +98,7 @@ def _run(rig: Rig, answer: str, poses: Sequence[Any], commands: Sequence[Any]) -
         answer,
         np.array([nanoseconds(message.header.stamp) for message in poses]),
         np.array([(place.x, place.y, place.z) for place in places]),
-        tuple((nanoseconds(m.header.stamp), _content(m)) for m in commands),
+        tuple((nanoseconds(m.header.stamp), type(m).__name__, _content(m)) for m in commands),
     )
 
 
