@@ -106,7 +106,7 @@ def film_trial(settings: TrialSettings, placement: Placement, interval: float) -
         )
     started = started_scene(settings)
     scene = FilmedScene(started.place(placement).simulation, interval)
-    result = run_in_process(scene, started.strategy, settings.options, settings.early_end)
+    result = run_in_process(scene, started.strategy, settings.options)
     simulation = scene.simulation
     renderer = Renderer(
         simulation.hand, settings.object, simulation.scene, segments=settings.segments
