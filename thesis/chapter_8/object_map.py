@@ -30,6 +30,7 @@ ALL = (
     *("paper_cup", "sunglasses", "water_balloon", "tissue"),
 )
 MAIN = "main"  # name of the sweep that makes the maps
+SMALL_MAP = {"objects": ("cylinder", "marker"), "pitch": 0.06, "replicates": 1}
 LEAST_SHARE = 0.8  # of the successes in the largest component
 
 
@@ -57,6 +58,11 @@ class Check:
     settings: Mapping[str, Any]
     replicates: int = 0
     other_seed: int = 0
+
+
+def headline(names: Sequence[str], given: MapParameters) -> tuple[str, ...]:
+    """The headline objects among those asked for."""
+    return tuple(name for name in names if name in given.objects)
 
 
 def map_plan(

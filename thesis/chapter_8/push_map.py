@@ -8,11 +8,13 @@ import numpy as np
 
 from thesis.chapter_8.object_map import (
     MAIN,
+    SMALL_MAP,
     Check,
     MapParameters,
     about,
     cells_of,
     draw_maps,
+    headline,
     map_plan,
     maps_of,
     region_findings,
@@ -42,29 +44,19 @@ class Parameters(MapParameters):
     checks: tuple[str, ...] = option(tuple(CHECKS), "sweeps beside the maps, by name [-]")
 
 
-SMALL = {
-    "objects": ("cylinder", "marker"),
-    "pitch": 0.06,
-    "replicates": 1,
-    "checks": (NO_AIR,),
-}
+SMALL = {**SMALL_MAP, "checks": (NO_AIR,)}
 
 
 def run(given: Parameters, job: Job) -> Results:
     """The maps, and the checks on the six headline objects."""
     main = map_plan("push_map", "rbo_hand_1_push", given, UPRIGHT)
     checks = {name: CHECKS[name] for name in given.checks}
-    return run_maps(main, checks, headline(given), given.jobs, job)
-
-
-def headline(given: Parameters) -> tuple[str, ...]:
-    """The headline objects among those asked for."""
-    return tuple(name for name in HEADLINE if name in given.objects)
+    return run_maps(main, checks, headline(HEADLINE, given), given.jobs, job)
 
 
 def report(results: Results, given: Parameters) -> Report:
     """A row a map, then the criteria; the thesis tells of them in words and pictures alone."""
-    maps, objects = maps_of(results), headline(given)
+    maps, objects = maps_of(results), headline(HEADLINE, given)
     causes = {name: found["causes"] for name, found in results["sweeps"][MAIN].items()}
     findings = [about(name, maps[name], causes[name]) for name in maps]
     somewhere = sum(maps[name].once.any() for name in objects)

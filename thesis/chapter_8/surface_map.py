@@ -10,11 +10,13 @@ import numpy as np
 from thesis.chapter_8.object_map import (
     ALL,
     MAIN,
+    SMALL_MAP,
     YIELDING,
     Check,
     MapParameters,
     about,
     draw_maps,
+    headline,
     map_plan,
     maps_of,
     region_findings,
@@ -44,29 +46,19 @@ class Parameters(MapParameters):
     checks: tuple[str, ...] = option(tuple(CHECKS), "sweeps beside the maps, by name [-]")
 
 
-SMALL = {
-    "objects": ("cylinder", "marker"),
-    "pitch": 0.06,
-    "replicates": 1,
-    "checks": (NO_ROLL,),
-}
+SMALL = {**SMALL_MAP, "checks": (NO_ROLL,)}
 
 
 def run(given: Parameters, job: Job) -> Results:
     """The maps, and the checks on the eight headline objects."""
     main = map_plan("surface_map", "rbo_hand_1_surface", given)
     checks = {name: CHECKS[name] for name in given.checks}
-    return run_maps(main, checks, headline(given), given.jobs, job)
-
-
-def headline(given: Parameters) -> tuple[str, ...]:
-    """The headline objects among those asked for."""
-    return tuple(name for name in HEADLINE if name in given.objects)
+    return run_maps(main, checks, headline(HEADLINE, given), given.jobs, job)
 
 
 def report(results: Results, given: Parameters) -> Report:
     """A row a map, then the criteria; those on regions are asked of rigid objects alone."""
-    maps, objects = maps_of(results), headline(given)
+    maps, objects = maps_of(results), headline(HEADLINE, given)
     rigid = tuple(name for name in objects if name not in YIELDING)
     causes = {name: found["causes"] for name, found in results["sweeps"][MAIN].items()}
     wide = sum(int(maps[name].region.sum()) >= LEAST_CELLS for name in rigid)
