@@ -32,7 +32,7 @@ def small(once, tmp_path_factory):
             if hasattr(frame.parameters_of(module), "seed"):
                 given["seed"] = 1
             parameters = frame.parameters_of(module, given)
-            results = module.run(parameters, frame.Job(tmp_path_factory.getbasetemp(), quiet))
+            results = module.run(parameters, frame.Job(tmp_path_factory.mktemp(name), quiet))
             kept[name] = results, module.report(results, parameters)
         return kept[name]
 

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from grasp_strategies.sweep.results import find_record
+from grasp_strategies.sweep.trial_line import trial_of
 from thesis.chapter_8 import push_map, surface_map
 from thesis.chapter_8.object_map import MAIN, map_plan, placed
+from thesis.frame import Job, save_figure
 
 AXIS = [round(0.01 * k, 3) for k in range(-6, 7)]
 
@@ -125,3 +128,23 @@ def test_a_plan_has_every_cell_once_and_with_jitter():
     assert once.offset == pytest.approx((0.0085 - 0.02, -0.069 + 0.04))
     moved = by_key["push_map/marker/20,-40/2"].placement.offset
     assert 0 < abs(moved[0] - once.offset[0]) <= 0.001
+
+
+def test_a_map_of_four_cells_is_run_drawn_and_played_again_from_its_lines(tmp_path):
+    given = push_map.Parameters(
+        x=(0.0, 0.02),
+        y=(-0.02, 0.0),
+        pitch=0.02,
+        objects=("cylinder",),
+        replicates=1,
+        checks=("no_air",),
+        jobs=0,
+    )
+    results = push_map.run(given, Job(tmp_path, lambda what, share: None))
+    (cylinder,) = results["sweeps"][MAIN].values()
+    assert cylinder["replicates"]["0"] == [1, 1, 1, 1]
+    assert verdicts(push_map.report(results, given))["negative control: 0 kPa"] is True
+    save_figure(push_map, results, push_map.report(results, given), tmp_path / "map.png")
+    settings, placement = trial_of(find_record("push_map/cylinder/20,-20", tmp_path))
+    assert settings.object_rpy == (0.0, 0.0, 0.0)
+    assert placement.offset == pytest.approx((0.0325 - 0.02, -0.0325 + 0.02))

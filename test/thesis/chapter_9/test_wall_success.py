@@ -67,3 +67,11 @@ def test_the_object_starts_where_it_is_said_before_the_corner():
     for line in lines:
         assert line.placement.offset[0] == pytest.approx(line.cell[0], abs=0.0011)
         assert abs(line.placement.yaw) <= wall_success.YAW
+
+
+def test_a_small_run_lifts_at_the_wall_and_not_without(small, check_small_run):
+    check_small_run("wall_success")
+    results, report = small("wall_success")
+    assert [trial["gripped"] for trial in results["trials"]] == [1, 1]
+    assert [trial["gripped"] for trial in results["control"]] == [0]
+    assert "100 %" in report.conclusion
