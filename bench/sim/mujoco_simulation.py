@@ -170,6 +170,10 @@ class MujocoSimulation:
                 found.append(Contact(first, "", second, tuple(contact.pos), normal, wrench[0]))
         return found
 
+    def touching_object(self) -> frozenset[str]:
+        """Names of what presses on the object."""
+        return frozenset(contact.first for contact in self.object_contacts())
+
     def tip_angles(self) -> dict[str, float]:
         """Bend of each chain from base to tip [rad], as `Simulation.tip_angles`."""
         return self.shape.tip_angles(self.turned[:, BEND])

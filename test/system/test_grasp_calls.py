@@ -60,8 +60,8 @@ def test_when_the_sequencer_is_killed_the_driver_lets_go(nodes, gripping):
     assert max(peer.state().effort) < 5e3
 
 
-@pytest.mark.parametrize("service", ["push", "edge", "slide_to_wall"])
-def test_a_strategy_that_is_not_there_yet_is_refused_with_the_reason(nodes, peer, service):
+@pytest.mark.parametrize("service", ["push", "edge"])
+def test_a_service_without_a_strategy_for_the_hand_is_refused_with_the_reason(nodes, peer, service):
     answer = peer.trigger(f"grasp/{service}", limit=60.0)
     assert not answer.success
     assert service in answer.message
