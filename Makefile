@@ -4,7 +4,7 @@ SOURCES := src thesis test examples bench scripts
 OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
 .PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
-	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure clean
+	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure strategies-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -99,6 +99,10 @@ docs: setup
 # The pictures of the README, from the latest run of the demo.
 figures: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.figures out/demo/bag docs/figures
+
+# The picture of the strategies that use the environment.
+strategies-figure: setup
+	@$(PYTHON_IN_VENV) scripts/draw_strategies.py
 
 # The picture of the lab, from the latest run of its demo.
 lab-figure: setup

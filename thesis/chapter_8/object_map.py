@@ -94,8 +94,7 @@ def placed(name: str, upright: bool) -> SweptObject:
     settings = {"object_rpy": UPRIGHT} if upright else {}
     if upright:
         described = replace(described, rpy=UPRIGHT)
-    place = described.reach((-1.0, 0.0, 0.0)), -described.reach((0.0, 1.0, 0.0))
-    return SweptObject(name, place, settings)
+    return SweptObject(name, described.corner_place, settings)
 
 
 def check_plan(main: SweepPlan, name: str, check: Check, headline: Sequence[str]) -> SweepPlan:

@@ -114,6 +114,13 @@ class ObjectDescription:
             return float(self.half_extents[2] * abs(along[2]) + self.half_extents[0] * across)
         return float(np.abs(along) @ self.half_extents)
 
+    @property
+    def corner_place(self) -> tuple[float, float]:
+        """Where the origin of its axes is (x, y) [m] when the object touches the planes x = 0 and
+        y = 0 from x > 0 and y < 0 (thesis, section 8.1.2).
+        """
+        return self.reach((-1.0, 0.0, 0.0)), -self.reach((0.0, 1.0, 0.0))
+
 
 def load_objects() -> dict[str, ObjectDescription]:
     """The shipped objects by name."""

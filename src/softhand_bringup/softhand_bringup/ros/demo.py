@@ -286,7 +286,7 @@ def object_place(tried: TriedWith, name: str) -> tuple[float, float]:
     thing = load_object(name)
     if name in tried.upright:
         thing = replace(thing, rpy=(0.0, 0.0, 0.0))
-    return thing.reach((-1.0, 0.0, 0.0)), -thing.reach((0.0, 1.0, 0.0))
+    return thing.corner_place
 
 
 def _parse(arguments: list[str] | None) -> argparse.Namespace:
