@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from bench.row import at_least
+from grasp_strategies.fitting import fitting_strategies
 from grasp_strategies.judge import GRIPPED
-from grasp_strategies.strategy import load_strategy, strategy_names
+from grasp_strategies.strategy import load_strategy
 from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
 from grasp_strategies.sweep.plan import SweptObject
 from grasp_strategies.trials import TrialSettings
@@ -39,13 +40,12 @@ def run(seed: int, jobs: int) -> list[dict[str, Any]]:
 
 
 def strategy_for(name: str) -> str:
-    """The shipped strategy of the hand for an object that lies on the table.
+    """The first shipped strategy of the hand that lifts an object from the table.
 
     Raises:
         ValueError: there is none.
     """
-    for strategy in strategy_names():
-        found = load_strategy(strategy)
-        if found.hand == HAND and found.scene == "table" and name in found.objects:
+    for strategy in fitting_strategies(name, HAND):
+        if load_strategy(strategy).tried_with.scene == "table":
             return strategy
     raise ValueError(f"{name}: expected a strategy of {HAND} from the table, got none")
