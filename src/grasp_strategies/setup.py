@@ -34,6 +34,7 @@ setup(
         "softhand_ros",
         "pneuflex_sim",
         "numpy",
+        "scipy",
         "PyYAML",
     ],
     extras_require={"test": ["pytest"], "dask": ["distributed"]},

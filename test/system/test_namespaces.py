@@ -13,7 +13,6 @@ from std_srvs.srv import SetBool, Trigger
 from suite_peer import CHANNELS, START_LIMIT
 
 from grasp_strategies.ros.interface import OFFERS as OF_THE_SEQUENCER
-from grasp_strategies.trials import draw_placement
 from model_lab.ros.interface import OFFERS as OF_THE_MONITOR
 from pneuflex_sim.ros.interface import OFFERS as OF_THE_SIMULATOR
 from pneumaticbox_driver.ros.interface import OFFERS as OF_THE_DRIVER
@@ -42,23 +41,12 @@ LEFT_OUT = {  # by the name of the node
 
 @pytest.fixture
 def hands(launcher):
-    """Six nodes: the left hand's simulator is the clock; processes by name.
-
-    The object lies where the hand lifts it high above what a success asks for, and is not put down.
-    """
-    offset, mass_scale = draw_placement(3)
-    common = suite.SuiteOptions(object_offset=offset, object_mass_scale=mass_scale)
+    """Six nodes: the left hand's simulator is the clock; processes by name."""
+    common = suite.SuiteOptions(step=0.004)
     left = replace(common, namespace="left")
     right = replace(common, namespace="right", publish_clock=False)
     commands = [*suite.three_nodes(left), *suite.three_nodes(right)]
-    return {command.name: launcher.start(held_up(command)) for command in commands}
-
-
-def held_up(command):
-    """The command of a node; of a sequencer, one that does not put the object down."""
-    if not command.name.endswith("sequencer"):
-        return command
-    return replace(command, parameters={**command.parameters, "lower_and_release": False})
+    return {command.name: launcher.start(command) for command in commands}
 
 
 def heard(peer, kind, topic):

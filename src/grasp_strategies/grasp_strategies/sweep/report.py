@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable
+
+from scipy.stats import binomtest
 
 from grasp_strategies.judge import GRIPPED
 from grasp_strategies.sweep.trial_line import Record
 
-Z = 1.959964  # of the normal distribution, 95 %
 COMMONEST = 3  # reasons of failures that a summary shows
 
 
@@ -22,10 +22,8 @@ def wilson(successes: int, count: int) -> tuple[float, float]:
     """
     if count == 0:
         return 0.0, 1.0
-    share, weight = successes / count, Z**2 / count
-    middle = share + weight / 2
-    half = Z * math.sqrt(share * (1 - share) / count + weight / (4 * count))
-    return max(0.0, middle - half) / (1 + weight), min(1.0, (middle + half) / (1 + weight))
+    found = binomtest(successes, count).proportion_ci(0.95, "wilson")
+    return float(found.low), float(found.high)
 
 
 def group_of(record: Record) -> str:
