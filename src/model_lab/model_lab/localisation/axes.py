@@ -23,7 +23,11 @@ RESTING = 0.1  # of span over duration: below this rate the input rests
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
 COURSES = ("rises", "rests", "falls")
 DIRECTIONS = ("inflating", "deflating")
-DRIVING = {"uniaxial": ("stretch", ""), "valve_pulse": ("pressure drop", "Pa")}  # others: pressure
+DRIVING = {
+    "uniaxial": ("stretch", ""),
+    "rubber": ("stretch", ""),
+    "valve_pulse": ("pressure drop", "Pa"),
+}  # others: pressure
 
 
 @dataclass(frozen=True)
@@ -158,6 +162,7 @@ def _run_axes(data: MeasurementSet) -> list[Axis]:
         Axis("run_order", "run", "", _of_runs(data, _order(data)), of_run=True),
         Axis("temperature", "temperature", "K", _of_runs(data, temperatures), of_run=True),
         Axis("wall", "wall", "m", _of_runs(data, walls), of_run=True),
+        _named_axis(data, "mode", [run.mode for run in data.runs]),
         _named_axis(data, "mount", [specimen.mount for specimen in specimens]),
         _named_axis(data, "specimen", [specimen.name for specimen in specimens]),
     ]
