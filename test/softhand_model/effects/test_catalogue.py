@@ -22,6 +22,10 @@ BY_STAGE = {
         "mullins_softening",
         "viscoelasticity",
         "hysteresis",
+        "yeoh_third_order",
+        "second_invariant",
+        "arruda_boyce",
+        "ogden",
     },
     "structure": {
         "side_wall_integral",
