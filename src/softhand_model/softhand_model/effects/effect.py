@@ -16,6 +16,7 @@ STAGES = ("input", "load", "elastic", "structure", "output", "flow")
 BASES = ("pneuflex", "linear")
 EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_torque")
 
+OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
 RUBBER = BENDING | {"uniaxial"}  # wherever the rubber is strained
 NO_PRESSURE: Mapping[str, str] = {"uniaxial": "the stretch is imposed: no pressure acts"}
@@ -27,8 +28,9 @@ class Parameter:
 
     typical: values (low, high) between which the effect is usually found, where a search starts
     (the bounds if absent); `logarithmic` when it spans decades. `neutral`: the value at which the
-    effect does nothing, if there is one. Raises ValueError for bounds, a usual range or a neutral
-    value that make no sense.
+    effect does nothing, if there is one. relative: the same range (low, high) over the largest
+    measured pressure or output of a set, whichever is named; the lab searches there, wherever the
+    set lies. Raises ValueError for bounds, a usual range or a neutral value that make no sense.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Parameter:
     typical: tuple[float, float] | None = None
     logarithmic: bool = False
     neutral: float | None = None
+    relative: tuple[str, float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what no search could use."""
@@ -80,6 +83,7 @@ class Effect:
     rank: within a stage effects of lower rank act first, whatever the file's order.
     bases: base models beside which it has a meaning.
     physical: false for a generic term, which the lab adds on request but never names as a cause.
+    not_simulated: why the simulator refuses it; empty where it acts.
     """
 
     name: ClassVar[str] = ""
@@ -92,6 +96,7 @@ class Effect:
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True
+    not_simulated: ClassVar[str] = ""
 
     values: Mapping[str, Any]
 
