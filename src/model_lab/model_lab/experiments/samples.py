@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -106,7 +107,7 @@ class SampleRows:
         values = np.insert(reading[0, :, 0], self._starts, first)
         wanted = elapsed - staged.delay(elapsed)
         within = np.clip(wanted[..., 0], -before[self.run], ends[self.run]) + apart[self.run]
-        return np.interp(within, known, values)[..., None]
+        return np.asarray(PchipInterpolator(known, values)(within))[..., None]
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
         """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""
