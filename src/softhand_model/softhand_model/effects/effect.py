@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeGuard
 
 import numpy as np
@@ -18,6 +19,7 @@ EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_t
 
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
 RUBBER = BENDING | {"uniaxial"}  # wherever the rubber is strained
+AXES = ("pressure", "run_order", "temperature", "wall", "mount", "specimen")  # of an effect
 NO_PRESSURE: Mapping[str, str] = {"uniaxial": "the stretch is imposed: no pressure acts"}
 
 
@@ -80,6 +82,9 @@ class Effect:
     rank: within a stage effects of lower rank act first, whatever the file's order.
     bases: base models beside which it has a meaning.
     physical: false for a generic term, which the lab adds on request but never names as a cause.
+    axes: what of a run it depends on besides its arguments, some of AXES; in `chamber_pressure`,
+    `modulus_factor` and `reading` their values, or names, at the rows of the call are in `around`,
+    arrays (1, rows, 1). Where there are no runs, as in the simulator, `around` may lack them.
     """
 
     name: ClassVar[str] = ""
@@ -92,7 +97,9 @@ class Effect:
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True
+    axes: ClassVar[tuple[str, ...]] = ()
 
+    around: Mapping[str, Any] = MappingProxyType({})
     values: Mapping[str, Any]
 
     def __init__(self, /, **values: float) -> None:
@@ -125,6 +132,12 @@ class Effect:
         if cls.name and cls.stage not in STAGES:
             raise ValueError(
                 f"effect {cls.name}: stage: expected one of {_listed(STAGES)}, got {cls.stage!r}"
+            )
+        unread = set(cls.axes) - set(AXES)
+        if cls.name and unread:
+            raise ValueError(
+                f"effect {cls.name}: axes: expected some of {_listed(AXES)}, "
+                f"got {_listed(sorted(unread))}"
             )
         unknown = set(cls.experiments) - set(EXPERIMENTS)
         if cls.name and unknown:
