@@ -32,7 +32,7 @@ KINDS = {
     ),
     "load": (("factor", "pressure"), *(("factor", axis) for axis in RUN_AXES)),
     "elastic": (("factor", "output"), ("offset", "output")),
-    "structure": (("factor", "output"), ("factor", "pressure")),
+    "structure": (("factor", "output"),),
     "output": (
         *(("offset", axis) for axis in ("output", "pressure", *ALONG_RUN)),
         *(("offset", axis) for axis in RUN_AXES),
@@ -131,7 +131,7 @@ class Scene:
             return "Pa", float(np.abs(self.driving).max())
         if stage == "output":
             return self.data.unit, float(np.abs(self.data.table.value).max())
-        return "", self.largest[0]
+        return "", self.largest[0] or 1.0
 
     def _abscissa(self, stage: str, against: str) -> str:
         """What the knots are, with unit."""
@@ -167,7 +167,8 @@ class Scene:
 
     def _range(self, stage: str, against: str) -> tuple[float, float]:
         if stage == "elastic" and against == "pressure":
-            return float(self.driving.min()), float(self.driving.max())
+            linear = self.base == "linear"
+            return (1.0, 2.0) if linear else (float(self.driving.min()), float(self.driving.max()))
         if stage == "elastic" or (stage, against) == ("structure", "output"):
             load, height = self.largest
             if self.base == "linear":
@@ -233,6 +234,9 @@ def _largest_load(problem: FitProblem, base: Fit) -> tuple[float, float]:
         problem.data, problem.base, free, (*problem.fixed, Seen()), joints=problem.joints
     )
     forward.predict(base.values[None])
+    if len(seen) == 1:  # the strain is imposed
+        stretch = max(float(problem.data.driving(run).max()) for run in problem.data.runs)
+        return stretch, 1.0
     return max(seen)
 
 

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from model_lab.measurements.measurement_set import OUTPUTS
 from softhand_model.effects import Effect
+from softhand_model.effects.effect import BENDING
 from softhand_model.effects.own_file import load_guarded
 
 FACTORS = (0.02, 50.0)  # bounds
@@ -21,6 +22,7 @@ COURSE_AXES = {"pressure_rate": "rate", "direction": "direction", "time_since_st
 COURSE_AXES |= {"time_in_run": "time"}
 NAMED_AXES = ("mount", "specimen")
 RUN_AXES = ("run_order", "temperature", "wall", *NAMED_AXES)
+ODD, RARE = 15.0, 6.0  # surprise
 NOUNS = {
     "pressure_rate": "rate",
     "direction": "direction (-1 falls, 0 rests, 1 rises)",
@@ -79,6 +81,18 @@ class Shape:
     def axis(self) -> str:
         """The axis as the contract has it."""
         return "time_since_step" if self.against == "time_in_run" else self.against
+
+    @property
+    def surprise(self) -> float:
+        """How unlikely such an effect is beforehand, as minus twice a log likelihood.
+
+        It only decides between curves that the data do not tell apart.
+        """
+        if self.stage == "output" and self.against in ("pressure", "wall"):
+            return ODD  # a sensor knows neither
+        if self.stage == "output" and self.against == "output" and self.experiment not in BENDING:
+            return ODD  # a bar is pulled for the sake of its rubber
+        return RARE if self.stage == "structure" else 0.0
 
     @property
     def neutral(self) -> float | None:

@@ -15,7 +15,7 @@ from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import held_out_with
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.diagnosis.selection import MATERIAL, error_of, excess, material
-from model_lab.fitting.fit import fit
+from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
 from model_lab.learning.candidates import Scene
 from model_lab.learning.effect_file import Shape, effect_of
@@ -26,10 +26,9 @@ from softhand_model.model_file import Model
 
 NAME = "learned"
 COARSE = 5  # knots at first
-FINER = (8, 12)  # tried for the best
+KNOTS = (2, 3, 4, 6, 8, 12)  # tried for the best
+NEAR = 1.6  # held-out error over the best one's, up to which they are
 FITTED = 8  # candidates that are fitted as a whole
-REFINED = 3  # of them, that get finer knots
-GAIN = 0.95  # held-out error with finer knots over that with coarser ones, to be worth it
 ALIKE = 1.05  # held-out error over the best one's, within which a candidate is tied
 REMOVED = 0.5  # share of the excess error that a curve must remove
 
@@ -48,12 +47,24 @@ class Candidate:
         return self.scored.fit.values[self.scored.parameters_of(NAME)]
 
     @property
+    def cost(self) -> float:
+        """Minus twice the log likelihood, what its parameters cost (Schwarz), and its surprise."""
+        found = self.scored.fit
+        complexity = np.log(found.residual.size) * len(found.values)
+        return float(found.deviance + complexity + self.shape.surprise)
+
+    @property
+    def covariance(self) -> Array:
+        """Of these values (k, k)."""
+        mine = self.scored.parameters_of(NAME)
+        found = self.scored.fit
+        scale = np.where(found.likelihood.scales.logarithmic[mine], self.values, 1.0)
+        return np.asarray(found.covariance[np.ix_(mine, mine)] * np.outer(scale, scale))
+
+    @property
     def spread(self) -> Array:
         """Their standard errors (k,)."""
-        mine = self.scored.parameters_of(NAME)
-        root = np.sqrt(np.diag(self.scored.fit.covariance))[mine]
-        logarithmic = self.scored.fit.likelihood.scales.logarithmic[mine]
-        return np.where(logarithmic, root * self.values, root)
+        return np.sqrt(np.diag(self.covariance))
 
 
 @dataclass(frozen=True)
@@ -65,6 +76,10 @@ class Learning:
     chosen: Candidate | None
     others: tuple[Candidate, ...]
     reason: str
+
+    def is_tied(self, other: Candidate) -> bool:
+        """Whether the data cannot tell another curve from the chosen one."""
+        return self.chosen is not None and other.error <= ALIKE * self.chosen.error
 
 
 def learn(
@@ -106,11 +121,20 @@ def _searched(problem: FitProblem, base: Scored, tell: Tell) -> list[Candidate]:
     for number, index in enumerate(chosen, 1):
         tell(f"fitting {_words(shapes[index])}", number, len(chosen))
         found.append(_fitted(problem, base, shapes[index]))
-    found.sort(key=lambda one: one.error)
-    for number in range(min(REFINED, len(found))):
-        tell(f"refining {_words(found[number].shape)}", number + 1, REFINED)
-        found[number] = _refined(problem, base, scene, found[number])
-    return sorted(found, key=lambda one: one.error)
+    best = min((one.error for one in found), default=0.0)
+    near = [one for one in found if one.error <= NEAR * best]
+    for number, one in enumerate(near, 1):
+        tell(f"refining {_words(one.shape)}", number, len(near))
+        found[found.index(one)] = _refined(problem, base, scene, one)
+    return _in_order(found)
+
+
+def _in_order(found: list[Candidate]) -> list[Candidate]:
+    """The simplest of those that predict best, then the others by their error."""
+    if not found:
+        return []
+    best = min(one.error for one in found)
+    return sorted(found, key=lambda one: (one.error > ALIKE * best, one.cost if one.error <= ALIKE * best else one.error))
 
 
 def _words(shape: Shape) -> str:
@@ -158,9 +182,18 @@ def _fitted(
     start, mine, _ = _lanes(likelihood.parameters, base if before is None else before.scored)
     if before is not None:
         start[mine] = _resampled(before, shape)
+    if before is None:  # squares first: the banded noise takes a large error for slow noise
+        start = fit(_squares(problem, likelihood), start[None]).values
     found = fit(likelihood, start[None])
     scored = Scored((*base.effects, NAME), found, hold_out(found))
     return Candidate(shape, scored, error_of(problem, scored))
+
+
+def _squares(problem: FitProblem, likelihood: Likelihood) -> Likelihood:
+    """The likelihood of white noise."""
+    spectrum = problem.spectrum.in_one_band()
+    white = np.full(spectrum.band_count, problem.floor.total**2)
+    return Likelihood(likelihood.forward, spectrum, white)
 
 
 def _resampled(before: Candidate, shape: Shape) -> Array:
@@ -168,15 +201,16 @@ def _resampled(before: Candidate, shape: Shape) -> Array:
 
 
 def _refined(problem: FitProblem, base: Scored, scene: Scene, found: Candidate) -> Candidate:
-    """The candidate with as many knots as held-out data call for."""
-    for knots in FINER:
+    """The candidate with as many knots as the data call for: the simplest curve that does."""
+    best = last = found
+    for knots in KNOTS:
         shape = scene.refined(found.shape, knots)
-        if len(shape.places) <= len(found.shape.places):
-            return found
-        finer = _fitted(problem, base, shape, found)
-        if finer.error < GAIN * found.error:
-            found = finer
-    return found
+        if len(shape.places) == len(last.shape.places):
+            continue
+        last = _fitted(problem, base, shape, last)
+        if last.cost < best.cost:
+            best = last
+    return best
 
 
 def _judged(problem: FitProblem, base: Scored, found: list[Candidate]) -> Learning:
