@@ -178,8 +178,10 @@ class Scene:
             more = max(float(np.ptp(predicted[0]) / max(np.ptp(predicted[1]), 1e-300)), 1.0)
             reach = MARGIN * stretch * min(more, 3.0)
             return (1.0, 1.0 + reach) if stage == "elastic" else (0.0, reach / height)
-        values = self.driving if against == "pressure" else self.measured
-        return float(values.min()), float(values.max())
+        if against == "pressure":
+            return float(self.driving.min()), float(self.driving.max())
+        predicted = MARGIN * np.split(self.measured, 2)[1]  # before the sensor
+        return float(min(predicted.min(), 0.0)), float(predicted.max())
 
     def _of_runs(self, axis: str, knots: int) -> tuple[float, ...] | tuple[str, ...] | None:
         found = self.data.of_runs(axis)

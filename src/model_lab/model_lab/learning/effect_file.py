@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +12,8 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from model_lab.measurements.measurement_set import OUTPUTS
-from softhand_model.effects import Effect
+from softhand_model.documents.output_file import check_new
+from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.effect import BENDING
 from softhand_model.effects.own_file import load_guarded
 
@@ -170,7 +172,7 @@ def text_of(
         places_name="NAMES" if named else "KNOTS",
         places=_listed(shape.places),
         along=shape.abscissa,
-        learned=_listed(learned or [start] * count),
+        learned=_listed(list(learned) or [start] * count),
         spread=_listed([max(one, least) for one in spread] or [width] * count),
         least=f"{least:.3g}",
         ordinate=shape.ordinate,
@@ -231,6 +233,17 @@ def _place(shape: Shape, stage: str, given: str) -> str:
     if shape.against == "pressure":
         return "strain.stretch" if stage == "elastic" else "pressure"
     return {"elastic": "strain.stretch"}.get(stage, given)
+
+
+def check_name(path: Path, force: bool) -> None:
+    """Raise ValueError unless an effect of that file's name could be written and loaded."""
+    check_new(path, force, (".py",))
+    if not path.stem.isidentifier() or keyword.iskeyword(path.stem):
+        raise ValueError(f"{path}: expected a name that Python can have, got {path.stem}")
+    if path.stem in effect_classes():
+        raise ValueError(
+            f"{path}: expected a name that no built-in effect has, got {path.stem}; choose another"
+        )
 
 
 def effect_of(shape: Shape, name: str) -> type[Effect]:
