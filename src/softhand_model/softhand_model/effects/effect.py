@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeGuard
 
 import numpy as np
@@ -35,6 +36,7 @@ def unseen_when_stretched(reason: str) -> dict[str, str]:
 
 
 NO_PRESSURE: Mapping[str, str] = unseen_when_stretched("the stretch is imposed: no pressure acts")
+AXES = ("pressure", "run_order", "temperature", "wall", "mount", "specimen")  # of an effect
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,9 @@ class Effect:
     refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
     searches it only where a stretch is imposed and only after these have fallen short.
     not_simulated: why the simulator refuses it; empty where it acts.
+    axes: what of a run it depends on besides its arguments, some of AXES; in `chamber_pressure`,
+    `modulus_factor` and `reading` their values, or names, at the rows of the call are in `around`,
+    arrays (1, rows, 1). Where there are no runs, as in the simulator, `around` may lack them.
     """
 
     name: ClassVar[str] = ""
@@ -115,7 +120,9 @@ class Effect:
     physical: ClassVar[bool] = True
     refines: ClassVar[tuple[str, ...]] = ()
     not_simulated: ClassVar[str] = ""
+    axes: ClassVar[tuple[str, ...]] = ()
 
+    around: Mapping[str, Any] = MappingProxyType({})
     values: Mapping[str, Any]
 
     def __init__(self, /, **values: float) -> None:
@@ -148,6 +155,12 @@ class Effect:
         if cls.name and cls.stage not in STAGES:
             raise ValueError(
                 f"effect {cls.name}: stage: expected one of {_listed(STAGES)}, got {cls.stage!r}"
+            )
+        unread = set(cls.axes) - set(AXES)
+        if cls.name and unread:
+            raise ValueError(
+                f"effect {cls.name}: axes: expected some of {_listed(AXES)}, "
+                f"got {_listed(sorted(unread))}"
             )
         unknown = set(cls.experiments) - set(EXPERIMENTS)
         if cls.name and unknown:
