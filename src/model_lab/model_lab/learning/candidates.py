@@ -173,8 +173,8 @@ class Scene:
             return (1.0, 1.0 + reach) if stage == "elastic" else (0.0, reach / height)
         if against == "pressure":
             return float(self.driving.min()), float(self.driving.max())
-        predicted: Array = MARGIN * np.split(self.measured, 2)[1]  # before the sensor
-        return float(min(predicted.min(), 0.0)), float(predicted.max())
+        shown = MARGIN * np.split(self.measured, 2)[1]  # before the sensor
+        return float(min(shown.min(), 0.0)), float(shown.max())
 
     def _of_runs(self, axis: str, knots: int) -> tuple[float, ...] | None:
         found = self.data.of_runs(axis)

@@ -63,8 +63,9 @@ class Shape:
     """A missing effect without its values: where, how and against what it acts.
 
     stage: of the contract. form: offset, factor or lag. against: an axis of the contract, or
-    `time_in_run`. places: knots; names: what these number, where it has no order. size: of what an offset is added to, in its unit. over
-    [s] and slow: of `effects.curve.course`. unit: of what it acts on; abscissa: what the knots are.
+    `time_in_run`. places: knots; names: what these number, where it has no order. size: of what an
+    offset is added to, in its unit. over [s] and slow: of `effects.curve.course`. unit: of what it
+    acts on; abscissa: what the knots are.
     """
 
     experiment: str
