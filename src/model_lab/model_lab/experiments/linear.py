@@ -67,12 +67,12 @@ class LinearBase:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Outputs (lanes, samples): calibration (lanes,) by name, effects in lanes."""
-        staged, rows = StagedEffects(effects), self._rows
+        staged, rows = StagedEffects(effects, self._rows.age), self._rows
         names = [f"coefficient[{run.specimen}]" for run in self._data.runs]
-        of_runs = np.stack(
+        slopes = np.stack(
             np.broadcast_arrays(*(np.atleast_1d(calibration[name]) for name in names)), axis=1
         )
-        slope = of_runs[:, rows.run, None]
+        slope = slopes[:, rows.run, None]
         largest = np.max(np.abs(slope * self._input), axis=1, keepdims=True)
         largest = np.where(largest > 0.0, largest, 1.0)
         modulus = rows.modulus_factor(staged) * np.ones((1, len(names), 1))
