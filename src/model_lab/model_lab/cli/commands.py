@@ -123,13 +123,11 @@ def learn(arguments: argparse.Namespace) -> None:
         chosen = found.chosen
         origin = f" from {data.title or data.experiment}"
         text = effect_file.text_of(
-            chosen.shape, arguments.out.stem, chosen.values, chosen.spread, origin
+            chosen.shape, arguments.out.stem, chosen.values.tolist(), chosen.spread.tolist(), origin
         )
         write_new(arguments.out, text, arguments.force)
-        again = words.next_step(arguments.data, arguments.model, arguments.out)
-        print(
-            f"\n{text_table(words.curve_rows(chosen))}\n\nWritten: {arguments.out}. Next:\n  {again}"
-        )
+        print(f"\n{text_table(words.curve_rows(chosen))}\n\nWritten: {arguments.out}. Next:")
+        print(f"  {words.next_step(arguments.data, arguments.model, arguments.out)}")
     options.save_json(arguments, learning_json(found))
     if arguments.report is not None:
         from model_lab.report.learned import write_learned

@@ -44,11 +44,7 @@ def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> A
 
 def _age(data: MeasurementSet) -> Age:
     """Age (1, runs, 1) of specimens and session at the start of each run."""
-    so_far: dict[str, int] = {}
-    of_specimen = []
-    for run in data.runs:
-        so_far[run.specimen] = 0 if run.virgin else so_far.get(run.specimen, -1) + 1
-        of_specimen.append(so_far[run.specimen])
+    of_specimen = np.array(data.of_runs("run_order")) - 1.0
     numbers = np.array([of_specimen, range(len(data.runs))], float)
     return Age(*numbers[:, None, :, None])
 
@@ -68,8 +64,8 @@ class SampleRows:
         self._padded = self._starts + np.minimum(np.arange(counts.max())[:, None], counts - 1)
         self._tick = np.arange(len(self.run)) - self._starts[self.run]
         self._steady = np.array([run.steady for run in data.runs])[:, None]
-        self.age = _age(data)
         self._axes: dict[str, NDArray[Any]] = {}
+        self.age = _age(data)
 
     def column(self, name: str) -> Array:
         """A column (1, rows, 1)."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.fitting.fit import Fit
 from model_lab.fitting.problem import FitProblem
-from model_lab.learning.effect_file import NAMED_AXES, RUN_AXES, Shape, effect_of
+from model_lab.learning.effect_file import NAMED_AXES, NOUNS, RUN_AXES, Shape, effect_of
 from model_lab.localisation.axes import DRIVING, RESTING, input_rate
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.bending.balance import rough_stretch
@@ -40,12 +40,6 @@ KINDS = {
         *(("lag", axis) for axis in ("pressure_rate", "direction")),
     ),
 }
-
-
-def candidates(problem: FitProblem, base: Fit, knots: int) -> list[Shape]:
-    """What could be missing in a model, fitted to a set, with so many knots."""
-    scene = Scene.of(problem, base)
-    return list(scene.shapes(knots))
 
 
 @dataclass(frozen=True)
@@ -115,6 +109,7 @@ class Scene:
             return None
         if imposed and stage == "elastic" and against == "output":
             against = "pressure"  # the stretch is what drives it
+        names = tuple(dict.fromkeys(self.data.of_runs(against))) if against in NAMED_AXES else ()
         places = self._places(stage, against, knots)
         if places is None:
             return None
@@ -124,7 +119,7 @@ class Scene:
         slow = RESTING * float(np.quantile(np.abs(rates), 0.9)) or 1.0
         return Shape(
             experiment, self.base, stage, form, against, places, unit,
-            self._abscissa(stage, against), size, over, slow,
+            self._abscissa(stage, against), size, over, slow, names,
         )  # fmt: skip
 
     def _quantity(self, stage: str) -> tuple[str, float]:
@@ -148,14 +143,10 @@ class Scene:
         if against == "pressure_rate":
             own = f"{self.data.unit}/s" if stage == "output" else f"{unit or '1'}/s"
             return f"rate of the {'reading' if stage == 'output' else noun} [{own}]"
-        from model_lab.learning.effect_file import NOUNS
-
         return NOUNS[against]
 
     # ------------------------------------------------------------------ knots
-    def _places(
-        self, stage: str, against: str, knots: int
-    ) -> tuple[float, ...] | tuple[str, ...] | None:
+    def _places(self, stage: str, against: str, knots: int) -> tuple[float, ...] | None:
         if against in RUN_AXES:
             return self._of_runs(against, knots)
         if against == "direction":
@@ -182,14 +173,14 @@ class Scene:
             return (1.0, 1.0 + reach) if stage == "elastic" else (0.0, reach / height)
         if against == "pressure":
             return float(self.driving.min()), float(self.driving.max())
-        predicted = MARGIN * np.split(self.measured, 2)[1]  # before the sensor
-        return float(min(predicted.min(), 0.0)), float(predicted.max())
+        shown = MARGIN * np.split(self.measured, 2)[1]  # before the sensor
+        return float(min(shown.min(), 0.0)), float(shown.max())
 
-    def _of_runs(self, axis: str, knots: int) -> tuple[float, ...] | tuple[str, ...] | None:
+    def _of_runs(self, axis: str, knots: int) -> tuple[float, ...] | None:
         found = self.data.of_runs(axis)
         if axis in NAMED_AXES:
-            names = tuple(dict.fromkeys(found))
-            return names if 1 < len(names) <= MOST_NAMES else None
+            count = len(set(found))
+            return tuple(map(float, range(count))) if 1 < count <= MOST_NAMES else None
         values = np.unique(np.round(np.array(found, float), 9))
         if axis == "run_order" and len(found) < FEWEST_RUNS:
             return None
@@ -242,13 +233,3 @@ def _largest_load(problem: FitProblem, base: Fit) -> tuple[float, float]:
         stretch = max(float(problem.data.driving(run).max()) for run in problem.data.runs)
         return stretch, 1.0
     return max(seen)
-
-
-def same_kind(shapes: Sequence[Shape], shape: Shape) -> list[Shape]:
-    """Those of the same stage, form and axis."""
-    return [replace(one) for one in shapes if key_of(one) == key_of(shape)]
-
-
-def key_of(shape: Shape) -> tuple[str, str, str]:
-    """Stage, form and axis."""
-    return shape.stage, shape.form, shape.against

@@ -63,8 +63,9 @@ class Shape:
     """A missing effect without its values: where, how and against what it acts.
 
     stage: of the contract. form: offset, factor or lag. against: an axis of the contract, or
-    `time_in_run`. places: knots, or names. size: of what an offset is added to, in its unit. over
-    [s] and slow: of `effects.curve.course`. unit: of what it acts on; abscissa: what the knots are.
+    `time_in_run`. places: knots; names: what these number, where it has no order. size: of what an
+    offset is added to, in its unit. over [s] and slow: of `effects.curve.course`. unit: of what it
+    acts on; abscissa: what the knots are.
     """
 
     experiment: str
@@ -72,12 +73,18 @@ class Shape:
     stage: str
     form: str
     against: str
-    places: tuple[float, ...] | tuple[str, ...]
+    places: tuple[float, ...]
     unit: str
     abscissa: str
     size: float = 1.0
     over: float = 1.0
     slow: float = 1.0
+    names: tuple[str, ...] = ()
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Places as shown: names, or numbers."""
+        return self.names or tuple(f"{place:.4g}" for place in self.places)
 
     @property
     def axis(self) -> str:
@@ -152,7 +159,7 @@ def text_of(
     count = len(shape.places)
     start, width = shape.start
     low, high = shape.bounds
-    named = shape.against in NAMED_AXES
+    named = bool(shape.names)
     stage = "modulus" if shape.stage == "load" and shape.against in RUN_AXES else shape.stage
     base, signature, given = METHODS[stage]
     least = 0.02 * width
@@ -170,7 +177,7 @@ def text_of(
         helpers=sorted({*helpers, "levels" if named else "smooth_curve"}),
         body=body,
         places_name="NAMES" if named else "KNOTS",
-        places=_listed(shape.places),
+        places=_listed(shape.names or shape.places),
         along=shape.abscissa,
         learned=_listed(list(learned) or [start] * count),
         spread=_listed([max(one, least) for one in spread] or [width] * count),

@@ -15,7 +15,8 @@ from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import held_out_with
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.diagnosis.selection import MATERIAL, error_of, excess, material
-from model_lab.fitting.fit import Likelihood, fit
+from model_lab.experiments.forward import FreeParameter
+from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
 from model_lab.learning.candidates import Scene
 from model_lab.learning.effect_file import Shape, effect_of
@@ -26,8 +27,9 @@ from softhand_model.model_file import Model
 
 NAME = "learned"
 COARSE = 5  # knots at first
-KNOTS = (2, 3, 4, 6, 8, 12)  # tried for the best
-NEAR = 1.6  # held-out error over the best one's, up to which they are
+KNOTS = (3, 5, 8, 12)  # tried for the best
+NEAR = 1.5  # held-out error over the best one's, up to which they are
+SAMPLES, OF_A_RUN = 12000, 250  # that are searched, at least so many of each run
 FITTED = 8  # candidates that are fitted as a whole
 ALIKE = 1.05  # held-out error over the best one's, within which a candidate is tied
 REMOVED = 0.5  # share of the excess error that a curve must remove
@@ -93,7 +95,8 @@ def learn(
     Raises ValueError for data that the model cannot use.
     """
     tell("fitting the model as it is", 0, 0)
-    problem, given = pose_problem(thinned(data), model, classes or effect_classes())
+    searched = thinned(data, SAMPLES, OF_A_RUN)
+    problem, given = pose_problem(searched, model, classes or effect_classes())
     names = [effect.name for effect in given]
     base = score_base(problem, names)
     found = _searched(problem, base, tell)
@@ -120,7 +123,7 @@ def _searched(problem: FitProblem, base: Scored, tell: Tell) -> list[Candidate]:
     found = []
     for number, index in enumerate(chosen, 1):
         tell(f"fitting {_words(shapes[index])}", number, len(chosen))
-        found.append(_fitted(problem, base, shapes[index]))
+        found.append(_coarse(problem, base, shapes[index]))
     best = min((one.error for one in found), default=0.0)
     near = [one for one in found if one.error <= NEAR * best]
     for number, one in enumerate(near, 1):
@@ -134,13 +137,9 @@ def _in_order(found: list[Candidate]) -> list[Candidate]:
     if not found:
         return []
     best = min(one.error for one in found)
-    return sorted(
-        found,
-        key=lambda one: (
-            one.error > ALIKE * best,
-            one.cost if one.error <= ALIKE * best else one.error,
-        ),
-    )
+    alike = [one for one in found if one.error <= ALIKE * best]
+    others = [one for one in found if one.error > ALIKE * best]
+    return sorted(alike, key=lambda one: one.cost) + sorted(others, key=lambda one: one.error)
 
 
 def _words(shape: Shape) -> str:
@@ -155,7 +154,7 @@ def _with(problem: FitProblem, shape: Shape) -> FitProblem:
 def _promise(problem: FitProblem, base: Scored, shape: Shape) -> float:
     """Held-out error that a curve promises when its answer is taken as linear."""
     likelihood = _with(problem, shape).likelihood((*base.effects, NAME))
-    start, mine, lanes = _lanes(likelihood.parameters, base)
+    start, mine = _start(likelihood.parameters, base)
     scales = likelihood.scales
     center = scales.inward(start)
     step = 0.2 * scales.width[mine]
@@ -173,24 +172,31 @@ def _promise(problem: FitProblem, base: Scored, shape: Shape) -> float:
     return float(np.sqrt(np.mean(left**2)))
 
 
-def _lanes(parameters: Sequence, base: Scored) -> tuple[Array, list[int], None]:
-    fitted = dict(zip(base.fit.likelihood.names, base.fit.values.tolist(), strict=True))
+def _start(parameters: Sequence[FreeParameter], known: Scored) -> tuple[Array, list[int]]:
+    """Values (k,) of parameters as they are known, and which of them are the curve's."""
+    fitted = dict(zip(known.fit.likelihood.names, known.fit.values.tolist(), strict=True))
     start = np.array([fitted.get(p.name, p.start) for p in parameters])
-    return start, [i for i, p in enumerate(parameters) if p.effect == NAME], None
+    return start, [index for index, p in enumerate(parameters) if p.effect == NAME]
 
 
-def _fitted(
-    problem: FitProblem, base: Scored, shape: Shape, before: Candidate | None = None
-) -> Candidate:
-    """The model with a curve, fitted as a whole."""
-    whole = _with(problem, shape)
-    likelihood = whole.likelihood((*base.effects, NAME))
-    start, mine, _ = _lanes(likelihood.parameters, base if before is None else before.scored)
-    if before is not None:
-        start[mine] = _resampled(before, shape)
-    if before is None:  # squares first: the banded noise takes a large error for slow noise
-        start = fit(_squares(problem, likelihood), start[None]).values
-    found = fit(likelihood, start[None])
+def _coarse(problem: FitProblem, base: Scored, shape: Shape) -> Candidate:
+    """The model with a curve of few knots, by least squares: banded noise would take a large error
+    for slow noise.
+    """
+    likelihood = _with(problem, shape).likelihood((*base.effects, NAME))
+    start, _ = _start(likelihood.parameters, base)
+    return _candidate(problem, base, shape, fit(_squares(problem, likelihood), start[None]))
+
+
+def _fitted(problem: FitProblem, base: Scored, shape: Shape, before: Candidate) -> Candidate:
+    """The model with a curve, from one of other knots."""
+    likelihood = _with(problem, shape).likelihood((*base.effects, NAME))
+    start, mine = _start(likelihood.parameters, before.scored)
+    start[mine] = _resampled(before, shape)
+    return _candidate(problem, base, shape, fit(likelihood, start[None]))
+
+
+def _candidate(problem: FitProblem, base: Scored, shape: Shape, found: Fit) -> Candidate:
     scored = Scored((*base.effects, NAME), found, hold_out(found))
     return Candidate(shape, scored, error_of(problem, scored))
 
@@ -203,20 +209,24 @@ def _squares(problem: FitProblem, likelihood: Likelihood) -> Likelihood:
 
 
 def _resampled(before: Candidate, shape: Shape) -> Array:
+    """Values of a curve at other knots; names stay."""
+    if shape.places == before.shape.places:
+        return before.values
     return np.interp(shape.places, before.shape.places, before.values)
 
 
 def _refined(problem: FitProblem, base: Scored, scene: Scene, found: Candidate) -> Candidate:
     """The candidate with as many knots as the data call for: the simplest curve that does."""
-    best = last = found
+    best: Candidate | None = None
+    last = found
     for knots in KNOTS:
         shape = scene.refined(found.shape, knots)
-        if len(shape.places) == len(last.shape.places):
+        if best is not None and len(shape.places) == len(last.shape.places):
             continue
         last = _fitted(problem, base, shape, last)
-        if last.cost < best.cost:
+        if best is None or last.cost < best.cost:
             best = last
-    return best
+    return best or found
 
 
 def _judged(problem: FitProblem, base: Scored, found: list[Candidate]) -> Learning:

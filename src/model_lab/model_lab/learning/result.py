@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.learning.effect_file import NAMED_AXES
 from model_lab.learning.learn import Candidate, Learning
 from softhand_model.effects.curve import smooth_curve
 
@@ -19,23 +18,25 @@ BAND = 1.96  # sigma
 def curve_points(candidate: Candidate) -> list[list[Any]]:
     """[place, value, low, high] along the curve with its 95 % band, or one for each name."""
     shape = candidate.shape
-    if shape.against in NAMED_AXES:
-        places: Any = shape.places
-        weights = np.eye(len(places))
-    else:
-        places = np.linspace(shape.places[0], shape.places[-1], POINTS)
-        weights = _weights(candidate, places)
+    places = np.array(shape.places)
+    if not shape.names:
+        places = np.linspace(places[0], places[-1], POINTS)
+    weights = _weights(candidate, places)
     middle = weights @ candidate.values
     reach = BAND * np.sqrt(np.maximum(np.sum((weights @ candidate.covariance) * weights, 1), 0.0))
-    rows = zip(places, middle, middle - reach, middle + reach, strict=True)
-    return [[p if isinstance(p, str) else float(p), *map(float, rest)] for p, *rest in rows]
+    shown: list[Any] = list(shape.names) or places.tolist()
+    rows = zip(shown, middle, middle - reach, middle + reach, strict=True)
+    return [[place, *map(float, rest)] for place, *rest in rows]
 
 
 def _weights(candidate: Candidate, places: Array) -> Array:
     """What each value of the curve counts at places (n, k)."""
     knots = candidate.shape.places
-    one = np.eye(len(knots))
-    columns = [smooth_curve(knots, dict(enumerate(row)), places) for row in one]
+    names = [str(knot) for knot in knots]
+    columns = [
+        smooth_curve(knots, dict(zip(names, row, strict=True)), places)
+        for row in np.eye(len(knots))
+    ]
     return np.stack(columns, axis=1)
 
 

@@ -41,8 +41,7 @@ def curve_rows(candidate: Candidate) -> list[list[str]]:
     """Table of the curve at its knots, a header first."""
     shape = candidate.shape
     rows = [[shape.abscissa, shape.ordinate, "std"]]
-    for place, value, std in zip(shape.places, candidate.values, candidate.spread, strict=True):
-        at = place if isinstance(place, str) else f"{place:.4g}"
+    for at, value, std in zip(shape.labels, candidate.values, candidate.spread, strict=True):
         rows.append([at, f"{value:.4g}", f"{std:.2g}"])
     return rows
 

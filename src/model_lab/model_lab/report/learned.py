@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from model_lab.aliases import Array
-from model_lab.learning.effect_file import NAMED_AXES
 from model_lab.learning.learn import Candidate, Learning
 from model_lab.learning.result import curve_points
 from model_lab.learning.words import alternative_rows, curve_rows, verdict
@@ -67,15 +66,15 @@ def draw_curve(axes: Axes, candidate: Candidate) -> None:
     shape, points = candidate.shape, curve_points(candidate)
     middle, low, high = (np.array([row[k] for row in points]) for k in (1, 2, 3))
     light_grid(axes, "both")
-    if shape.against in NAMED_AXES:
+    if shape.names:
         at = np.arange(len(points))
         axes.errorbar(at, middle, [middle - low, high - middle], fmt="o", color=COLOURS["after"])
-        axes.set_xticks(at, [str(row[0]) for row in points], rotation=30, ha="right")
+        axes.set_xticks(at, shape.names, rotation=30, ha="right")
     else:
         along, factor = _shown_along(shape.abscissa)
-        at = factor * np.array([row[0] for row in points])
-        axes.fill_between(at, low, high, color=COLOURS["after"], alpha=0.25, linewidth=0)
-        axes.plot(at, middle, color=COLOURS["after"])
+        course = factor * np.array([row[0] for row in points], float)
+        axes.fill_between(course, low, high, color=COLOURS["after"], alpha=0.25, linewidth=0)
+        axes.plot(course, middle, color=COLOURS["after"])
         knots = factor * np.array(shape.places, float)
         axes.plot(knots, candidate.values, "o", color=COLOURS["after"], markersize=3)
         axes.set_xlabel(along)

@@ -28,6 +28,7 @@ OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
 STRETCHED = frozenset({"uniaxial", "rubber"})  # the stretch of a sample is imposed
 RUBBER = BENDING | STRETCHED  # wherever the rubber is strained
+AXES = ("pressure", "run_order", "temperature", "wall", "mount", "specimen")  # of an effect
 
 
 def unseen_when_stretched(reason: str) -> dict[str, str]:
@@ -36,7 +37,6 @@ def unseen_when_stretched(reason: str) -> dict[str, str]:
 
 
 NO_PRESSURE: Mapping[str, str] = unseen_when_stretched("the stretch is imposed: no pressure acts")
-AXES = ("pressure", "run_order", "temperature", "wall", "mount", "specimen")  # of an effect
 
 
 @dataclass(frozen=True)
@@ -100,12 +100,12 @@ class Effect:
     rank: within a stage effects of lower rank act first, whatever the file's order.
     bases: base models beside which it has a meaning.
     physical: false for a generic term, which the lab adds on request but never names as a cause.
-    refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
-    searches it only where a stretch is imposed and only after these have fallen short.
-    not_simulated: why the simulator refuses it; empty where it acts.
     axes: what of a run it depends on besides its arguments, some of AXES; in `chamber_pressure`,
     `modulus_factor` and `reading` their values, or names, at the rows of the call are in `around`,
     arrays (1, rows, 1). Where there are no runs, as in the simulator, `around` may lack them.
+    refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
+    searches it only where a stretch is imposed and only after these have fallen short.
+    not_simulated: why the simulator refuses it; empty where it acts.
     """
 
     name: ClassVar[str] = ""
@@ -118,9 +118,9 @@ class Effect:
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True
+    axes: ClassVar[tuple[str, ...]] = ()
     refines: ClassVar[tuple[str, ...]] = ()
     not_simulated: ClassVar[str] = ""
-    axes: ClassVar[tuple[str, ...]] = ()
 
     around: Mapping[str, Any] = MappingProxyType({})
     values: Mapping[str, Any]
