@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
@@ -47,9 +47,9 @@ class Grasp:
     result: GraspResult
 
 
-def grasp(engine: str, seed: int, step: float) -> Grasp:
+def grasp(engine: str, seed: int, step: float, segments: int = 5) -> Grasp:
     """The grasp of a seed by an engine: `ours` or one of `MUJOCO`."""
-    config = configuration(seed, step)
+    config = replace(configuration(seed, step), segments=segments)
     if engine == OURS:
         bullet = (pybullet, "stepSimulation")
         return _run(lambda: Simulation(config), Simulation, bullet, _bullet_points)

@@ -29,6 +29,10 @@ BY_STAGE = {
         "mullins_softening",
         "viscoelasticity",
         "hysteresis",
+        "yeoh_third_order",
+        "second_invariant",
+        "arruda_boyce",
+        "ogden",
         "creep",
     },
     "structure": {

@@ -14,12 +14,27 @@ from softhand_model.documents.quoted import quoted, shortened
 
 STAGES = ("input", "load", "elastic", "structure", "output", "flow")
 BASES = ("pneuflex", "linear")
-EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_torque")
+EXPERIMENTS = (
+    "free_bending",
+    "blocked_tip",
+    "uniaxial",
+    "rubber",
+    "valve_pulse",
+    "base_torque",
+)
 
 OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
-RUBBER = BENDING | {"uniaxial"}  # wherever the rubber is strained
-NO_PRESSURE: Mapping[str, str] = {"uniaxial": "the stretch is imposed: no pressure acts"}
+STRETCHED = frozenset({"uniaxial", "rubber"})  # the stretch of a sample is imposed
+RUBBER = BENDING | STRETCHED  # wherever the rubber is strained
+
+
+def unseen_when_stretched(reason: str) -> dict[str, str]:
+    """The reason why an effect does not show in tests of the rubber alone, for each of them."""
+    return dict.fromkeys(sorted(STRETCHED), reason)
+
+
+NO_PRESSURE: Mapping[str, str] = unseen_when_stretched("the stretch is imposed: no pressure acts")
 
 
 @dataclass(frozen=True)
@@ -83,6 +98,8 @@ class Effect:
     rank: within a stage effects of lower rank act first, whatever the file's order.
     bases: base models beside which it has a meaning.
     physical: false for a generic term, which the lab adds on request but never names as a cause.
+    refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
+    searches it only where a stretch is imposed and only after these have fallen short.
     not_simulated: why the simulator refuses it; empty where it acts.
     """
 
@@ -96,6 +113,7 @@ class Effect:
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True
+    refines: ClassVar[tuple[str, ...]] = ()
     not_simulated: ClassVar[str] = ""
 
     values: Mapping[str, Any]

@@ -7,7 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import BENDING, NO_PRESSURE, RUBBER, Parameter
+from softhand_model.effects.effect import (
+    BENDING,
+    NO_PRESSURE,
+    RUBBER,
+    Parameter,
+    unseen_when_stretched,
+)
 from softhand_model.effects.stages import LoadEffect, SectionShape
 from softhand_model.numerics.arrays import Array
 
@@ -234,5 +240,5 @@ class Gravity(LoadEffect):
     )
     unseen_in: ClassVar[Mapping[str, str]] = {
         "blocked_tip": "a blocked finger stays straight: its weight has no lever",
-        "uniaxial": "the weight of a strip is nothing against its stress",
+        **unseen_when_stretched("the weight of a strip is nothing against its stress"),
     }

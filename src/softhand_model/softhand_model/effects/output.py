@@ -37,7 +37,7 @@ class AngleOffset(OutputEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("blocked_tip", "uniaxial"), "no angle is measured"
+        ("blocked_tip", "uniaxial", "rubber"), "no angle is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "pressure_offset": "alike as far as the curve is straight"
@@ -59,7 +59,7 @@ class ForceOffset(OutputEffect):
         Parameter("offset", "N", -10.0, 10.0, "reading without force", (-0.15, 0.15), neutral=0.0),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("free_bending", "uniaxial"), "no force is measured"
+        ("free_bending", "uniaxial", "rubber"), "no force is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "pressure_offset": "one with it as far as the force is proportional to the pressure"
@@ -93,7 +93,7 @@ class AngleSensorLag(OutputEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("blocked_tip", "uniaxial"), "no angle is measured"
+        ("blocked_tip", "uniaxial", "rubber"), "no angle is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "tube_lag": "a lag of the input instead: where the curve is straight they are one",
@@ -267,7 +267,7 @@ class Discrepancy(ElasticEffect):
     factor is a power of the stretch. It says how much stiffer or softer the actuator is than the
     model at which stretch, not why, and holds only for inputs like those that it was fitted to.
     What has not been stretched so far keeps the factor of the largest stretch that was. Bounds keep
-    the elastic side growing.
+    the elastic side growing (but for the largest ones in equibiaxial tension, where nothing is solved).
     """
 
     name = "discrepancy"
