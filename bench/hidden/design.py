@@ -59,6 +59,16 @@ class Scene:
         """Temperature (runs,)."""
         return np.array([run.temperature for run in self.runs])
 
+    @property
+    def before(self) -> Array:
+        """How many runs the specimen of each run (runs,) has had before, none if virgin."""
+        so_far: dict[str, int] = {}
+        counted = []
+        for run in self.runs:
+            so_far[run.specimen] = 0 if run.virgin else so_far.get(run.specimen, -1) + 1
+            counted.append(so_far[run.specimen])
+        return np.array(counted, float)
+
     def body(self) -> Body:
         """Sections of each run's specimen."""
         rows = [

@@ -56,7 +56,7 @@ class FreeBending:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Tip angles (lanes, samples) [rad]: calibration (lanes,) by name, effects in lanes."""
-        staged = StagedEffects(effects)
+        staged = StagedEffects(effects, self._rows.age)
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * staged.modulus_factor(self._rows.temperature())
         pressure = self._rows.chamber_pressure(staged, self._pressure)

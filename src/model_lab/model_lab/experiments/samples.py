@@ -6,10 +6,12 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects.pipeline import StagedEffects, remembers
+from softhand_model.effects.stages import Age
 
 Step = Callable[[Array, Array], Array]
 """Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
@@ -37,10 +39,21 @@ def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> A
     return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
 
 
+def _age(data: MeasurementSet) -> Age:
+    """Age (1, runs, 1) of specimens and session at the start of each run."""
+    so_far: dict[str, int] = {}
+    of_specimen = []
+    for run in data.runs:
+        so_far[run.specimen] = 0 if run.virgin else so_far.get(run.specimen, -1) + 1
+        of_specimen.append(so_far[run.specimen])
+    numbers = np.array([of_specimen, range(len(data.runs))], float)
+    return Age(*numbers[:, None, :, None])
+
+
 class SampleRows:
     """Rows of arrays (lanes, rows, sections): the samples of a set, one run after the other.
 
-    run (rows,): index of the run of each sample.
+    run (rows,): index of the run of each sample. age: of specimen and session at each run's start.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -52,6 +65,7 @@ class SampleRows:
         self._padded = self._starts + np.minimum(np.arange(counts.max())[:, None], counts - 1)
         self._tick = np.arange(len(self.run)) - self._starts[self.run]
         self._steady = np.array([run.steady for run in data.runs])[:, None]
+        self.age = _age(data)
 
     def column(self, name: str) -> Array:
         """A column (1, rows, 1)."""
@@ -74,7 +88,26 @@ class SampleRows:
 
     def chamber_pressure(self, staged: StagedEffects, reading: Array) -> Array:
         """Pressure (lanes, rows, 1) [Pa] in the chamber where a gauge shows (1, rows, 1) [Pa]."""
+        if staged.delays:
+            reading = self._delayed(staged, reading)
         return self.through(staged.chamber_pressure, remembers(staged.input), reading)
+
+    def _delayed(self, staged: StagedEffects, reading: Array) -> Array:
+        """The reading (lanes, rows, 1) as it was when what shows now was read.
+
+        A run that does not start steady was at 0 one sample before it.
+        """
+        elapsed = self.column("time")
+        elapsed = elapsed - elapsed[:, self._starts][:, self.run]
+        ends = elapsed[0, np.append(self._starts[1:], len(self.run)) - 1, 0]
+        before = ends / np.maximum(np.bincount(self.run) - 1, 1)
+        apart = np.cumsum(ends + before + 1.0) - ends  # the runs one after the other
+        known = np.insert(elapsed[0, :, 0] + apart[self.run], self._starts, apart - before)
+        first = np.where(self._steady[:, 0], reading[0, self._starts, 0], 0.0)
+        values = np.insert(reading[0, :, 0], self._starts, first)
+        wanted = elapsed - staged.delay(elapsed)
+        within = np.clip(wanted[..., 0], -before[self.run], ends[self.run]) + apart[self.run]
+        return np.asarray(PchipInterpolator(known, values)(within))[..., None]
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
         """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""

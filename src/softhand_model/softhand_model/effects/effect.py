@@ -23,6 +23,7 @@ EXPERIMENTS = (
     "base_torque",
 )
 
+OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
 STRETCHED = frozenset({"uniaxial", "rubber"})  # the stretch of a sample is imposed
 RUBBER = BENDING | STRETCHED  # wherever the rubber is strained
@@ -42,8 +43,9 @@ class Parameter:
 
     typical: values (low, high) between which the effect is usually found, where a search starts
     (the bounds if absent); `logarithmic` when it spans decades. `neutral`: the value at which the
-    effect does nothing, if there is one. Raises ValueError for bounds, a usual range or a neutral
-    value that make no sense.
+    effect does nothing, if there is one. relative: the same range (low, high) over the largest
+    measured pressure or output of a set, whichever is named; the lab searches there, wherever the
+    set lies. Raises ValueError for bounds, a usual range or a neutral value that make no sense.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Parameter:
     typical: tuple[float, float] | None = None
     logarithmic: bool = False
     neutral: float | None = None
+    relative: tuple[str, float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what no search could use."""
@@ -97,6 +100,7 @@ class Effect:
     physical: false for a generic term, which the lab adds on request but never names as a cause.
     refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
     searches it only where a stretch is imposed and only after these have fallen short.
+    not_simulated: why the simulator refuses it; empty where it acts.
     """
 
     name: ClassVar[str] = ""
@@ -110,6 +114,7 @@ class Effect:
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True
     refines: ClassVar[tuple[str, ...]] = ()
+    not_simulated: ClassVar[str] = ""
 
     values: Mapping[str, Any]
 
