@@ -196,7 +196,7 @@ def load_strategy(name: str | Path) -> Strategy:
     what came.
 
     >>> [phase.name for phase in load_strategy("surface_constrained").phases][:3]
-    ['approach', 'touch', 'close']
+    ['approach', 'touch', 'oppose']
     """
     path = Path(name)
     if path.suffix != ".yaml":
