@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 from bench.kept import Unfinished, append, read, revision_of
 from bench.robust.rig import START_LIMIT, launched
 from bench.row import at_least, stated
-from grasp_strategies.judge import GRIPPED
+from grasp_strategies.judging.judge import GRIPPED
 from grasp_strategies.strategy import load_strategy
 from grasp_strategies.trials import Placement, TrialSettings, draw_placement, started_scene
 from softhand_bringup.processes import suite
