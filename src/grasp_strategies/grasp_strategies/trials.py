@@ -26,7 +26,7 @@ from grasp_strategies.judging.failure import HOLD, GraspWatch
 from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import Strategy, load_strategy
-from grasp_strategies.variants import varied
+from grasp_strategies.strategy.variants import varied
 from softhand_model.documents.output_file import check_new, write_new
 from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
 
