@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench.kept import Unfinished
-from grasp_strategies.judge import GRIPPED
+from grasp_strategies.judging.judge import GRIPPED
 from grasp_strategies.sweep import TrialLine, run_lines
 from grasp_strategies.sweep.success_map import finished
 from grasp_strategies.sweep.trial_line import versions

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from scipy.stats import binomtest
 
-from grasp_strategies.judge import GRIPPED
+from grasp_strategies.judging.judge import GRIPPED
 from grasp_strategies.sweep.success_map import SuccessMap, map_of
 from grasp_strategies.sweep.trial_line import Record
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from grasp_strategies.judge import GRIPPED
+from grasp_strategies.judging.judge import GRIPPED
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.bool_]
