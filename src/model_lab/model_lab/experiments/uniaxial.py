@@ -49,9 +49,9 @@ class Uniaxial:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Stresses (lanes, samples) [Pa]: calibration (lanes,) by name, effects in lanes."""
-        staged = StagedEffects(effects)
+        staged = StagedEffects(effects, self._rows.age)
         scale = modulus_of_runs(self._data, calibration)
-        modulus = self._modulus * scale * staged.modulus_factor(self._rows.temperature())
+        modulus = self._modulus * scale * self._rows.modulus_factor(staged)
         stress = modulus[:, self._rows.run] * imposed(
             staged, self._mode, self._memory, self._strain
         )

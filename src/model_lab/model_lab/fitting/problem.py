@@ -19,6 +19,7 @@ from model_lab.aliases import Array, Mask
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.fit import Fit, Likelihood, fit, held, inverse
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
+from model_lab.fitting.ranges import in_the_range_of
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of
@@ -66,7 +67,8 @@ def pose_problem(
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
-    free = [type(effect) for effect in given]
+    known = in_the_range_of(data, known)
+    free = [known[effect.name] for effect in given]
     forward = Forward(data, model.base, free, fixed, joints=model.springs)
     starts = _as_given(base_starts(forward.parameters), forward.parameters, given)
     predicted = forward.predict(starts[:1])[0]

@@ -47,6 +47,14 @@ class SectionShape:
 
 
 @dataclass(frozen=True)
+class Age:
+    """How many runs were before, of the specimen and in the session: arrays that broadcast."""
+
+    specimen: Array | float = 0.0
+    session: Array | float = 0.0
+
+
+@dataclass(frozen=True)
 class Strain:
     """How the rubber is strained: stretch lambda [-], and what follows from it in a mode.
 
@@ -128,6 +136,12 @@ class InputEffect(Effect):
         """Pressure [Pa] in the chamber, given its reading [Pa]; once a step, may change memory."""
         return pressure
 
+    def delay(self, elapsed: Array) -> Array | float:
+        """Time [s] that a pressure needs until it shows, at a time [s] since the run began;
+        below 0 where it shows before it is read.
+        """
+        return 0.0
+
 
 class LoadEffect(Effect):
     """What changes the load s = p*ratio*h/(4*G*d), or the modulus in it."""
@@ -140,6 +154,10 @@ class LoadEffect(Effect):
 
     def modulus_factor(self, temperature: Array) -> Array | float:
         """Shear modulus at a temperature [K] over the nominal one; divides load, stiffens joint."""
+        return 1.0
+
+    def age_factor(self, runs: Array) -> Array | float:
+        """Shear modulus of a specimen that has had so many runs, over that of a new one."""
         return 1.0
 
 
@@ -203,10 +221,19 @@ class StructureEffect(Effect):
 
 
 class OutputEffect(Effect):
-    """What a sensor shows of the true value; `quantity` is the measured column it belongs to."""
+    """What a sensor shows of the true value; `quantity` is the measured column it belongs to, or
+    several of which a set has one.
+
+    by_session: whether its memory begins with `runs`, how many runs the session had before.
+    """
 
     stage: ClassVar[str] = "output"
-    quantity: ClassVar[str] = ""
+    quantity: ClassVar[str | tuple[str, ...]] = ""
+    by_session: ClassVar[bool] = False
+
+    def shows(self, column: str) -> bool:
+        """Whether it belongs to the sensor of a measured column."""
+        return column in ((self.quantity,) if isinstance(self.quantity, str) else self.quantity)
 
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
         """Reading of a true value, in its unit; called once a sample, may change memory."""
