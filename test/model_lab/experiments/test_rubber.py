@@ -43,9 +43,9 @@ def chains(stretches, links=13.0):
 
 
 def entangled(stretches):
-    """Neo-Hooke beside a root of the second invariant (Carroll), 40 % of the modulus."""
+    """Neo-Hooke beside a logarithm of the second invariant (Gent, Thomas), a quarter of G."""
     second = np.sum(stretches**-2.0, axis=0)
-    return 0.6 * neo_hooke(stretches) + 0.4 * np.sqrt(3.0 * second)
+    return 0.75 * neo_hooke(stretches) + 0.25 * 1.5 * np.log(second)
 
 
 def test_every_mode_has_its_own_stress_and_one_modulus():
@@ -91,10 +91,10 @@ def test_the_modulus_is_found_far_from_what_is_stated():
     ids=["limit of the chains", "second invariant"],
 )
 def test_the_family_of_a_law_of_another_form_is_named(energy, family):
-    found = diagnose(rubber_set(energy), load_model("base")).diagnosis
+    found = diagnose(rubber_set(energy, scatter=0.02), load_model("base")).diagnosis
     assert found.verdict == "effects_missing"
-    assert found.effects[0].name in family
-    assert found.rmse_after < 0.33 * found.rmse_before
+    assert {found.effects[0].name, *found.tied[0]} & family
+    assert found.rmse_after < 0.5 * found.rmse_before
 
 
 def test_a_few_readings_without_repeats_are_judged_too():
@@ -135,7 +135,7 @@ def test_a_second_effect_starts_from_the_first_as_it_was_fitted(tmp_path):
     data = rubber_set(chains)
     once = add_effect("gent_stiffening", data, load_model("base"), EFFECTS).model
     twice = add_effect("second_invariant", data, once, EFFECTS)
-    assert twice.after.fit.rmse <= 1.001 * twice.before.fit.rmse
+    assert twice.after.fit.deviance <= twice.before.fit.deviance
     assert compare(data, once).errors.calibrated is False
 
 
