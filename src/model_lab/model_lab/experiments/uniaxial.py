@@ -48,7 +48,7 @@ class Uniaxial:
         """Stresses (lanes, samples) [Pa]: calibration (lanes,) by name, effects in lanes."""
         staged = StagedEffects(effects, self._rows.age)
         scale = modulus_of_runs(self._data, calibration)
-        modulus = self._modulus * scale * staged.modulus_factor(self._rows.temperature())
+        modulus = self._modulus * scale * self._rows.modulus_factor(staged)
         stress = modulus[:, self._rows.run] * imposed(
             staged, "uniaxial", self._memory, self._strain
         )

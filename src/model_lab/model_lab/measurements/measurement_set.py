@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -129,6 +130,27 @@ class MeasurementSet:
         if self.experiment == "valve_pulse":
             return run.columns["p_in"] - run.columns["p_out"]
         return run.columns["pressure"]
+
+    def of_runs(self, axis: str) -> list[Any]:
+        """Value of each run on an axis: run_order (its number among the runs of its specimen, from
+        1; `virgin` begins anew), temperature [K], wall [m], mount or specimen.
+        """
+        if axis == "run_order":
+            return self._run_order()
+        if axis == "temperature":
+            return [run.temperature for run in self.runs]
+        specimens = [self.specimens[run.specimen] for run in self.runs]
+        if axis == "wall":
+            return [float(specimen.values.get("wall", np.nan)) for specimen in specimens]
+        return [specimen.mount if axis == "mount" else specimen.name for specimen in specimens]
+
+    def _run_order(self) -> list[float]:
+        last: dict[str, float] = {}
+        order = []
+        for run in self.runs:
+            last[run.specimen] = 1.0 if run.virgin else last.get(run.specimen, 0.0) + 1.0
+            order.append(last[run.specimen])
+        return order
 
     def groups(self) -> list[list[int]]:
         """Indices of runs that repeat each other: same specimen and protocol, same temperature."""
