@@ -1,15 +1,17 @@
 """Stress of rubber in three modes, and what a test of it teaches the finger."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from lab_sets import bending
+from lab_sets import bending, measured, run
 from rubber_set import STATED, TRUE, neo_hooke, rubber_set, stress_of
 
 from model_lab.cli.main import main
 from model_lab.comparison.add import add_effect
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
-from model_lab.experiments.forward import Forward
+from model_lab.experiments.forward import Forward, not_searched
 from model_lab.fitting.noise_floor import short_spline_rest
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.load import load_measurements
@@ -53,9 +55,9 @@ def test_every_mode_has_its_own_stress_and_one_modulus():
     forward = Forward(data)
     assert forward.predict([[TRUE / STATED]])[0] == pytest.approx(data.table.value, abs=2.0)
     found = forward.predict([[1.0]])[0]
-    for index, run in enumerate(data.runs):
-        stretch = run.columns["stretch"]
-        expected = STATED * (stretch - stretch ** POWERS[run.mode])
+    for index, one in enumerate(data.runs):
+        stretch = one.columns["stretch"]
+        expected = STATED * (stretch - stretch ** POWERS[one.mode])
         assert data.table.of_run(found, index)[0] == pytest.approx(expected)
 
 
@@ -69,9 +71,7 @@ def test_modes_are_an_axis_and_none_repeats_another():
 
 def test_modes_are_held_out_where_protocols_do_not_differ():
     data = rubber_set(repeats=1)
-    object.__setattr__(
-        data, "runs", tuple(run.__class__(**{**vars(run), "protocol": "pull"}) for run in data.runs)
-    )
+    object.__setattr__(data, "runs", tuple(replace(one, protocol="pull") for one in data.runs))
     assert (data.table.holdout, data.table.folds) == ("modes", MODES)
 
 
@@ -141,9 +141,8 @@ def test_a_second_effect_starts_from_the_first_as_it_was_fitted(tmp_path):
 
 def test_a_tensile_test_may_free_its_modulus(tmp_path):
     whole = rubber_set(repeats=1, noise=0.002)
-    runs = tuple(run for run in whole.runs if run.mode == "uniaxial")
-    bare = [run.__class__(**{**vars(run), "mode": ""}) for run in runs]
-    data = whole.__class__("uniaxial", "bar", whole.specimens, tuple(bare), free_modulus=True)
+    bare = tuple(replace(one, mode="") for one in whole.runs if one.mode == "uniaxial")
+    data = replace(whole, experiment="uniaxial", title="bar", runs=bare)
     folder = tmp_path / "set"
     write_set(data, folder)
     again = load_measurements(folder)
@@ -196,3 +195,12 @@ def test_short_splines_find_the_noise_of_uneven_readings():
         part = short_spline_rest(place, np.exp(0.4 * place) + 0.1 * random.standard_normal(15))
         squares, freedom = squares + part[0], freedom + part[1]
     assert np.sqrt(squares / freedom) == pytest.approx(0.1, rel=0.15)
+
+
+@pytest.mark.parametrize(("back", "searched"), [(False, False), (True, True)])
+def test_memory_is_not_sought_in_a_stretch_that_goes_one_way(back, searched):
+    way = np.linspace(0.0, 1.0, 100)
+    course = 1.0 + 2.0 * (np.minimum(way, 1.0 - way) if back else way)
+    data = measured("uniaxial", [run("r", 30.0 * way, of="d2.5", stretch=course)])
+    reason = not_searched(EFFECTS["viscoelasticity"], data, "pneuflex")
+    assert (reason is None) == searched

@@ -29,6 +29,7 @@ UPPER_LEVEL = 0.95
 SMALLEST_SPLINE = 20  # samples of a piece that tell noise from course
 WHITE_BEND = 6.0  # variance of second differences of white noise of variance 1
 UNREPEATED = 0.02  # scatter of a sample's stress: what tests after ISO 37 or ASTM D 412 reach
+ASSUMED_FREEDOM = 8.0  # degrees of freedom with which that is known
 SHORT_RUN = 40  # readings, up to which splines of rubber run over the stretch
 SHORTEST_SPLINE = 8  # stretches of a run that tell noise from course
 SMOOTHINGS = (1e-9, 1e3, 60)
@@ -138,7 +139,6 @@ class NoiseFloor:
     total: root mean square over the samples; within and between runs: its parts; upper: its 95 %
     bound. variance (bands,): mean square of a coefficient of each band; dof (bands,): degrees of
     freedom from which it was estimated (0: not seen in repeats). source: where it comes from.
-    gain_assumed: whether scatter between runs is what tests of rubber usually have.
     """
 
     total: float
@@ -148,17 +148,11 @@ class NoiseFloor:
     variance: Array
     dof: Array
     source: str
-    gain_assumed: bool = False
 
     @property
     def gain_known(self) -> bool:
-        """Whether repeats say how much runs differ as a whole."""
-        return self.source == REPEATS
-
-    @property
-    def gain_bounded(self) -> bool:
-        """Whether a fit may leave the gain of runs no more than that."""
-        return self.gain_known or self.gain_assumed
+        """Whether it is known how much runs differ as a whole: by repeats, or as is usual."""
+        return bool(self.dof.any())
 
 
 def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:
@@ -183,7 +177,7 @@ def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> No
     variance = np.maximum(levels[spectrum.band_output] ** 2, scale**2)
     if source == SPLINE and data.stretched:
         variance[0] += _unseen_gain(spectrum)
-        return replace(_floor(variance, counts * 0.0, spectrum, source), gain_assumed=True)
+        return _floor(variance, counts * 0.0 + ASSUMED_FREEDOM, spectrum, source)
     return _floor(variance, counts * 0.0, spectrum, source)
 
 

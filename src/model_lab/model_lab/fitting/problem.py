@@ -52,7 +52,7 @@ class FitProblem:
         """The likelihood of the model with these effects free."""
         chosen = [self.classes[name] for name in effects]
         forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
-        return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_bounded)
+        return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
 
 
 def pose_problem(
@@ -74,7 +74,7 @@ def pose_problem(
     predicted = forward.predict(starts[:1])[0]
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
-    better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_bounded), starts)
+    better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
     floor = noise_floor(data, spectrum, better.residual)
     fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))
