@@ -71,7 +71,7 @@ def test_modes_are_an_axis_and_none_repeats_another():
 
 def test_modes_are_held_out_where_protocols_do_not_differ():
     data = rubber_set(repeats=1)
-    object.__setattr__(data, "runs", tuple(replace(one, protocol="pull") for one in data.runs))
+    data = replace(data, runs=tuple(replace(one, protocol="pull") for one in data.runs))
     assert (data.table.holdout, data.table.folds) == ("modes", MODES)
 
 
