@@ -106,3 +106,23 @@ def test_ecoflex_is_stiffened_as_a_yeoh_or_gent_rubber():
     best = found.ranking[0]
     assert best.name in ("yeoh_stiffening", "gent_stiffening") and best.plausible
     assert best.rmse_heldout < 0.1 * found.rmse_before
+
+
+@pytest.mark.parametrize(
+    ("name", "family"),
+    [
+        ("rubber_treloar", {"gent_stiffening", "arruda_boyce"}),
+        ("rubber_kawabata", {"second_invariant", "mooney_rivlin"}),
+    ],
+)
+def test_a_rubber_shows_what_the_literature_says_of_it(name, family):
+    """The limit of the chains in natural rubber, the second invariant in isoprene rubber."""
+    path = next((path for path in SETS if path.name == name), None)
+    if path is None:
+        pytest.skip(f"no set {name}")
+    found = diagnose(load_measurements(path), load_model("base")).diagnosis
+    named = {effect.name: effect for effect in found.effects}
+    assert family & set(named)
+    assert found.rmse_after < 0.4 * found.rmse_before
+    for effect in named.values():
+        assert all(entry.std < 0.3 * entry.value for entry in effect.parameters.values())
