@@ -12,7 +12,7 @@ from model_lab.comparison.add import add_effect
 from model_lab.comparison.compare import compare
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.experiments.forward import Forward, not_searched
-from model_lab.fitting.noise_floor import short_spline_rest
+from model_lab.fitting.smoothing import short_spline_rest
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MODES

@@ -1,0 +1,61 @@
+"""Smoothing splines: what they leave of readings tells their noise."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import make_smoothing_spline
+
+from model_lab.aliases import Array, IntArray
+from model_lab.measurements.preprocess import NORMAL_MEDIAN
+
+WHITE_BEND = 6.0  # variance of second differences of white noise of variance 1
+SHORTEST_SPLINE = 8  # stretches of a run that tell noise from course
+SMOOTHINGS = (1e-9, 1e3, 60)
+LEAST_FREEDOM = 0.3  # of the readings, that a spline leaves to the noise
+
+
+def short_spline_rest(place: Array, values: Array) -> tuple[float, float]:
+    """Sum of squares that a natural smoothing spline by generalised cross-validation leaves of
+    values (n,) at places (n,) in any order, and the degrees of freedom of that rest; zeros for
+    fewer than SHORTEST_SPLINE places.
+    """
+    knots, index = np.unique(place, return_inverse=True)
+    if len(knots) < SHORTEST_SPLINE:
+        return 0.0, 0.0
+    level, modes = _spline_modes(knots, index)
+    along = modes.T @ values
+    kept = 1.0 / (1.0 + np.outer(np.geomspace(*SMOOTHINGS), level))
+    freedom = len(values) - kept.sum(axis=1)
+    rest = np.sum(((1.0 - kept) * along) ** 2, axis=1) + np.sum((values - modes @ along) ** 2)
+    score = np.where(freedom > LEAST_FREEDOM * len(values), rest / freedom**2, np.inf)
+    best = int(np.argmin(score))
+    return float(rest[best]), float(freedom[best])
+
+
+def _spline_modes(knots: Array, index: IntArray) -> tuple[Array, Array]:
+    """Roughness (k,) and orthonormal shapes (n, k) of natural cubic splines with these knots, seen
+    at the readings, of which index (n,) gives the knot.
+    """
+    step = np.diff(knots) / np.ptp(knots)
+    count = len(knots) - 2
+    bends = np.zeros((count, len(knots)))
+    rows = np.arange(count)
+    bends[rows, rows], bends[rows, rows + 2] = 1.0 / step[:-1], 1.0 / step[1:]
+    bends[rows, rows + 1] = -1.0 / step[:-1] - 1.0 / step[1:]
+    overlap = np.diag((step[:-1] + step[1:]) / 3.0)
+    overlap += np.diag(step[1:-1] / 6.0, 1) + np.diag(step[1:-1] / 6.0, -1)
+    roughness = bends.T @ np.linalg.solve(overlap, bends)
+    weight = np.sqrt(np.bincount(index))
+    level, shapes = np.linalg.eigh(roughness / np.outer(weight, weight))
+    return np.maximum(level, 0.0), (shapes / weight[:, None])[index]
+
+
+def spline_square(values: Array) -> float:
+    """Mean square of what a smoothing spline by cross-validation leaves of values (n,).
+
+    Where the values have a kink a spline follows the noise; second differences do not.
+    """
+    order = np.arange(len(values), dtype=float)
+    left = float(np.mean((values - make_smoothing_spline(order, values)(order)) ** 2))
+    bend = float(np.median(np.abs(np.diff(values, 2))))
+    return max(left, (NORMAL_MEDIAN * bend) ** 2 / WHITE_BEND)
