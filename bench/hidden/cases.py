@@ -138,12 +138,13 @@ def _fixed_strength(
 
 
 # ---------------------------------------------------------------------- the same in another form
-STIFFENING = "gent_stiffening yeoh_stiffening"
+STIFFENING = "gent_stiffening yeoh_stiffening arruda_boyce yeoh_third_order ogden"
+SECOND_INVARIANT = "mooney_rivlin second_invariant"
 FORMS = {  # law: its family
     "ogden": STIFFENING,
     "arruda_boyce": STIFFENING,
     "fung": STIFFENING,
-    "gent_thomas": "mooney_rivlin",
+    "gent_thomas": SECOND_INVARIANT,
     "two_modes": "viscoelasticity",
     "power_law": "viscoelasticity creep",
     "power_creep": "creep viscoelasticity",
@@ -194,6 +195,35 @@ def other_forms(experiment: str) -> Iterator[Case]:
         name, family = f"form/{experiment}/{law}/{word}", named(tuple(FORMS[law].split()))
         options = _designed(experiment, law)
         yield Case(name, "other form", experiment, _hidden(law), family, ratio, options)
+
+
+# ---------------------------------------------------------------------- tests of the rubber
+RUBBERS = {  # law: its family
+    "exact_chains": STIFFENING,
+    "knowles": STIFFENING,
+    "three_terms": STIFFENING,
+    "logarithm_of_the_second": f"{SECOND_INVARIANT} ogden",
+    "carroll": f"{STIFFENING} {SECOND_INVARIANT}",
+}
+MEASURED: dict[str, dict[str, Any]] = {
+    "repeats": {"samples": 60, "repeats": 2},
+    "few_readings": {"samples": 16, "repeats": 1, "scatter": 0.02, "with_noise": False},
+}
+
+
+def tests_of_rubber() -> Iterator[Case]:
+    """Laws of rubber in three modes, as a laboratory measures and as an old paper prints them."""
+    for way, options in MEASURED.items():
+        for law, family in RUBBERS.items():
+            expected = named(tuple(family.split()))
+            for word, ratio in FORM_STRENGTHS.items():
+                name, hidden = f"form/rubber/{law}/{way}/{word}", _hidden(law)
+                yield Case(
+                    name, "other form", "rubber", hidden, expected, ratio, options, LOW_NOISES
+                )
+        yield Case(
+            f"nothing/rubber/{way}", "nothing", "rubber", (), ADEQUATE, None, options, LOW_NOISES
+        )
 
 
 # ---------------------------------------------------------------------- two effects at once
@@ -327,6 +357,7 @@ def all_cases() -> tuple[Case, ...]:
         *(case for experiment in DRIVEN for case in catalogue(experiment)),
         _fixed_strength("free_bending", "side_wall_integral", LOW_NOISES, {"design": "walls"}),
         *(case for experiment in DRIVEN for case in other_forms(experiment)),
+        *tests_of_rubber(),
         *(case for experiment in DRIVEN for case in pairs(experiment)),
         *nothing("free_bending", tuple(WAYS)),
         *nothing("blocked_tip", few),
