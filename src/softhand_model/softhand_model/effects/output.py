@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import OUTPUT_UNIT, RUBBER, Parameter
+from softhand_model.effects.effect import OUTPUT_UNIT, RUBBER, STRETCHED, Parameter
 from softhand_model.effects.stages import (
     ElasticEffect,
     Memory,
@@ -19,6 +19,8 @@ from softhand_model.effects.stages import (
 )
 from softhand_model.numerics.arrays import Array
 
+ONE_SENSOR = STRETCHED | {"free_bending", "blocked_tip"}
+THREE_SENSORS: Mapping[str, str] = {"base_torque": "three torques have three sensors"}
 MEASURED = ("tip_angle", "tip_force", "stress")
 KNOTS = (1.0, 1.05, 1.12, 1.22, 1.36, 1.55, 2.0, 3.0)  # stretches
 GROWING = 0.9  # of the fall at which the elastic side would no longer grow
@@ -130,7 +132,7 @@ class CameraPerspective(OutputEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("blocked_tip", "uniaxial"), "no angle is measured"
+        ("blocked_tip", *sorted(STRETCHED)), "no angle is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "modulus_scale": "alike at small angles",
@@ -157,7 +159,7 @@ class SensorDrift(OutputEffect):
     """
 
     name = "sensor_drift"
-    experiments = frozenset({"free_bending", "blocked_tip", "uniaxial"})
+    experiments = ONE_SENSOR
     quantity = MEASURED
     by_session = True
     parameters = (
@@ -183,7 +185,7 @@ class SensorDrift(OutputEffect):
             relative=("output", -0.01, 0.01),
         ),
     )
-    unseen_in: ClassVar[Mapping[str, str]] = {"base_torque": "three torques have three sensors"}
+    unseen_in: ClassVar[Mapping[str, str]] = THREE_SENSORS
     confounded_with: ClassVar[Mapping[str, str]] = {
         "angle_offset": "one with it where it has come to rest at once",
         "force_offset": "one with it where it has come to rest at once",
@@ -208,7 +210,7 @@ class Saturation(OutputEffect):
     """The output's sensor ends at a limit: y_read = min(y, limit)."""
 
     name = "saturation"
-    experiments = frozenset({"free_bending", "blocked_tip", "uniaxial"})
+    experiments = ONE_SENSOR
     quantity = MEASURED
     parameters = (
         Parameter(
@@ -222,7 +224,7 @@ class Saturation(OutputEffect):
             relative=("output", 0.6, 1.0),
         ),
     )
-    unseen_in: ClassVar[Mapping[str, str]] = {"base_torque": "three torques have three sensors"}
+    unseen_in: ClassVar[Mapping[str, str]] = THREE_SENSORS
     confounded_with: ClassVar[Mapping[str, str]] = {
         "gent_stiffening": "both level the curve off, that one smoothly"
     }
@@ -267,7 +269,8 @@ class Discrepancy(ElasticEffect):
     factor is a power of the stretch. It says how much stiffer or softer the actuator is than the
     model at which stretch, not why, and holds only for inputs like those that it was fitted to.
     What has not been stretched so far keeps the factor of the largest stretch that was. Bounds keep
-    the elastic side growing (but for the largest ones in equibiaxial tension, where nothing is solved).
+    the elastic side growing (but for the largest ones in equibiaxial tension, where nothing is
+    solved).
     """
 
     name = "discrepancy"
