@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from lab_sets import bending, measured, run
 
-from model_lab.experiments.forward import Forward
+from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.fitting.ranges import in_the_range_of
 from model_lab.measurements.measurement_set import Specimen
 from softhand_model.effects import effect_classes
@@ -74,9 +74,9 @@ def test_rubber_is_as_old_as_its_specimen_has_runs():
 @pytest.mark.parametrize("base", ["pneuflex", "linear"])
 def test_a_zero_drifts_within_runs_and_from_run_to_run_of_the_session(base):
     data = bending(PRESSURE, PRESSURE, PRESSURE, time=TIME)
-    drift = EFFECTS["sensor_drift"](rate=0.01, fading=0.0, per_run=-0.05)
+    drift = EFFECTS["sensor_drift"](rate=0.01, settling_time=1e6, per_run=-0.05)
     moved = angles(data, drift, base=base) - angles(data, base=base)
-    assert moved == pytest.approx(0.01 * TIME - 0.05 * np.arange(3.0)[:, None])
+    assert moved == pytest.approx(0.01 * TIME - 0.05 * np.arange(3.0)[:, None], abs=1e-5)
 
 
 def test_chambers_act_on_the_load_of_the_linear_base():
@@ -101,3 +101,10 @@ def test_usual_ranges_and_units_are_those_of_the_set():
     assert placed["sensor_drift"].parameters[0].unit == "rad/s"
     assert placed["dead_zone"] is EFFECTS["dead_zone"]
     assert placed["saturation"](limit=0.1).reading(0.3, {}, 0.0) == 0.1
+
+
+@pytest.mark.parametrize("name", ["ageing", "sensor_drift"])
+def test_what_goes_by_the_session_is_not_seen_in_one_run(name):
+    one, two = (bending(*[PRESSURE] * runs, time=TIME) for runs in (1, 2))
+    assert inapplicable(EFFECTS[name], one, "pneuflex").startswith("in a single run")
+    assert inapplicable(EFFECTS[name], two, "pneuflex") is None

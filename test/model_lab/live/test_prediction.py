@@ -208,7 +208,7 @@ def test_a_delay_beyond_what_is_kept_of_the_pressures_is_refused():
 
 
 def test_a_sensor_that_drifts_does_so_from_the_reset_on():
-    drifting = with_effect("sensor_drift", rate=0.05, fading=0.0, per_run=0.3)
+    drifting = with_effect("sensor_drift", rate=0.05, settling_time=1e6, per_run=0.3)
     for _ in range(2):
         found = predict(drifting, lambda t: 0.0, 400 * MS)
         assert found[-1].predicted == pytest.approx([0.05 * 0.4], abs=1e-6)

@@ -100,6 +100,7 @@ class Effect:
     physical: false for a generic term, which the lab adds on request but never names as a cause.
     refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
     searches it only where a stretch is imposed and only after these have fallen short.
+    fewest_runs: of a set in which it can be told from what the input does.
     not_simulated: why the simulator refuses it; empty where it acts.
     """
 
@@ -114,6 +115,7 @@ class Effect:
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True
     refines: ClassVar[tuple[str, ...]] = ()
+    fewest_runs: ClassVar[int] = 1
     not_simulated: ClassVar[str] = ""
 
     values: Mapping[str, Any]

@@ -150,18 +150,19 @@ class CameraPerspective(OutputEffect):
 
 
 class SensorDrift(OutputEffect):
-    """The zero of the output's sensor drifts: y_read = y + per_run*n + rate*(1 - exp(-f*t))/f.
+    """The zero of the output's sensor drifts: y_read = y + per_run*n + rate*tau*(1 - exp(-t/tau)).
 
-    f = fading, t: since the run began, n: runs of the session before it. A drift that goes on has
-    f = 0, one of a sensor that warms up f = 1 over the time it takes. A sensor that drifts on
-    between runs has its part from run to run in per_run; one that is tared before each has none.
-    Simulator and monitor are in the first run since their reset.
+    tau = settling_time, t: since the run began, n: runs of the session before it. A sensor that
+    warms up comes to rest, a drift that goes on has a tau far beyond the runs. What drifts on
+    between runs is in per_run; a sensor that is tared before each has none. Simulator and monitor
+    are in the first run since their reset.
     """
 
     name = "sensor_drift"
     experiments = ONE_SENSOR
     quantity = MEASURED
     by_session = True
+    fewest_runs = 2
     parameters = (
         Parameter(
             "rate",
@@ -173,7 +174,15 @@ class SensorDrift(OutputEffect):
             neutral=0.0,
             relative=("output", -0.02, 0.02),
         ),
-        Parameter("fading", "1/s", -0.1, 10.0, "rate at which it comes to rest", (0.0, 0.3)),
+        Parameter(
+            "settling_time",
+            "s",
+            0.05,
+            1e6,
+            "time in which it comes to rest",
+            (3.0, 100.0),
+            logarithmic=True,
+        ),
         Parameter(
             "per_run",
             OUTPUT_UNIT,
@@ -199,10 +208,8 @@ class SensorDrift(OutputEffect):
         """Reading in the output's unit; what was before the first sample counts as no time."""
         elapsed = memory["elapsed"] + dt if "elapsed" in memory else 0.0 * np.asarray(dt)
         memory["elapsed"] = elapsed
-        faded = self.values["fading"] * elapsed
-        small = np.abs(faded) < 1e-6
-        share = np.where(small, 1.0 - 0.5 * faded, -np.expm1(-faded) / np.where(small, 1.0, faded))
-        within = self.values["rate"] * elapsed * share
+        settling = self.values["settling_time"]
+        within = -self.values["rate"] * settling * np.expm1(-elapsed / settling)
         return np.asarray(value + within + self.values["per_run"] * memory.get("runs", 0.0))
 
 
