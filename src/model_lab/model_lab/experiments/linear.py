@@ -75,10 +75,9 @@ class LinearBase:
         slope = slopes[:, rows.run, None]
         largest = np.max(np.abs(slope * self._input), axis=1, keepdims=True)
         largest = np.where(largest > 0.0, largest, 1.0)
-        of_runs = np.ones_like(rows.temperature()) * staged.modulus_factor(rows.temperature())
-        modulus = of_runs[:, rows.run]
+        modulus = rows.modulus_factor(staged) * np.ones((1, len(names), 1))
         respond = self._stretched if self._imposed else self._pressed
-        output = largest * respond(staged, slope / largest, modulus)
+        output = largest * respond(staged, slope / largest, modulus[:, rows.run])
         return rows.reading(staged, self._output, output)
 
     def _stretched(self, staged: StagedEffects, slope: Array, modulus: Array) -> Array:

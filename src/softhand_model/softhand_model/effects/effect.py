@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeGuard
 
 import numpy as np
@@ -27,6 +28,7 @@ OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
 STRETCHED = frozenset({"uniaxial", "rubber"})  # the stretch of a sample is imposed
 RUBBER = BENDING | STRETCHED  # wherever the rubber is strained
+AXES = ("pressure", "run_order", "temperature", "wall", "mount", "specimen")  # of an effect
 
 
 def unseen_when_stretched(reason: str) -> dict[str, str]:
@@ -98,6 +100,9 @@ class Effect:
     rank: within a stage effects of lower rank act first, whatever the file's order.
     bases: base models beside which it has a meaning.
     physical: false for a generic term, which the lab adds on request but never names as a cause.
+    axes: what of a run it depends on besides its arguments, some of AXES; in `chamber_pressure`,
+    `modulus_factor` and `reading` their values, or names, at the rows of the call are in `around`,
+    arrays (1, rows, 1). Where there are no runs, as in the simulator, `around` may lack them.
     refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
     searches it only where a stretch is imposed and only after these have fallen short.
     fewest_runs: of a set in which it can be told from what the input does.
@@ -114,10 +119,12 @@ class Effect:
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True
+    axes: ClassVar[tuple[str, ...]] = ()
     refines: ClassVar[tuple[str, ...]] = ()
     fewest_runs: ClassVar[int] = 1
     not_simulated: ClassVar[str] = ""
 
+    around: Mapping[str, Any] = MappingProxyType({})
     values: Mapping[str, Any]
 
     def __init__(self, /, **values: float) -> None:
@@ -150,6 +157,12 @@ class Effect:
         if cls.name and cls.stage not in STAGES:
             raise ValueError(
                 f"effect {cls.name}: stage: expected one of {_listed(STAGES)}, got {cls.stage!r}"
+            )
+        unread = set(cls.axes) - set(AXES)
+        if cls.name and unread:
+            raise ValueError(
+                f"effect {cls.name}: axes: expected some of {_listed(AXES)}, "
+                f"got {_listed(sorted(unread))}"
             )
         unknown = set(cls.experiments) - set(EXPERIMENTS)
         if cls.name and unknown:
