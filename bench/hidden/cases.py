@@ -281,18 +281,15 @@ def nothing(
 
 
 # ---------------------------------------------------------------------- outside the catalogue
-FAULTS = "clamp_slip gain_step session_drift interference dropped_frames stuck_encoder"
+FAULTS = "clamp_slip gain_step interference dropped_frames stuck_encoder"
 OUTSIDE = {  # laws, and error before over floor
-    "free_bending": (f"snap_through two_leaks ringing delamination {FAULTS}", (3.0, 5.0, 10.0)),
-    "blocked_tip": (
-        f"snap_through two_leaks ringing {FAULTS.removesuffix(' delamination')}",
-        (5.0,),
-    ),
-    "uniaxial": (f"delamination {FAULTS}", (5.0,)),
+    "free_bending": (f"snap_through two_leaks ringing {FAULTS}", (3.0, 5.0, 10.0)),
+    "blocked_tip": (f"snap_through two_leaks ringing {FAULTS}", (5.0,)),
+    "uniaxial": (FAULTS, (5.0,)),
     "valve_pulse": ("sticky_valve saturated_meter stepping_gain wearing_choke", (5.0,)),
     "base_torque": ("crosstalk", (5.0,)),
 }
-WEARING = ("session_drift", "wearing_choke")  # shows where repeats follow one another at once
+WEARING = ("wearing_choke",)  # shows where repeats follow one another at once
 
 
 def outside(experiment: str, noises: tuple[float, ...] = LOW_NOISES) -> Iterator[Case]:
