@@ -48,6 +48,7 @@ def compare(arguments: argparse.Namespace) -> None:
 def diagnose(arguments: argparse.Namespace) -> None:
     """Diagnose, print the verdict, and write JSON and report."""
     from model_lab.diagnosis.diagnose import diagnose
+    from model_lab.diagnosis.result import UNEXPLAINED
     from model_lab.report.text import diagnosis_text
     from softhand_model.documents.output_file import check_new
 
@@ -60,6 +61,9 @@ def diagnose(arguments: argparse.Namespace) -> None:
     with Progress("diagnosing") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     print(diagnosis_text(outcome.diagnosis), end="")
+    if outcome.diagnosis.verdict == UNEXPLAINED:
+        again = shlex.join(["model-lab", "learn", str(arguments.data), "--model", arguments.model])
+        print(f"\nWhere it acts, and its curve: {again} --out my_effect.py")
     options.save_json(arguments, outcome.diagnosis.as_json())
     if arguments.report is not None:
         from model_lab.report import write_report
