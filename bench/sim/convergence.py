@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bench.simulator import response_time
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.world import SETTINGS
 

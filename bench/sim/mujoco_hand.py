@@ -20,7 +20,7 @@ from bench.sim.mujoco_model import Settings
 from bench.sim.mujoco_simulation import MujocoSimulation
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.in_process_scene import InProcessScene
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
 from grasp_strategies.trials import draw_placement

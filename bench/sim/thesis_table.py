@@ -22,7 +22,7 @@ from bench.sim.convergence import DOCS, between
 from bench.sim.mujoco_hand import MUJOCO
 from bench.sim.mujoco_hand import grasp as mujoco_grasp
 from bench.sim.timing import StepTimes, timed_steps
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.simulation import Simulation
 

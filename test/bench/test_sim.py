@@ -15,7 +15,7 @@ from bench.sim import border, convergence, step_parts, thesis_table
 from bench.sim.__main__ import groups
 from bench.sim.six_fingers import build
 from bench.sim.timing import StepTimes, timed_steps
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 
 
 def test_every_module_with_rows_is_a_group():

@@ -61,3 +61,8 @@ def test_a_far_object_is_lifted_because_the_hand_rolls_over_it():
 
 def test_without_an_edge_nothing_is_pulled_over_it():
     assert not trial(EDGE, scene="table").gripped
+
+
+@pytest.mark.parametrize("height", [-0.020, 0.020])
+def test_the_hand_may_come_20_mm_too_low_or_too_high_over_the_edge(height):
+    assert trial(EDGE, displacement=(0.0, 0.0, height)).gripped

@@ -41,7 +41,7 @@ ENERGIES = {  # over the shear modulus, of J1, J2 and the principal stretches
     ("yeoh_third_order", 0.01): lambda p, j1, j2, lam: (j1 + p * j1**3) / 2,
     ("mooney_rivlin", 0.4): lambda p, j1, j2, lam: (j1 + p * j2) / (2 + 2 * p),
     ("second_invariant", 0.5): lambda p, j1, j2, lam: (
-        (j1 + 6 * p * np.sqrt((j2 + 3) / 3)) / (2 + 2 * p)
+        (j1 / 2 + p * np.sum(np.square(np.log(lam)))) / (1 + p)
     ),
     ("ogden", 3.3): lambda p, j1, j2, lam: 2 / p**2 * np.sum(np.power(lam, p)),
     ("ogden", 1.4): lambda p, j1, j2, lam: 2 / p**2 * np.sum(np.power(lam, p)),

@@ -79,6 +79,8 @@ def _again(arguments: argparse.Namespace) -> str:
         words += ["--effects", str(path)]
     if arguments.allow_effect_files:
         words.append(options.ALLOW_EFFECT_FILES)
+    if arguments.free_modulus:
+        words.append("--free-modulus")
     words += ["--seed", str(arguments.seed), "--report", str(arguments.report), "--force"]
     return shlex.join(words)
 
@@ -246,6 +248,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
+            options.FREE_MODULUS,
             *options.EFFECTS,
             *options.RESULTS,
             options.SEED,
@@ -265,6 +268,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
+            options.FREE_MODULUS,
             *options.EFFECTS,
             argument(
                 "--report", type=Path, metavar="DIR", help=f"folder in which to write {REPORT}"
@@ -288,6 +292,7 @@ COMMANDS: Mapping[str, Command] = {
             argument("effect", metavar="EFFECT", help="name of the effect"),
             argument("--data", type=Path, required=True, metavar="DATA", help="measurements"),
             options.MODEL,
+            options.FREE_MODULUS,
             argument(
                 "--out", type=Path, required=True, metavar="M2", help="the model file to write"
             ),
@@ -336,6 +341,7 @@ COMMANDS: Mapping[str, Command] = {
                 metavar="MODEL",
                 help="model file, or the name of a shipped one",
             ),
+            options.FREE_MODULUS,
             *options.EFFECTS,
             *options.RESULTS,
         ),
@@ -354,6 +360,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
+            options.FREE_MODULUS,
             *options.EFFECTS,
             argument("--out", type=Path, metavar="DIR", help="folder for the run's template"),
             *options.RESULTS,
@@ -365,9 +372,9 @@ COMMANDS: Mapping[str, Command] = {
     "synthesize": Command(
         "make measurements with a hidden effect, to try the lab on",
         "Make a measurement set with the model itself: two repeats of six protocols, with noise. "
-        "EXPERIMENT is free_bending, blocked_tip, uniaxial, valve_pulse or base_torque. With "
-        "--hide one effect acts in it that is sealed in the folder, and only `reveal` opens the "
-        "seal. The CSV files are in the units that experiment.yaml states, such as kPa and deg.",
+        "EXPERIMENT is free_bending, blocked_tip, uniaxial, rubber, valve_pulse or base_torque. "
+        "With --hide one effect acts in it that is sealed in the folder, and only `reveal` opens "
+        "the seal. CSV files are in the units that experiment.yaml states, such as kPa and deg.",
         (
             "model-lab synthesize free_bending --hide --seed 3 --out trial",
             "model-lab diagnose trial && model-lab reveal trial",

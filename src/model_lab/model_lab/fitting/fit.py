@@ -27,7 +27,6 @@ IMPROVEMENT = 0.3  # of the deviance at which the search ends
 PSEUDO_OBSERVATIONS = 4.0
 GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have in any case
 FAR_OFF = 5.0  # error over the floor from which on it is no noise
-MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
 AT_LIMIT = 3e-3  # of the usual range: a parameter this near to a bound lies on it
 FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
 DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the same time
@@ -38,7 +37,7 @@ class Parameterised(Protocol):
 
     @property
     def parameters(self) -> Sequence[Any]:
-        """Free parameters with name, low, high, typical and logarithmic."""
+        """Free parameters with name, low, high, typical, logarithmic and spread."""
         ...
 
     @property
@@ -98,11 +97,8 @@ class Likelihood:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scales", Scales.of(self.forward.parameters))
-        spread = [
-            MODULUS_SPREAD if parameter.name.startswith("modulus_scale") else np.inf
-            for parameter in self.parameters
-        ]
-        object.__setattr__(self, "prior", np.array(spread))
+        spread = [parameter.spread for parameter in self.parameters]
+        object.__setattr__(self, "prior", np.array(spread, float))
 
     @property
     def parameters(self) -> Sequence[Any]:

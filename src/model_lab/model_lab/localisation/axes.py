@@ -23,7 +23,11 @@ RESTING = 0.1  # of span over duration: below this rate the input rests
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
 COURSES = ("rises", "rests", "falls")
 DIRECTIONS = ("inflating", "deflating")
-DRIVING = {"uniaxial": ("stretch", ""), "valve_pulse": ("pressure drop", "Pa")}  # others: pressure
+DRIVING = {
+    "uniaxial": ("stretch", ""),
+    "rubber": ("stretch", ""),
+    "valve_pulse": ("pressure drop", "Pa"),
+}  # others: pressure
 RUN_AXES = (("run_order", "run", ""), ("temperature", "temperature", "K"), ("wall", "wall", "m"))
 
 
@@ -156,7 +160,10 @@ def _run_axes(data: MeasurementSet) -> list[Axis]:
         Axis(name, noun, unit, _of_runs(data, data.of_runs(name)), of_run=True)
         for name, noun, unit in RUN_AXES
     ]
-    return [*axes, *(_named_axis(data, name, data.of_runs(name)) for name in ("mount", "specimen"))]
+    return [
+        *axes,
+        *(_named_axis(data, name, data.of_runs(name)) for name in ("mode", "mount", "specimen")),
+    ]
 
 
 def _named_axis(data: MeasurementSet, name: str, names: Sequence[str]) -> Axis:

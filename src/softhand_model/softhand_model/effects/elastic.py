@@ -191,22 +191,30 @@ class Ogden(ElasticEffect):
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
         """Stress [-] times the factor."""
-        exponent, across = self.values["exponent"], ACROSS[strain.mode]
-        logarithm = np.log(strain.stretch)
-        power = _grown(exponent * (1.0 + across), logarithm) / _grown(2.0 + 2.0 * across, logarithm)
-        fading = np.exp((exponent - 2.0) * across * -logarithm)
-        return stress * (2.0 / exponent * fading * power)
+        return stress * power_stress(strain, self.values["exponent"])
 
 
 ACROSS = {"uniaxial": 0.5, "pure_shear": 1.0, "equibiaxial": 2.0}
 """Logarithm of the stretch of a direction that gives way over that of the imposed one, negative."""
 
 
-def _grown(exponent: Array | float, logarithm: Array) -> Array:
-    """(exp(exponent*logarithm) - 1)/logarithm, also where the logarithm is 0."""
-    small = np.abs(logarithm) < 1e-12
-    safe = np.where(small, 1.0, logarithm)
-    return np.where(small, exponent, np.expm1(exponent * safe) / safe)
+def power_stress(strain: Strain, exponent: Array | float) -> Array:
+    """Stress [-] of one term of Ogden's energy over the base's, also at no strain.
+
+    >>> [float(power_stress(Strain(np.array(x)), a)) for x, a in ((1.0, 3.0), (2.0, 2.0))]
+    [1.0, 1.0]
+    """
+    across, logarithm = ACROSS[strain.mode], np.log(strain.stretch)
+    fading = np.exp((exponent - 2.0) * -across * logarithm)
+    every = (1.0 + across) * logarithm
+    return fading * _mean_growth(exponent * every) / _mean_growth(2.0 * every)
+
+
+def _mean_growth(total: Array) -> Array:
+    """(exp(x) - 1)/x, also at 0."""
+    small = np.abs(total) < 1e-9
+    safe = np.where(small, 1.0, total)
+    return np.where(small, 1.0 + 0.5 * total, np.expm1(safe) / safe)
 
 
 class MooneyRivlin(ElasticEffect):
@@ -239,12 +247,14 @@ class MooneyRivlin(ElasticEffect):
 
 
 class SecondInvariant(ElasticEffect):
-    """A root of the second invariant in the energy: (G/2)*(J1 + 6*b*sqrt((J2 + 3)/3))/(1 + b).
+    """The second invariant of the logarithmic strain beside J1: the energy (G/2)*(J1 + 2*r*(sum of
+    the squared logarithms of the principal stretches))/(1 + r).
 
-    Entangled chains stiffen a rubber at small strain and slip at large; Mooney's linear term grows
-    without end in equibiaxial tension, this one does not (M. M. Carroll, J. Elasticity 103, 2011,
-    has it beside powers of J1). Factor (1 + b*second/sqrt((J2 + 3)/3))/(1 + b), with `second` as
-    for mooney_rivlin: 1/lambda, 1 and lambda**2. In bending it softens: J2 = J1 there.
+    Entangled chains confine each other as in a tube, which stiffens the rubber at small strain more
+    than at large, while Mooney's term grows without end in equibiaxial tension. This is the limit
+    b -> 0 of the tube's energy, the sum of the stretches**-b, for which b is between 0 and 1 (M.
+    Kaliske, G. Heinrich, Rubber Chem. Technol. 72, 1999); b = 2 is `mooney_rivlin`. Factor
+    (1 + r*t)/(1 + r), t the factor of `ogden` at the exponent 0. In bending it softens.
     """
 
     name = "second_invariant"
@@ -256,9 +266,9 @@ class SecondInvariant(ElasticEffect):
             "ratio",
             "",
             1e-3,
-            50.0,
+            5.0,
             "modulus of that part over the other at no strain",
-            (0.05, 3.0),
+            (0.05, 2.0),
             logarithmic=True,
         ),
     )
@@ -272,8 +282,7 @@ class SecondInvariant(ElasticEffect):
     ) -> Array:
         """Stress [-] times the factor."""
         ratio = self.values["ratio"]
-        fading = strain.second / np.sqrt(1.0 + strain.second_invariant / 3.0)
-        return stress * ((1.0 + ratio * fading) / (1.0 + ratio))
+        return stress * ((1.0 + ratio * power_stress(strain, 0.0)) / (1.0 + ratio))
 
 
 class ThickWall(ElasticEffect):

@@ -267,7 +267,7 @@ class Discrepancy(ElasticEffect):
     factor is a power of the stretch. It says how much stiffer or softer the actuator is than the
     model at which stretch, not why, and holds only for inputs like those that it was fitted to.
     What has not been stretched so far keeps the factor of the largest stretch that was. Bounds keep
-    the elastic side growing (but for the largest ones in equibiaxial tension, where nothing is solved).
+    the elastic side growing.
     """
 
     name = "discrepancy"
