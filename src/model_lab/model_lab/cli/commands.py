@@ -146,6 +146,8 @@ def learn(arguments: argparse.Namespace) -> None:
 def _learned_again(arguments: argparse.Namespace) -> list[object]:
     """The words that make the effect file and the report again."""
     words: list[object] = ["learn", arguments.data, "--model", arguments.model]
+    if arguments.free_modulus:
+        words.append("--free-modulus")
     for path in arguments.effects:
         words += ["--effects", path]
     if arguments.allow_effect_files:
@@ -316,6 +318,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
+            options.FREE_MODULUS,
             argument(
                 "--out", type=Path, required=True, metavar="NAME.py", help="effect file to write"
             ),
