@@ -13,10 +13,12 @@ import json
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from bench.__main__ import table
+from bench.kept import Unfinished
 
 OUT = Path("out/bench")
 
@@ -35,11 +37,15 @@ def measure(package: str, name: str, options: Mapping[str, Any]) -> list[dict[st
     return rows
 
 
-def write(package: str, rows: Sequence[dict[str, Any]]) -> Path:
-    """Write what has been measured so far; where to."""
+def write(package: str, group: str, rows: Sequence[dict[str, Any]]) -> Path:
+    """Write the rows of a group in place of its old ones; those of other groups stay."""
     path = OUT / f"bench-{package}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(rows, indent=2) + "\n")
+    before = json.loads(path.read_text()) if path.exists() else []
+    kept = [row for row in before if row.get("group", group) != group]
+    when = datetime.now().isoformat(" ", "minutes")
+    kept += [{"group": group, **row, "measured": when} for row in rows]
+    path.write_text(json.dumps(kept, indent=2) + "\n")
     return path
 
 
@@ -72,14 +78,15 @@ def main(
     for name in given["rows"]:
         print(f"bench: {name} ...", flush=True)
         try:
-            rows += measure(package, name, given)
-            write(package, rows)
+            found = measure(package, name, given)
+            rows += found
+            print(f"bench: written to {write(package, name, found)}", flush=True)
+        except Unfinished as left:
+            failed.append(f"{name} is not finished, start it again to go on: {left}")
         except Exception:  # noqa: BLE001 (one broken group must not hide the others)
             traceback.print_exc()
-            failed.append(name)
-    path = write(package, rows)
+            failed.append(f"{name} could not be run")
     print(table(rows))
-    print(f"bench: written to {path}")
-    for name in failed:
-        print(f"bench: {name} could not be run", file=sys.stderr)
+    for what in failed:
+        print(f"bench: {what}", file=sys.stderr)
     return 1 if failed else 0

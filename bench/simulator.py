@@ -16,7 +16,7 @@ import numpy as np
 import pybullet
 
 from bench.row import at_least, at_most, stated
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.scene.contacts import Contact
 from pneuflex_sim.simulation import Simulation, SimulationConfig

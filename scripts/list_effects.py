@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from pathlib import Path
 
-from softhand_model.effects import STAGES, Effect, effect_classes
+from softhand_model.effects import STAGES, Effect, Parameter, effect_classes
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference" / "effects.md"
 HEAD = """# Effects: what acts beyond the base model
@@ -30,8 +30,9 @@ It holds a class that derives from the class of its stage (`softhand_model.effec
 * `name`, and `experiments`: those in which it can be seen, of `free_bending`, `blocked_tip`,
   `uniaxial`, `valve_pulse`, `base_torque`;
 * `parameters`: for each a name, a unit, bounds that make physical sense, a description, the usual
-  range (`typical`), whether it spans decades (`logarithmic`), and the value that does nothing
-  (`neutral`), if there is one;
+  range (`typical`), whether it spans decades (`logarithmic`), the value that does nothing
+  (`neutral`), if there is one, and where it goes by what a set measures, that range over the
+  largest pressure or output of the set (`relative`);
 * the one method of its stage, below. Arguments and values are arrays (trial values, rows,
   sections): calculate with numpy;
 * if it depends on what was before: `has_memory = True`. What it keeps goes into the dictionary
@@ -50,12 +51,17 @@ or ends the process is told in one line, and takes no part.
 """
 METHODS = {
     "input": (
-        ("InputEffect", "chamber_pressure(pressure, memory, dt)"),
-        "pressure in the chamber, given the reading",
+        ("InputEffect", "chamber_pressure(pressure, memory, dt)", "delay(elapsed)"),
+        "pressure in the chamber, given the reading; by how much later it shows",
     ),
     "load": (
-        ("LoadEffect", "act_on_load(load, pressure, shape)", "modulus_factor(temperature)"),
-        "the load s; a factor on G",
+        (
+            "LoadEffect",
+            "act_on_load(load, pressure, shape)",
+            "modulus_factor(temperature)",
+            "age_factor(runs)",
+        ),
+        "the load s; factors on G",
     ),
     "elastic": (
         ("ElasticEffect", "stress(stress, strain, shape, memory, dt)", "remember(...)"),
@@ -118,7 +124,7 @@ def _section(effect: type[Effect]) -> str:
         low, high = p.typical or (p.low, p.high)
         lines.append(
             f"| `{p.name}` | {p.description} | {p.unit or '-'} | {p.low:g} to {p.high:g} "
-            f"| {low:g} to {high:g} |\n"
+            f"| {low:g} to {high:g}{_relative(p)} |\n"
         )
     if not effect.physical:
         lines.append("\n**Not physics**: never named by `diagnose`, added only on request.\n")
@@ -127,10 +133,20 @@ def _section(effect: type[Effect]) -> str:
     if effect.unseen_in:
         reasons = [f"{place} ({why})" for place, why in sorted(effect.unseen_in.items())]
         lines.append(f"* Not in: {'; '.join(reasons)}.\n")
+    if effect.not_simulated:
+        lines.append(f"* The simulator refuses it: {effect.not_simulated}.\n")
     if effect.confounded_with:
         alike = [f"`{other}`: {why}" for other, why in sorted(effect.confounded_with.items())]
         lines.append(f"* Easily taken for: {'; '.join(alike)}.\n")
     return "".join(lines)
+
+
+def _relative(parameter: Parameter) -> str:
+    """The usual range in a set, where it goes by what was measured."""
+    if parameter.relative is None:
+        return ""
+    of, low, high = parameter.relative
+    return f"; in a set {low:g} to {high:g} of its largest {of}"
 
 
 if __name__ == "__main__":

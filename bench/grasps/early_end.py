@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from typing import Any
 
-from bench.grasps.steps import gripped, scattered
+from bench.grasps.steps import scattered
+from bench.grasps.verdicts import gripped
 from bench.row import at_least
 
 COUNT = 400
 
 
-def run(seed: int, jobs: int, count: int = COUNT) -> list[dict[str, Any]]:
+def run(seed: int, jobs: int, minutes: float = 120.0, count: int = COUNT) -> list[dict[str, Any]]:
     """Share of scattered trials of the maps with the same verdict on both ways."""
-    short = scattered(seed + 1, count)
+    short, end = scattered(seed + 1, count), time.monotonic() + 60 * minutes
     long = [replace(line, settings=replace(line.settings, early_end=False)) for line in short]
-    ended, run_out = gripped(short, jobs), gripped(long, jobs)
+    ended = gripped("early_end-short", short, jobs, end)
+    run_out = gripped("early_end-long", long, jobs, end)
     same = sum(ended[key] == run_out[key] for key in ended)
-    return [at_least(f"verdict of the short way, {count} trials", 100 * same / count, "%", 99.5)]
+    what = f"verdict of the short way, {count} trials, {sum(run_out.values())} of them gripped"
+    return [at_least(what, 100 * same / count, "%", 99.5)]

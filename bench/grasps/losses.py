@@ -15,6 +15,7 @@ from grasp_strategies.sweep.cluster import LARGEST_BATCH
 from grasp_strategies.sweep.trial_line import Record
 
 KILLS = ("test_kill.py", "test_cluster.py")
+KILLS_LIMIT = 900.0  # [s]
 WORKERS = 2000  # of the thesis's cluster
 COUNT = 2000  # batches without work that the dispatch is measured over
 TRIALS = 20  # that tell how long one takes
@@ -28,7 +29,9 @@ def run(seed: int, count: int = COUNT) -> list[dict[str, Any]]:
 def kills() -> list[dict[str, Any]]:
     """The tests that kill a worker, a sweep and a scheduler in its midst: each line once after."""
     files = [f"test/grasp_strategies/sweep/{name}" for name in KILLS]
-    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-n", "0", *files])
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-n", "0", *files], timeout=KILLS_LIMIT
+    )
     name = "kill -9 of worker, sweep and scheduler: status of the tests of lines lost or twice"
     return [at_most(name, done.returncode, "", 0)]
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from bench.row import at_least
-from grasp_strategies.fitting import fitting_strategies
-from grasp_strategies.judge import GRIPPED
+from grasp_strategies.judging.judge import GRIPPED
 from grasp_strategies.strategy import load_strategy
+from grasp_strategies.strategy.fitting import fitting_strategies
 from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
 from grasp_strategies.sweep.plan import SweptObject
 from grasp_strategies.trials import TrialSettings

@@ -102,11 +102,13 @@ DESIGN = {
 CATALOGUE = {
     "free_bending": "gent_stiffening yeoh_stiffening viscoelasticity tube_lag hysteresis "
     "mullins_softening pressure_offset dead_zone section_rounding temperature_modulus gravity "
-    "thick_wall actuation_nonlinearity angle_offset angle_sensor_lag",
+    "thick_wall actuation_nonlinearity angle_offset angle_sensor_lag clock_offset "
+    "chamber_contact ballooning ageing creep camera_perspective sensor_drift saturation",
     "blocked_tip": "pressure_offset pressure_gain tube_lag dead_zone section_rounding "
-    "gauge_compliance tip_friction force_offset",
+    "gauge_compliance tip_friction force_offset clock_offset chamber_contact ballooning "
+    "sensor_drift saturation",
     "uniaxial": "gent_stiffening yeoh_stiffening mooney_rivlin viscoelasticity hysteresis "
-    "mullins_softening temperature_modulus",
+    "mullins_softening temperature_modulus ageing creep sensor_drift saturation",
     "valve_pulse": "line_friction switching_volume pulse_bias valve_delay leakage",
     "base_torque": "bend_twist_coupling passive_layer_slack",
 }
@@ -143,7 +145,16 @@ FORMS = {  # law: its family
     "fung": STIFFENING,
     "gent_thomas": "mooney_rivlin",
     "two_modes": "viscoelasticity",
-    "power_law": "viscoelasticity",
+    "power_law": "viscoelasticity creep",
+    "power_creep": "creep viscoelasticity",
+    "clock_drift": "clock_offset",
+    "log_chamber_contact": "chamber_contact ballooning",
+    "balloon_series": "ballooning chamber_contact",
+    "fatigue": "ageing",
+    "near_camera": "camera_perspective",
+    "session_creep": "sensor_drift",
+    "warming_sensor": "sensor_drift",
+    "soft_saturation": "saturation",
     "bouc_wen": "hysteresis",
     "plays": "hysteresis",
     "ogden_roxburgh": "mullins_softening",
@@ -166,11 +177,13 @@ FORMS = {  # law: its family
 FORMS_IN = {
     "free_bending": "ogden arruda_boyce fung two_modes power_law bouc_wen plays ogden_roxburgh "
     "second_order_tube orifice_tube soft_dead_zone curved_zero arrhenius rational_rounding "
-    "tip_heavy rational_thick_wall cascaded_sensor",
+    "tip_heavy rational_thick_wall cascaded_sensor clock_drift log_chamber_contact "
+    "balloon_series fatigue power_creep near_camera session_creep warming_sensor soft_saturation",
     "blocked_tip": "second_order_tube orifice_tube soft_dead_zone curved_zero rational_rounding "
-    "hardening_gauge smooth_tip_friction",
+    "hardening_gauge smooth_tip_friction clock_drift log_chamber_contact balloon_series "
+    "warming_sensor soft_saturation",
     "uniaxial": "ogden arruda_boyce fung gent_thomas two_modes power_law bouc_wen plays "
-    "ogden_roxburgh arrhenius",
+    "ogden_roxburgh arrhenius fatigue power_creep soft_saturation",
     "valve_pulse": "compressible_line orifice_leak pressed_valve warm_dead_volume",
 }
 
@@ -266,14 +279,14 @@ def nothing(
 
 
 # ---------------------------------------------------------------------- outside the catalogue
-FAULTS = (
-    "hard_saturation soft_saturation clock_drift clamp_slip gain_step session_drift "
-    "warming_sensor interference"
-)
+FAULTS = "clamp_slip gain_step session_drift interference dropped_frames stuck_encoder"
 OUTSIDE = {  # laws, and error before over floor
-    "free_bending": (f"snap_through two_leaks {FAULTS}", (3.0, 5.0, 10.0)),
-    "blocked_tip": (f"snap_through two_leaks {FAULTS}", (5.0,)),
-    "uniaxial": (FAULTS, (5.0,)),
+    "free_bending": (f"snap_through two_leaks ringing delamination {FAULTS}", (3.0, 5.0, 10.0)),
+    "blocked_tip": (
+        f"snap_through two_leaks ringing {FAULTS.removesuffix(' delamination')}",
+        (5.0,),
+    ),
+    "uniaxial": (f"delamination {FAULTS}", (5.0,)),
     "valve_pulse": ("sticky_valve saturated_meter stepping_gain wearing_choke", (5.0,)),
     "base_torque": ("crosstalk", (5.0,)),
 }

@@ -59,6 +59,16 @@ class Scene:
         """Temperature (runs,)."""
         return np.array([run.temperature for run in self.runs])
 
+    @property
+    def before(self) -> Array:
+        """How many runs the specimen of each run (runs,) has had before, none if virgin."""
+        so_far: dict[str, int] = {}
+        counted = []
+        for run in self.runs:
+            so_far[run.specimen] = 0 if run.virgin else so_far.get(run.specimen, -1) + 1
+            counted.append(so_far[run.specimen])
+        return np.array(counted, float)
+
     def body(self) -> Body:
         """Sections of each run's specimen."""
         rows = [
@@ -171,6 +181,18 @@ def walls(
     return made, _passes(list(made), _some(rng, drives, 3), repeats, False)
 
 
+def shapes(
+    rng: np.random.Generator, drives: list[Protocol], repeats: int
+) -> tuple[dict[str, Any], list[PlannedRun]]:
+    """Four fingers of other lengths and heights under three of the protocols."""
+    sizes = ((0.06, 0.02, 0.003), (0.09, 0.02, 0.0025), (0.09, 0.028, 0.003), (0.12, 0.016, 0.0035))
+    made = {
+        f"f{1e3 * length:.0f}_{1e3 * height:.0f}": specimen(wall, length=length, height=height)
+        for length, height, wall in sizes
+    }
+    return made, _passes(list(made), _some(rng, drives, 3), repeats, False)
+
+
 def temperatures(
     rng: np.random.Generator, drives: list[Protocol], repeats: int
 ) -> tuple[dict[str, Any], list[PlannedRun]]:
@@ -213,6 +235,7 @@ DESIGNS: dict[str, Make] = {
     "standard": standard,
     "recovered": recovered,
     "walls": walls,
+    "shapes": shapes,
     "temperatures": temperatures,
     "mounts": mounts,
     "tapered": tapered,

@@ -54,7 +54,7 @@ def _inflate(experiment: str, scene: Scene, plant: Plant, time: Array, supply: A
     pressure = supply
     for change in plant.chamber:
         pressure = change(time, pressure)
-    body, dt = scene.body(), time[:, 1] - time[:, 0]
+    body, dt = plant.aged(scene.body(), scene.before), time[:, 1] - time[:, 0]
     _carry_softening(scene, plant, body, dt, pressure, blocked)
     stretch, force = balance.stretches(plant, body, dt, pressure, scene.temperature, blocked)
     if blocked:
@@ -105,7 +105,7 @@ def _printed_angle(plant: Plant, body: Body, pressure: Array) -> Array:
 
 def _pull(experiment: str, scene: Scene, plant: Plant, time: Array, supply: Array) -> Array:
     """Nominal stress of a strip: the stretch is given, so memory just follows."""
-    body, stretch = scene.body(), 1.0 + supply
+    body, stretch = plant.aged(scene.body(), scene.before), 1.0 + supply
     warm, dt = scene.temperature[:, None], (time[:, 1] - time[:, 0])[:, None]
     for memory in (plant.modes, plant.loop):
         if memory is not None:

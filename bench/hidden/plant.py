@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -58,6 +58,7 @@ class Plant:
     gauge: list[Callable[[Array], Array]] = field(default_factory=list)
     chamber: list[Callable[[Array, Array], Array]] = field(default_factory=list)
     modulus: list[Callable[[Array], Array]] = field(default_factory=list)
+    ageing: list[Callable[[Array], Array]] = field(default_factory=list)  # runs before -> factor
     loads: list[Callable[[Array, Array], Array]] = field(default_factory=list)
     factors: list[Callable[[Array, Body], Array]] = field(default_factory=list)
     softening: Softening | OgdenRoxburgh | None = None
@@ -80,6 +81,13 @@ class Plant:
     def remembers(self) -> bool:
         """Whether the rubber's stress depends on its past within a run (softening apart)."""
         return self.modes is not None or self.loop is not None
+
+    def aged(self, body: Body, before: Array) -> Body:
+        """The body of specimens that have had so many runs (rows,) before."""
+        factor = np.ones(len(before))
+        for change in self.ageing:
+            factor = factor * change(before)
+        return replace(body, modulus=body.modulus * factor[:, None])
 
     def elastic(self, stretch: Array, body: Body) -> Array:
         """Q: the elastic stress over G with its factors."""

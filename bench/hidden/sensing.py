@@ -78,6 +78,38 @@ def orifice(time: Array, value: Array, time_constant: float, scale: float) -> Ar
     return integrate(time, value, rate, 1, 5 / time_constant)[0]
 
 
+def late(time: Array, value: Array, delay: Array | float) -> Array:
+    """The value (runs, steps) of a time ago, nothing before the run, its end beyond it."""
+    rows = zip(time, value, time - delay, strict=True)
+    return np.array([np.interp(then, t, y, left=0.0) for t, y, then in rows])
+
+
+def seen_aslant(angle: Array, length: float, tilt: float, distance: float) -> Array:
+    """Direction [rad] of the tip of an arc (its tip angle [rad], length [m]) as a pinhole camera
+    sees it, tilted [rad] about the straight finger, at a distance [m]: that of the last tenth.
+    """
+    seen = []
+    for share in (0.9, 1.0):
+        bend = np.where(np.abs(angle) > 1e-9, angle, 1e-9)
+        along, across = np.sin(share * bend) / bend, (1 - np.cos(share * bend)) / bend
+        depth = 1 + length * across * np.sin(tilt) / distance
+        seen.append((along / depth, across * np.cos(tilt) / depth))
+    (x, y), (tip_x, tip_y) = seen
+    chord = 0.95 * angle  # within pi of what is seen
+    raw = np.arctan2(tip_y - y, tip_x - x)
+    return (raw + 2 * np.pi * np.round((chord - raw) / (2 * np.pi))) / 0.95
+
+
+def stuck(value: Array, low: float, high: float) -> Array:
+    """A reading that stays at one end of a gap while the value crosses it."""
+    shown = value.copy()
+    for k in range(value.shape[1]):
+        inside = (value[:, k] > low) & (value[:, k] < high)
+        before = shown[:, k - 1] if k else np.zeros(len(value))
+        shown[:, k] = np.where(inside, np.where(before >= high, high, low), value[:, k])
+    return shown
+
+
 def softplus(value: Array, threshold: float, width: float) -> Array:
     """A dead zone without an edge, zero at zero."""
     at_rest = np.logaddexp(0, -threshold / width)

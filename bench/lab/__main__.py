@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from typing import Any
 
+from bench.kept import append, read
 from bench.lab import store
 from bench.lab.speed import measure_speed
 from bench.lab.table import TARGETS, misses_of, notes_of, rows_of, text_of
@@ -65,12 +66,12 @@ def main(arguments: list[str] | None = None) -> int:
     if chose.rows == ["speed"]:
         cases = []
     jobs = jobs_of(cases, chose.per_case, revision, chose.noise)
-    kept = {} if chose.fresh else store.read()
+    kept = {} if chose.fresh else read(store.LINES)
     open_jobs = [job for job in jobs if job.key not in kept]
     print(f"bench.lab: {len(jobs)} sets, {len(open_jobs)} to do, revision {revision}", flush=True)
     until = time.monotonic() + 60 * chose.limit_minutes
     for number, record in enumerate(finished(open_jobs, chose.workers, until), 1):
-        store.append(record)
+        append(record, store.LINES)
         kept[record["key"]] = record
         _progress(number, len(open_jobs), record)
     records = [kept[job.key] for job in jobs if job.key in kept]

@@ -20,14 +20,14 @@ KNOWN = f"{OBSERVER}/test_known_masses.py"
 DECISIONS = f"{CONTROL}/test_decisions.py"
 MODULES = (
     Row(
-        "grasp_strategies.judge",
+        "grasp_strategies.judging.judge",
         (
-            "test/grasp_strategies/test_judge.py",
-            "test/grasp_strategies/test_verdicts.py",
-            "test/grasp_strategies/test_failure.py",
+            "test/grasp_strategies/judging/test_judge.py",
+            "test/grasp_strategies/judging/test_verdicts.py",
+            "test/grasp_strategies/judging/test_failure.py",
         ),
     ),
-    Row("grasp_strategies.failure", ("test/grasp_strategies/test_failure.py",)),
+    Row("grasp_strategies.judging.failure", ("test/grasp_strategies/judging/test_failure.py",)),
     Row("grasp_strategies.sequencer", ("test/grasp_strategies/test_sequencer.py",)),
     Row("pneumaticbox_driver.safety", (f"{DRIVER}/test_safety.py",)),
     Row(

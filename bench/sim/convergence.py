@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bench.simulator import response_time
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.world import SETTINGS
 
@@ -94,16 +94,26 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, and replace what stands between the marks."""
     options = parser().parse_args(arguments)
-    page = DOCS.read_text()
-    if BEGIN not in page or END not in page:
-        raise ValueError(f"{DOCS}: expected the marks {BEGIN} and {END}")
+    page = between(DOCS.read_text(), BEGIN, END, "")  # the marks are there
     run_trial(0, TrialSettings(step=0.01))  # compile
     tables = text(by_step(), by_settings())
     if options.print:
         print(tables)
         return
-    head, tail = page.split(BEGIN)[0], page.split(END)[1]
-    DOCS.write_text(f"{head}{BEGIN}\n{tables}\n{END}{tail}")
+    DOCS.write_text(between(page, BEGIN, END, tables))
+
+
+def between(page: str, begin: str, end: str, text: str) -> str:
+    """A page with another text between two marks.
+
+    Raises ValueError when the page lacks one of them.
+
+    >>> between("a <b> old <e> z", "<b>", "<e>", "new").replace(chr(10), "/")
+    'a <b>/new/<e> z'
+    """
+    if begin not in page or end not in page:
+        raise ValueError(f"{DOCS}: expected the marks {begin} and {end}")
+    return f"{page.split(begin)[0]}{begin}\n{text}\n{end}{page.split(end)[1]}"
 
 
 if __name__ == "__main__":

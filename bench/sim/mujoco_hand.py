@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
@@ -20,7 +20,7 @@ from bench.sim.mujoco_model import Settings
 from bench.sim.mujoco_simulation import MujocoSimulation
 from bench.sim.timing import StepTimes, timed_steps
 from grasp_strategies.in_process_scene import InProcessScene
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy
 from grasp_strategies.trials import draw_placement
@@ -47,9 +47,9 @@ class Grasp:
     result: GraspResult
 
 
-def grasp(engine: str, seed: int, step: float) -> Grasp:
+def grasp(engine: str, seed: int, step: float, segments: int = 5) -> Grasp:
     """The grasp of a seed by an engine: `ours` or one of `MUJOCO`."""
-    config = configuration(seed, step)
+    config = replace(configuration(seed, step), segments=segments)
     if engine == OURS:
         bullet = (pybullet, "stepSimulation")
         return _run(lambda: Simulation(config), Simulation, bullet, _bullet_points)

@@ -1,5 +1,6 @@
 """Table 5.2 re-made: simulated seconds per CPU second of a grasp, 1 to 50 ms, by the settings of
 the solver; the thesis' numbers (SOFA on another machine: an order of magnitude only) beside them.
+`python -m bench.sim.thesis_table` writes it into the simulator's page, with MuJoCo.
 
 A contact counts as missed when its pair of links first touches deeper in one another than DEEP: a
 step before they did not touch. What passes through within one step leaves no such trace: it shows
@@ -8,6 +9,8 @@ in the outcome. A grasp whose simulation diverged has no figures but that.
 
 from __future__ import annotations
 
+import argparse
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,8 +18,11 @@ from typing import Any
 import pybullet
 
 from bench.row import at_least, at_most, stated
+from bench.sim.convergence import DOCS, between
+from bench.sim.mujoco_hand import MUJOCO
+from bench.sim.mujoco_hand import grasp as mujoco_grasp
 from bench.sim.timing import StepTimes, timed_steps
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.trials import TrialSettings, run_trial
 from pneuflex_sim.simulation import Simulation
 
@@ -35,6 +41,7 @@ TARGET_STEPS = (0.001, 0.002, 0.005, 0.010)
 OUTSIDE = "outside stepSimulation a segment and step"
 OUTSIDE_TARGET = 2.5  # [us] a segment and step
 DEEP = 0.002  # [m]
+BEGIN, END = "<!-- Table 5.2 -->", "<!-- end of Table 5.2 -->"
 
 
 @dataclass
@@ -126,6 +133,61 @@ def _cell(
     return found
 
 
+def page_table() -> str:
+    """The table of the simulator's page in Markdown: here, SOFA (the thesis) and MuJoCo."""
+    head = "".join(f" {1e3 * step:g} ms |" for step in STEPS)
+    lines = [f"| actuators x segments | engine, settings |{head}", "|---" * (len(STEPS) + 2) + "|"]
+    for segments in (5, 15):
+        size = f"| {ACTUATORS} x {segments} |"
+        for settings in ("fast", "default", "stable"):
+            runs = [grasp(settings, segments, step) for step in STEPS]
+            cells = [
+                _held(run.times.factor(h), run.outcome) for run, h in zip(runs, STEPS, strict=True)
+            ]
+            lines.append(_line(f"{size} here, {settings} |", cells))
+        for settings in ("fast", "default", "stable"):
+            cells = [f"{value:.2f}" for value in THESIS[settings, segments]]
+            lines.append(_line(f"{size} thesis: SOFA, {settings} |", cells))
+        for engine in MUJOCO:
+            found = [mujoco_grasp(engine, 0, step, segments) for step in STEPS]
+            cells = [
+                _held(run.times.factor(h), run.result.outcome)
+                for run, h in zip(found, STEPS, strict=True)
+            ]
+            lines.append(_line(f"{size} {engine} |", cells))
+    return "\n".join(lines)
+
+
+def _line(head: str, cells: Sequence[str]) -> str:
+    line = head + "".join(f" {cell} |" for cell in cells)
+    print(line, file=sys.stderr, flush=True)
+    return line
+
+
+def _held(factor: float, outcome: str) -> str:
+    if outcome == "diverged":
+        return outcome
+    return f"{factor:.2f}" if outcome == "gripped" else f"{factor:.2f} ({outcome})"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure, and replace what stands between the marks."""
+    parser = argparse.ArgumentParser(
+        prog="bench.sim.thesis_table",
+        description=f"Make Table 5.2 again (some minutes) and write it into {DOCS}, in place of "
+        f"what stands between the marks {BEGIN} and {END}.",
+    )
+    parser.add_argument("--print", action="store_true", help="leave the page as it is")
+    options = parser.parse_args(arguments)
+    page = between(DOCS.read_text(), BEGIN, END, "")  # the marks are there
+    run_trial(0, TrialSettings(step=0.01))  # compile
+    table = page_table()
+    if options.print:
+        print(table)
+    else:
+        DOCS.write_text(between(page, BEGIN, END, table))
+
+
 def _lines(settings: str, segments: int, runs: Sequence[Run], theirs: Sequence[float]) -> str:
     """The rows of the thesis' table, ours and its own, and what became of the grasp."""
     head = f"{ACTUATORS * segments} segments, {settings}"
@@ -143,3 +205,7 @@ def _lines(settings: str, segments: int, runs: Sequence[Run], theirs: Sequence[f
         [head]
         + [f"  {key:10s}" + "".join(f"{cell:>10s}" for cell in row) for key, row in cells.items()]
     )
+
+
+if __name__ == "__main__":
+    main()

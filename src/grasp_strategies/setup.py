@@ -35,6 +35,7 @@ setup(
         "pneuflex_sim",
         "numpy",
         "scipy",
+        "matplotlib",
         "PyYAML",
     ],
     extras_require={"test": ["pytest"], "dask": ["distributed"]},

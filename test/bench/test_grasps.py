@@ -1,9 +1,13 @@
 """The bench of grasps without its long runs."""
 
+import time
+
 import pytest
 
+from bench.grasps import over_ros, verdicts
 from bench.grasps.steps import COUNT, SIDES, at_step, beside, scattered
 from bench.grasps.table_grasps import OBJECTS, strategy_for
+from bench.kept import Unfinished
 
 
 def test_every_object_on_the_table_has_a_strategy_of_the_hand():
@@ -31,3 +35,73 @@ def test_a_trial_beside_another_differs_in_its_place_alone():
     shift = [b - a for a, b in zip(line.placement.offset, moved.placement.offset, strict=True)]
     assert shift == pytest.approx([0.0, 0.003])
     assert at_step(line, 0.001).placement == line.placement
+
+
+@pytest.fixture
+def kept_here(monkeypatch, tmp_path):
+    """A working directory of its own."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_verdicts_stop_when_their_time_is_over_and_have_those_of_before(kept_here, monkeypatch):
+    ran = []
+
+    def run(lines, folder, jobs):
+        ran.append((len(lines), folder.parent))
+        return [{"key": line.key, "outcome": "gripped"} for line in lines]
+
+    monkeypatch.setattr(verdicts, "run_lines", run)
+    monkeypatch.setattr(verdicts, "PART", 3)
+    lines = scattered(0, 5)
+    found = verdicts.gripped("some", lines, 1, time.monotonic() + 60)
+    assert found == {line.key: True for line in lines}
+    assert ran == [(3, verdicts.OUT), (5, verdicts.OUT)]
+    with pytest.raises(Unfinished, match="some: 5 of 5 trials are left"):
+        verdicts.gripped("some", lines, 1, time.monotonic() - 1)
+
+
+def test_a_trial_without_a_verdict_is_not_taken_for_a_failed_grasp(kept_here, monkeypatch):
+    raised = [{"key": "push_map/cup/0,0/0", "error": "ValueError: no"}]
+    monkeypatch.setattr(verdicts, "run_lines", lambda *_: raised)
+    with pytest.raises(RuntimeError, match=r"1 trials without verdict: push_map/cup/0,0/0"):
+        verdicts.gripped("some", scattered(0, 1), 1, time.monotonic() + 60)
+
+
+def test_grasps_over_ros_are_counted_both_ways_and_made_once(kept_here, monkeypatch):
+    made = []
+
+    def way(name, lifts):
+        def grasp(strategy, options):
+            made.append((name, strategy, options.seed))
+            outcome = "gripped" if lifts(strategy, options.seed) else "lost"
+            return {"outcome": outcome, "reason": "so"}
+
+        return grasp
+
+    ways = {
+        "in process": way("in", lambda *_: True),
+        "over ROS": way("over", lambda strategy, seed: seed != 1),
+    }
+    monkeypatch.setattr(over_ros, "WAYS", ways)
+    names = ("surface_constrained", "rbo_hand_1_push")
+    rows = over_ros.run(0, minutes=1, seeds=2, many=4, names=names)
+    assert len(made) == len(set(made)) == 2 * (2 * 2 + 2)
+    assert [row["value"] for row in rows] == [2, 1, 2, 1, 50, 75]
+    assert over_ros.run(0, minutes=0, seeds=2, many=4, names=names) == rows
+    assert len(made) == 12
+    with pytest.raises(Unfinished, match="4 of 16 grasps are left"):
+        over_ros.run(0, minutes=-1, seeds=3, many=5, names=names)
+    assert len((kept_here / over_ros.LINES).read_text().splitlines()) == 12
+
+
+def test_a_grasp_over_ros_begins_in_the_world_of_its_strategy():
+    options = over_ros.options_of("rbo_hand_2_slide_to_wall", 3)
+    assert (options.scene, options.wall_inclination, options.object) == (
+        "wall",
+        60,
+        "thin_cylinder",
+    )
+    assert options.await_commander and options.seed == 3
+    again = over_ros.options_of("rbo_hand_2_slide_to_wall", 4)
+    assert again.object_offset != options.object_offset

@@ -9,6 +9,7 @@ from types import ModuleType
 import pytest
 
 from bench.groups import groups, main
+from bench.kept import Unfinished
 from bench.robust.__main__ import OPTIONS
 from bench.robust.faults import cases
 from bench.robust.messages import hostile, long_named, message_type, messages
@@ -40,6 +41,35 @@ def test_a_group_gets_those_of_the_options_that_it_takes(monkeypatch, tmp_path, 
     assert "bench: minutes 60, seed 3" in capsys.readouterr().out
     (row,) = json.loads((tmp_path / "out/bench/bench-robust.json").read_text())
     assert row["value"] == 3.0 and row["met"]
+
+
+def test_the_rows_of_other_groups_stay_in_the_file(monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    values = {"calls": 3.0, "messages": 4.0}
+    for name in values:
+        group = ModuleType(f"bench.robust.{name}")
+        group.run = lambda name=name: [at_most(name, values[name], "", 3)]
+        monkeypatch.setitem(sys.modules, f"bench.robust.{name}", group)
+    main("robust", "Attack.", OPTIONS, ["--rows", "calls", "messages"])
+    values["calls"] = 1.0
+    main("robust", "Attack.", OPTIONS, ["--rows", "calls"])
+    rows = json.loads((tmp_path / "out/bench/bench-robust.json").read_text())
+    assert {row["group"]: row["value"] for row in rows} == {"calls": 1.0, "messages": 4.0}
+    assert all(row["measured"] for row in rows)
+
+
+def test_a_group_whose_time_is_over_says_how_to_go_on(monkeypatch, tmp_path, capsys):
+    def run():
+        raise Unfinished("3 of 4 are left")
+
+    group = ModuleType("bench.robust.calls")
+    group.run = run
+    monkeypatch.setitem(sys.modules, "bench.robust.calls", group)
+    monkeypatch.chdir(tmp_path)
+    assert main("robust", "Attack.", OPTIONS, ["--rows", "calls"]) == 1
+    error = capsys.readouterr().err
+    assert "calls is not finished, start it again to go on: 3 of 4 are left" in error
+    assert "Traceback" not in error
 
 
 @pytest.mark.parametrize("name", HEARD)

@@ -11,11 +11,11 @@ import pytest
 
 from bench.row import stated
 from bench.sim import __main__ as bench_sim
-from bench.sim import border, convergence, thesis_table
+from bench.sim import border, convergence, step_parts, thesis_table
 from bench.sim.__main__ import groups
 from bench.sim.six_fingers import build
 from bench.sim.timing import StepTimes, timed_steps
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 
 
 def test_every_module_with_rows_is_a_group():
@@ -130,3 +130,13 @@ def test_the_six_fingers_stand_as_the_prototypes_do():
     np.testing.assert_allclose(places[:, 0], [-0.048] * 4 + [0.048] * 2, atol=1e-9)
     np.testing.assert_allclose(sorted(places[:4, 1]), [-0.036, -0.012, 0.012, 0.036], atol=1e-9)
     np.testing.assert_allclose(places[:, 2], -0.09, atol=1e-9)
+
+
+def test_parts_of_a_step_are_of_a_held_object_and_motors_that_are_off_cost_little():
+    found = {
+        row["name"].removeprefix("step: "): row["value"] for row in step_parts.rows(small=True)
+    }
+    assert found["object held at the end"] == 1
+    assert found["engine, object held"] > found["engine, nothing touched but the table"] > 0
+    chain = "chain of 10 spherical joints, motors {}"
+    assert found[chain.format("off")] < found[chain.format("on")]

@@ -10,7 +10,7 @@ LYING, UPRIGHT = (np.pi / 2, 0.0, 0.0), (0.0, 0.0, 0.0)
 PUSH, SURFACE, EDGE = "rbo_hand_1_push", "rbo_hand_1_surface", "rbo_hand_1_edge"
 CASES = {  # object, how it rests and where it lies [m]: at the reference place, 40 mm from the edge
     PUSH: ("cylinder", UPRIGHT, (0.0325, -0.0325)),
-    SURFACE: ("tube", LYING, (0.0165, -0.089)),
+    SURFACE: ("cylinder", LYING, (0.0325, -0.0875)),
     EDGE: ("rod", LYING, (-0.005, 0.0)),
 }
 
@@ -54,5 +54,15 @@ def test_a_hand_that_does_not_advance_misses_the_object():
     assert trial(PUSH, without=("advance",)).outcome == "none"
 
 
+def test_a_far_object_is_lifted_because_the_hand_rolls_over_it():
+    assert trial(SURFACE, shift=(0.040, 0.0)).gripped
+    assert not trial(SURFACE, shift=(0.040, 0.0), without=("roll",)).gripped
+
+
 def test_without_an_edge_nothing_is_pulled_over_it():
     assert not trial(EDGE, scene="table").gripped
+
+
+@pytest.mark.parametrize("height", [-0.020, 0.020])
+def test_the_hand_may_come_20_mm_too_low_or_too_high_over_the_edge(height):
+    assert trial(EDGE, displacement=(0.0, 0.0, height)).gripped

@@ -10,7 +10,7 @@ import pytest
 
 from grasp_strategies import trials
 from grasp_strategies.in_process_scene import build_scene
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.strategy import load_strategy
 from grasp_strategies.trials import (
     Placement,

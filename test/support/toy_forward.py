@@ -17,6 +17,7 @@ class ToyParameter:
     logarithmic: bool = False
     effect: str | None = None
     unit: str = ""
+    spread: float = np.inf
 
 
 class ToyForward:

@@ -18,10 +18,10 @@ import numpy as np
 from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
 from grasp_strategies.sweep.plan import Cell, SweptObject, grid
 from grasp_strategies.sweep.report import wilson
+from grasp_strategies.sweep.success_map import SuccessMap, finished, largest_hole, largest_share
 from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.objects import load_object
-from thesis.frame import Figure, Finding, Job, Results, option
-from thesis.success_map import SuccessMap, finished, largest_hole, largest_share
+from thesis.frame import Finding, Job, Results, option
 
 UPRIGHT = (0.0, 0.0, 0.0)  # rpy of a cylinder that stands [rad]
 YIELDING = ("water_balloon", "tissue")  # reported apart: their models are coarse
@@ -227,30 +227,3 @@ def shrinking(
     lost = 1.0 - after / before if before else 0.0
     ours = f"{before} -> {after} cells: {100 * lost:.0f} % fewer (>= {100 * least:.0f})"
     return Finding(f"negative control: {what}", "-", ours, lost >= least)
-
-
-# ---------------------------------------------------------------- figure
-def draw_maps(figure: Figure, results: Results) -> None:
-    """A column an object: successes without jitter, their mean over 3x3 cells with the border of
-    the region, share of the jittered trials.
-    """
-    maps = maps_of(results)
-    rows = ("once", "filtered", "share")
-    panels = figure.subplots(len(rows), len(maps), sharex=True, sharey=True, squeeze=False)
-    for column, (name, found) in enumerate(maps.items()):
-        for panel, row in zip(panels[:, column], rows, strict=True):
-            _panel(panel, found, getattr(found, row).astype(float))
-        panels[0, column].set_title(name.replace("_", " "), fontsize=8)
-        panels[-1, column].set_xlabel("y [mm]")
-    for panel, label in zip(panels[:, 0], ("once", "3 x 3 mean", "jittered"), strict=True):
-        panel.set_ylabel(f"{label}\nx [mm]")
-
-
-def _panel(panel: Any, found: SuccessMap, values: np.ndarray) -> None:
-    half = 0.5 * found.pitch
-    ends = [found.ys[0] - half, found.ys[-1] + half, found.xs[0] - half, found.xs[-1] + half]
-    panel.imshow(
-        values, origin="lower", extent=[1e3 * end for end in ends], cmap="Greens", vmin=0, vmax=1
-    )
-    if found.region.any() and not found.region.all():
-        panel.contour(1e3 * found.ys, 1e3 * found.xs, found.region, [0.5], colors="k", linewidths=1)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grasp_strategies.sweep.drawing import draw_maps
+from grasp_strategies.sweep.success_map import correlation, overlap, window_mean
 from thesis.chapter_8.object_map import (
     MAIN,
     SMALL_MAP,
@@ -13,7 +15,6 @@ from thesis.chapter_8.object_map import (
     MapParameters,
     about,
     cells_of,
-    draw_maps,
     headline,
     map_plan,
     maps_of,
@@ -23,7 +24,6 @@ from thesis.chapter_8.object_map import (
     shrinking,
 )
 from thesis.frame import Figure, Finding, Job, Report, Results, option
-from thesis.success_map import correlation, overlap, window_mean
 
 SIZE = (18.0, 6.5)
 HEADLINE = ("water_bottle", "paper_cup", "cylinder", "tube", "tape_dispenser", "marker")
@@ -121,4 +121,4 @@ _CHECKED = {FINE: _fine, OTHER: _other, NO_AIR: _no_air, NO_PUSH: _no_push}
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
     """Maps of all objects."""
-    draw_maps(figure, results)
+    draw_maps(figure, maps_of(results))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from grasp_strategies.sweep.drawing import draw_maps
 from thesis.chapter_8.object_map import (
     ALL,
     MAIN,
@@ -15,7 +16,6 @@ from thesis.chapter_8.object_map import (
     Check,
     MapParameters,
     about,
-    draw_maps,
     headline,
     map_plan,
     maps_of,
@@ -113,4 +113,4 @@ _CHECKED = {NO_ROLL: _no_roll, SLIPPERY: _slippery}
 
 def draw(figure: Figure, results: Results, report: Report) -> None:
     """Maps of all objects."""
-    draw_maps(figure, results)
+    draw_maps(figure, maps_of(results))

@@ -15,10 +15,10 @@ from scipy import stats
 from grasp_strategies.sweep import SweepPlan, run_sweep
 from grasp_strategies.sweep.plan import SweptObject
 from grasp_strategies.sweep.report import wilson
+from grasp_strategies.sweep.success_map import Cells, finished, largest_share, overlap
 from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.scenes import Table, load_scene
 from thesis.frame import Figure, Finding, Job, Report, Results, option
-from thesis.success_map import Cells, finished, largest_share, overlap
 
 SIZE = (8.0, 4.5)
 STRATEGY, SCENE = "rbo_hand_1_edge", "edge"

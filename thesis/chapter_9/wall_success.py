@@ -11,10 +11,10 @@ import numpy as np
 from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
 from grasp_strategies.sweep.plan import SweptObject
 from grasp_strategies.sweep.report import wilson
+from grasp_strategies.sweep.success_map import finished
 from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.scenes import load_scene
 from thesis.frame import Figure, Finding, Job, Report, Results, option
-from thesis.success_map import finished
 
 SIZE = (9.0, 3.8)
 SCENE, STRATEGY, OBJECT = "wall", "rbo_hand_2_slide_to_wall", "thin_cylinder"

@@ -177,3 +177,81 @@ def bend_twist_coupling(plant: Plant, k45: float) -> None:
 def passive_layer_slack(plant: Plant, ratio: float) -> None:
     """A passive layer that hangs loose while it is straightened."""
     plant.slack = ratio
+
+
+@law("clock_offset", ("offset", 0.004, 1.5), lambda rng: {"drift": 0.0}, signed=True)
+def clock_offset(plant: Plant, offset: float, drift: float) -> None:
+    """The output's clock is another than the pressure's."""
+    plant.moving = True
+    plant.chamber.append(lambda t, p: sensing.late(t, p, offset + drift * (t - t[:, :1])))
+
+
+@law("chamber_contact", ("gain", 0.02, 20.0), lambda rng: {"onset": rng.uniform(14e3, 28e3)})
+def chamber_contact(plant: Plant, gain: float, onset: float) -> None:
+    """Chambers that touch push one another."""
+    plant.loads.append(lambda s, p: s * (1 + gain * np.maximum(p - onset, 0) / onset))
+
+
+@law(
+    "ballooning",
+    ("gain", 0.02, 8.0),
+    lambda rng: {"onset": rng.uniform(20e3, 34e3), "sharpness": log_uniform(rng, 8.0, 25.0)},
+)
+def ballooning(plant: Plant, gain: float, onset: float, sharpness: float) -> None:
+    """Chambers that swell at a pressure."""
+
+    def load(s: np.ndarray, p: np.ndarray) -> np.ndarray:
+        power = (np.maximum(p, 0) / onset) ** sharpness
+        return s * (1 + gain * power / (1 + power))
+
+    plant.loads.append(load)
+
+
+@law("ageing", ("per_run", 3e-4, 0.08), signed=True)
+def ageing(plant: Plant, per_run: float) -> None:
+    """A modulus that changes from run to run."""
+    plant.ageing.append(lambda before: 1 + per_run * before)
+
+
+@law("creep", ("rate", 0.002, 0.14), lambda rng: {"onset_time": log_uniform(rng, 0.05, 0.6)})
+def creep(plant: Plant, rate: float, onset_time: float) -> None:
+    """Logarithmic creep: log(1 + x) by thirty modes over nine decades."""
+    plant.moving = True
+    speeds, step = np.linspace(np.log(1e-8), np.log(8.0), 30, retstep=True)
+    weights = rate / np.log(10) * step * np.exp(-np.exp(speeds))
+    at_once = 1 - weights.sum()
+    plant.factors.append(lambda lam, body: at_once)
+    plant.modes = Modes(weights / at_once, onset_time / np.exp(speeds))
+
+
+@law("camera_perspective", ("foreshortening", 0.99, 0.35))
+def camera_perspective(plant: Plant, foreshortening: float) -> None:
+    """A camera that looks aslant, from afar."""
+
+    def shown(t: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
+        seen = np.arctan2(foreshortening * np.sin(y), np.cos(y))
+        return seen + 2 * np.pi * np.round((y - seen) / (2 * np.pi))
+
+    plant.sensors.append(shown)
+
+
+@law(
+    "sensor_drift",
+    ("rate", 1e-5, 1.0),
+    lambda rng: {"fading": rng.uniform(0.03, 0.15), "per_run": 0.0},
+    signed=True,
+)
+def sensor_drift(plant: Plant, rate: float, fading: float, per_run: float) -> None:
+    """The zero drifts in every run and from run to run."""
+
+    def shown(t: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
+        within = -rate / fading * np.expm1(-fading * (t - t[:, :1]))
+        return y + within + per_run * np.arange(len(y))[:, None]
+
+    plant.sensors.append(shown)
+
+
+@law("saturation", ("limit", 30.0, 0.01))
+def saturation(plant: Plant, limit: float) -> None:
+    """The sensor ends at a limit."""
+    plant.sensors.append(lambda t, y, p: np.minimum(y, limit))

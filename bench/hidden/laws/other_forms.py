@@ -165,3 +165,94 @@ def smooth_tip_friction(plant: Plant, coefficient: float) -> None:
         return y * (1 - coefficient * np.tanh(rate / (0.03 * np.abs(y).max())))
 
     plant.sensors.append(shown)
+
+
+@law("soft_saturation", ("share", 1.2, 0.3))
+def soft_saturation(plant: Plant, share: float) -> None:
+    """The sensor nears a limit within a few percent of its range."""
+
+    def shown(t: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
+        level = share * y.max()
+        width = 0.04 * level
+        return level - width * np.logaddexp(0, (level - y) / width)
+
+    plant.sensors.append(shown)
+
+
+@law("clock_drift", ("drift", 3e-4, 0.3), signed=True)
+def clock_drift(plant: Plant, drift: float) -> None:
+    """The output's clock runs at another speed than the pressure's."""
+    plant.moving = True
+
+    def shown(t: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
+        rows = [np.interp(a * (1 + drift), a, b) for a, b in zip(t, y, strict=True)]
+        return np.array(rows)
+
+    plant.sensors.append(shown)
+
+
+@law("warming_sensor", ("size", 0.001, 0.8), lambda rng: {"time": rng.uniform(6.0, 15.0)}, True)
+def warming_sensor(plant: Plant, size: float, time: float) -> None:
+    """The zero creeps from the start of every run, whatever the load."""
+    plant.sensors.append(lambda t, y, p: y - size * y.max() * np.expm1(-(t - t[:, :1]) / time))
+
+
+@law("log_chamber_contact", ("gain", 0.02, 40.0), lambda rng: {"onset": rng.uniform(14e3, 28e3)})
+def log_chamber_contact(plant: Plant, gain: float, onset: float) -> None:
+    """Chambers that touch softly, and on an area that grows ever more slowly."""
+
+    def load(s: np.ndarray, p: np.ndarray) -> np.ndarray:
+        above = sensing.softplus(p, onset, 0.05 * onset) / onset
+        return s * (1 + gain * np.log1p(above))
+
+    plant.loads.append(load)
+
+
+@law(
+    "balloon_series",
+    ("gain", 0.02, 8.0),
+    lambda rng: {"onset": rng.uniform(20e3, 32e3), "spread": rng.uniform(0.03, 0.09)},
+)
+def balloon_series(plant: Plant, gain: float, onset: float, spread: float) -> None:
+    """Five chambers that give way one after the other, each within a twentieth of its pressure."""
+    onsets = onset * (1 + spread * np.linspace(-1, 1, 5))
+
+    def load(s: np.ndarray, p: np.ndarray) -> np.ndarray:
+        come = [0.5 + np.arctan((p - each) / (0.03 * onset)) / np.pi for each in onsets]
+        at_rest = [0.5 + np.arctan(-each / (0.03 * onset)) / np.pi for each in onsets]
+        return s * (1 + gain * (np.mean(come, axis=0) - np.mean(at_rest)))
+
+    plant.loads.append(load)
+
+
+@law("fatigue", ("loss", 1e-3, 0.35))
+def fatigue(plant: Plant, loss: float) -> None:
+    """A modulus that falls with the logarithm of the number of runs."""
+    plant.ageing.append(lambda before: 1 - loss * np.log1p(before) / np.log(12.0))
+
+
+@law("power_creep", ("rate", 0.005, 0.6), lambda rng: {"exponent": rng.uniform(0.05, 0.12)})
+def power_creep(plant: Plant, rate: float, exponent: float) -> None:
+    """Relaxation like a small power of time, over five decades."""
+    plant.moving = True
+    times = np.geomspace(0.05, 5e3, 26)
+    weights = times**-exponent
+    plant.modes = Modes(rate * weights / weights.sum(), times)
+
+
+@law("near_camera", ("tilt", 0.08, 1.2), lambda rng: {"distance": rng.uniform(0.4, 0.8)})
+def near_camera(plant: Plant, tilt: float, distance: float) -> None:
+    """A pinhole camera at a distance [m], tilted [rad]."""
+    plant.sensors.append(lambda t, y, p: sensing.seen_aslant(y, 0.09, tilt, distance))
+
+
+@law("session_creep", ("size", 0.001, 0.8), signed=True)
+def session_creep(plant: Plant, size: float) -> None:
+    """The zero creeps over the session, ever more slowly."""
+
+    def shown(t: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
+        spent = np.concatenate([[0.0], np.cumsum(t[:, -1] - t[:, 0])])
+        session = (spent[:-1, None] + t - t[:, :1]) / spent[-1]
+        return y + size * y.max() * np.sqrt(session + 0.02)
+
+    plant.sensors.append(shown)

@@ -39,36 +39,6 @@ def snap_through(plant: Plant, jump: float, up: float, gap: float) -> None:
     plant.sensors.append(shown)
 
 
-@law("hard_saturation", ("share", 0.995, 0.3))
-def hard_saturation(plant: Plant, share: float) -> None:
-    """The sensor ends at a share of the largest output."""
-    plant.sensors.append(lambda t, y, p: np.minimum(y, share * y.max()))
-
-
-@law("soft_saturation", ("share", 1.2, 0.3))
-def soft_saturation(plant: Plant, share: float) -> None:
-    """The sensor nears a limit within a few percent of its range."""
-
-    def shown(t: Array, y: Array, p: Array) -> Array:
-        level = share * y.max()
-        width = 0.04 * level
-        return level - width * np.logaddexp(0, (level - y) / width)
-
-    plant.sensors.append(shown)
-
-
-@law("clock_drift", ("drift", 3e-4, 0.3), signed=True)
-def clock_drift(plant: Plant, drift: float) -> None:
-    """The output's clock runs at another speed than the pressure's."""
-    plant.moving = True
-
-    def shown(t: Array, y: Array, p: Array) -> Array:
-        rows = [np.interp(a * (1 + drift), a, b) for a, b in zip(t, y, strict=True)]
-        return np.array(rows)
-
-    plant.sensors.append(shown)
-
-
 @law("clamp_slip", ("slip", 0.001, 1.0), lambda rng: {"seed": _seed(rng)}, signed=True)
 def clamp_slip(plant: Plant, slip: float, seed: float) -> None:
     """In a quarter of the runs the zero steps at some time."""
@@ -122,12 +92,6 @@ def session_drift(plant: Plant, size: float, seed: float) -> None:
     plant.sensors.append(shown)
 
 
-@law("warming_sensor", ("size", 0.001, 0.8), lambda rng: {"time": rng.uniform(6.0, 15.0)}, True)
-def warming_sensor(plant: Plant, size: float, time: float) -> None:
-    """The zero creeps from the start of every run, whatever the load."""
-    plant.sensors.append(lambda t, y, p: y - size * y.max() * np.expm1(-(t - t[:, :1]) / time))
-
-
 @law("interference", ("size", 0.001, 0.8), lambda rng: {"frequency": rng.uniform(0.5, 1.4)})
 def interference(plant: Plant, size: float, frequency: float) -> None:
     """A periodic disturbance that starts with every run."""
@@ -140,3 +104,53 @@ def interference(plant: Plant, size: float, frequency: float) -> None:
 def crosstalk(plant: Plant, share: float) -> None:
     """A torque sensor whose axes answer to one another."""
     plant.mixing.append(np.eye(3) + share * np.array([[0, 1, 0], [0, 0, -1], [1, 0, 0]]))
+
+
+@law("dropped_frames", ("share", 0.01, 0.9), lambda rng: {"seed": _seed(rng)})
+def dropped_frames(plant: Plant, share: float, seed: float) -> None:
+    """A camera that stands still now and then, for up to this share of a run's tenth."""
+
+    def shown(t: Array, y: Array, p: Array) -> Array:
+        rng, out = np.random.default_rng(int(seed)), y.copy()
+        tenth = y.shape[1] // 10
+        for row in out:
+            for start in range(0, y.shape[1] - tenth, tenth):
+                ends = start + int(share * tenth * rng.uniform(0.3, 1.0))
+                row[start:ends] = row[start]
+        return out
+
+    plant.sensors.append(shown)
+
+
+@law("stuck_encoder", ("width", 0.005, 0.5), lambda rng: {"at": rng.uniform(0.25, 0.45)})
+def stuck_encoder(plant: Plant, width: float, at: float) -> None:
+    """A reading that stays where it is while the value crosses a gap."""
+    plant.sensors.append(lambda t, y, p: sensing.stuck(y, at * y.max(), (at + width) * y.max()))
+
+
+@law("delamination", ("loss", 0.005, 0.8), lambda rng: {"seed": _seed(rng)})
+def delamination(plant: Plant, loss: float, seed: float) -> None:
+    """The glue gives way in two runs in a row, and is mended."""
+
+    def factor(before: Array) -> Array:
+        at = np.random.default_rng(int(seed)).integers(2, max(len(before) - 3, 3))
+        place = np.arange(len(before))
+        return 1 - loss * ((place == at) | (place == at + 1))
+
+    plant.ageing.append(factor)
+
+
+@law(
+    "ringing",
+    ("share", 0.01, 0.9),
+    lambda rng: {"frequency": rng.uniform(1.2, 2.5), "damping": rng.uniform(0.05, 0.15)},
+)
+def ringing(plant: Plant, share: float, frequency: float, damping: float) -> None:
+    """Part of the finger swings like a mass on a spring."""
+    plant.moving = True
+
+    def shown(t: Array, y: Array, p: Array) -> Array:
+        swung = sensing.second_order(t, y, damping / (np.pi * frequency), damping)
+        return y + share * (swung - y)
+
+    plant.sensors.append(shown)

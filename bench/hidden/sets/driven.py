@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.hidden.design import DESIGNS, DRIVES, SECTIONS, ExtraRun, Scene, extended
-from bench.hidden.laws import catalogue, other_forms, outside  # noqa: F401  (they register)
+from bench.hidden.laws import catalogue, curves, other_forms, outside  # noqa: F401  (they register)
 from bench.hidden.laws.registry import LAWS, build
 from bench.hidden.measure import BaseFit, Shown, floor_of, measure, mode_of, strength_for
 from bench.hidden.sets.pulses import make_pulse_set

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from grasp_strategies.failure import ABORTED, DIVERGED, SCENE_FAILED, TIMED_OUT, GraspWatch
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.failure import ABORTED, DIVERGED, SCENE_FAILED, TIMED_OUT, GraspWatch
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.pose import IDENTITY, Motion, Pose, duration_at_speed, heading, inverse
 from grasp_strategies.scene import AirTarget, Array, Observation, Scene, SceneError
 from grasp_strategies.strategy import Phase, Strategy, Waypoint

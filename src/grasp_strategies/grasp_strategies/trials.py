@@ -20,13 +20,13 @@ from typing import Any
 
 import numpy as np
 
-from grasp_strategies.early_end import EarlyEnd, EmptyCourse, looks_at_object
-from grasp_strategies.failure import HOLD, GraspWatch
 from grasp_strategies.in_process_scene import InProcessScene, build_scene
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.early_end import EarlyEnd, EmptyCourse, looks_at_object
+from grasp_strategies.judging.failure import HOLD, GraspWatch
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import Strategy, load_strategy
-from grasp_strategies.variants import varied
+from grasp_strategies.strategy.variants import varied
 from softhand_model.documents.output_file import check_new, write_new
 from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
 

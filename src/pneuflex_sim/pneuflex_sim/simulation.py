@@ -107,6 +107,10 @@ class Simulation:
             model = load_model(model, allow_effect_files=config.allow_effect_files)
         if model.base != "pneuflex":
             raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
+        for effect in model.effects:
+            if effect.not_simulated:
+                file = "model" if isinstance(config.model, Model) else config.model
+                raise ValueError(f"{file}: effects: {effect.name}: {effect.not_simulated}")
         model = model.stiffened(config.modulus_scale)
         layout = build_layout(self.hand, config.segments, model)
         self.channels: tuple[str, ...] = tuple(self.hand.channels)

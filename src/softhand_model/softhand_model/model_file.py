@@ -2,7 +2,7 @@
 
 format: softhand-model/1
 base: pneuflex                                  # or linear
-calibration: {modulus_scale: {A: 1.03}}         # or a scalar
+calibration: {modulus_scale: {A: 1.03}}         # or a scalar; modulus [Pa] likewise, or `free`
 springs: {bending: curvature, lateral: section, twist: 0.5}  # of the simulator's joints
 effects:
   - {name: gravity, parameters: {mass_scale: 1.0}}
@@ -25,12 +25,20 @@ from softhand_model.documents.yaml_document import (
 from softhand_model.effects import Effect, effect_classes, effects_in_file
 from softhand_model.effects.effect import BASES
 from softhand_model.effects.pipeline import in_order
+from softhand_model.hand import plausible
 from softhand_model.hand.joint_stiffness import SpringModel, read_springs
 
 FORMAT = "softhand-model/1"
 ALLOW_EFFECT_FILES = "--allow-effect-files"  # option of the commands that take a model file
 ALLOW_HELP = "run the Python files that model files name; only for files that you trust"
+FREE = "free"
 MODULUS_BOUNDS = (0.1, 10.0)  # the lab calibrates within 15 %; a file may hold more
+
+
+BOUNDS = {
+    "modulus_scale": MODULUS_BOUNDS,
+    "modulus": (plausible.SHEAR_MODULUS.low, plausible.SHEAR_MODULUS.high),
+}
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,9 @@ class Model:
     """A model: `base`, `calibration` (numbers, or numbers by batch, specimen or direction),
     effects by stage order, and the springs of simulated joints.
 
+    `calibration.modulus` is the shear modulus [Pa] of the rubber itself, as a test of it has shown,
+    in place of what actuators and specimens state; `modulus_scale` is a factor on either.
+    free_modulus: whether the lab fits the modulus without bounds (`modulus: free`).
     `std` holds the standard errors of the effects' parameters by effect name, as far as the file
     has them; `files` the Python files of effects that are not built in.
     """
@@ -48,6 +59,7 @@ class Model:
     std: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
     springs: SpringModel = field(default_factory=SpringModel)
+    free_modulus: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", in_order(self.effects))
@@ -72,6 +84,19 @@ class Model:
                 f"got {batch}"
             )
         return scale[batch]
+
+    def shear_modulus(self, stated: float, batch: str | None = None) -> float:
+        """Shear modulus [Pa] of a part for which so much is stated, but for `modulus_scale`.
+
+        >>> Model(calibration={"modulus": 50e3}).shear_modulus(67e3)
+        50000.0
+        """
+        own = self.calibration.get("modulus", stated)
+        if not isinstance(own, Mapping):
+            return own
+        if batch is None and len(own) == 1:
+            return next(iter(own.values()))
+        return own.get(batch or "", stated)
 
     def stiffened(self, factor: float) -> Model:
         """The model of a rubber whose shear modulus is `factor` [-] times as large.
@@ -117,21 +142,29 @@ def load_model(
     """
     document = read_document(find_document(path or "gravity", "models", "model"), FORMAT)
     fields = document.fields(["format", "base"], ["calibration", "effects", "springs"])
-    calibration = _calibration(fields["calibration"]) if "calibration" in fields else {}
+    calibration, free = (
+        _calibration(fields["calibration"]) if "calibration" in fields else ({}, False)
+    )
     effects, std, files = (
         _effects(fields["effects"], own or {}, allow_effect_files)
         if "effects" in fields
         else ((), {}, {})
     )
     springs = read_springs(fields["springs"]) if "springs" in fields else SpringModel()
-    return Model(fields["base"].choice(BASES), calibration, effects, std, files, springs)
+    return Model(fields["base"].choice(BASES), calibration, effects, std, files, springs, free)
 
 
-def _calibration(node: Node) -> dict[str, float | Mapping[str, float]]:
-    """Numbers or mappings of numbers; the modulus scale within its bounds."""
+def _calibration(node: Node) -> tuple[dict[str, float | Mapping[str, float]], bool]:
+    """Numbers or mappings of numbers, those of the modulus within their bounds; and whether the
+    modulus is free.
+    """
     calibration: dict[str, float | Mapping[str, float]] = {}
+    free = False
     for key, value in node.mapping().items():
-        bounds = MODULUS_BOUNDS if key == "modulus_scale" else (-float("inf"), float("inf"))
+        bounds = BOUNDS.get(key, (-float("inf"), float("inf")))
+        if key == "modulus" and value.value == FREE:
+            free = True
+            continue
         if isinstance(value.value, dict):
             if not value.value:
                 raise value.error("at least one entry")
@@ -140,7 +173,7 @@ def _calibration(node: Node) -> dict[str, float | Mapping[str, float]]:
             }
         else:
             calibration[key] = value.number(*bounds)
-    return calibration
+    return calibration, free
 
 
 def _effects(

@@ -16,9 +16,12 @@ from rosgraph_msgs.msg import Clock as Tick
 
 SECOND = 10**9  # [ns]
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+# /clock of any publisher. For messages of a fixed size alone: of a large one whose rest got lost, a
+# best-effort reader of Fast DDS keeps what came, for ever once its publisher has gone
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-# for who needs the message of a certain instant, of any publisher
-LATEST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
+TICKS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
+# for who needs the message of a certain instant
+LATEST = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
 
 
 def latched(depth: int) -> QoSProfile:

@@ -21,7 +21,7 @@ COMMAND = ["add", "discrepancy", "--model", "base", "--data"]
 def saturated(tmp_path_factory):
     """Free bending under a sensor that stops at an angle: no effect of the catalogue does that."""
     folder = tmp_path_factory.mktemp("saturated") / "set"
-    make_set(folder, "free_bending", [("hard_saturation", {})], seed=4, ratio=5.0, noise=0.006)
+    make_set(folder, "free_bending", [("gain_step", {})], seed=4, ratio=5.0, noise=0.006)
     return folder
 
 

@@ -119,7 +119,7 @@ def test_nothing_is_named_in_noise(tmp_path, experiment, seed):
     assert answer["detectable"]
 
 
-@pytest.mark.parametrize("law", ["hard_saturation", "gain_step", "clamp_slip", "two_leaks"])
+@pytest.mark.parametrize("law", ["stuck_encoder", "gain_step", "clamp_slip", "two_leaks"])
 def test_what_no_effect_explains_is_called_so_with_what_it_depends_on(tmp_path, law):
     answer, _ = diagnosed(tmp_path, "free_bending", [law], seed=1, ratio=5.0)
     assert answer["verdict"] == "unexplained"

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from grasp_strategies.fitting import fitting_strategies
 from grasp_strategies.strategy import DATA, load_strategy, strategy_names
-from grasp_strategies.tried_with import TriedWith
+from grasp_strategies.strategy.fitting import fitting_strategies
+from grasp_strategies.strategy.tried_with import TriedWith
 from pneuflex_sim.scene.objects import load_object
 from softhand_bringup.grasp_verdict import verdict_from
 from softhand_bringup.processes import suite

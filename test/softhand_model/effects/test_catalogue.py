@@ -12,8 +12,15 @@ from softhand_model.hand.section import side_wall_ratio, side_wall_term
 
 EFFECTS = effect_classes()
 BY_STAGE = {
-    "input": {"pressure_offset", "pressure_gain", "tube_lag", "dead_zone"},
-    "load": {"temperature_modulus", "section_rounding", "gravity"},
+    "input": {"pressure_offset", "pressure_gain", "tube_lag", "dead_zone", "clock_offset"},
+    "load": {
+        "temperature_modulus",
+        "section_rounding",
+        "gravity",
+        "chamber_contact",
+        "ballooning",
+        "ageing",
+    },
     "elastic": {
         "gent_stiffening",
         "yeoh_stiffening",
@@ -22,6 +29,11 @@ BY_STAGE = {
         "mullins_softening",
         "viscoelasticity",
         "hysteresis",
+        "yeoh_third_order",
+        "second_invariant",
+        "arruda_boyce",
+        "ogden",
+        "creep",
     },
     "structure": {
         "side_wall_integral",
@@ -31,7 +43,14 @@ BY_STAGE = {
         "gauge_compliance",
         "tip_friction",
     },
-    "output": {"angle_offset", "force_offset", "angle_sensor_lag"},
+    "output": {
+        "angle_offset",
+        "force_offset",
+        "angle_sensor_lag",
+        "camera_perspective",
+        "sensor_drift",
+        "saturation",
+    },
 }
 SHAPE = SectionShape(
     np.array([0.02]),

@@ -50,7 +50,7 @@ class Stiffer(ElasticEffect):
 
 CREEP = """
 class Creep(ElasticEffect):
-    name = "creep"
+    name = "relaxing"
     adds = True
 
     def stress(self, stress, strain, shape, memory, dt):
@@ -137,7 +137,7 @@ def test_elastic_effect_is_balanced_exactly(tmp_path):
 
 
 def test_viscous_effect_creeps_to_the_relaxed_shape(tmp_path):
-    chain = chain_with(tmp_path, CREEP, "creep")
+    chain = chain_with(tmp_path, CREEP, "relaxing")
     angles = np.array([tip(chain, dt=0.02) for _ in range(60)])
     assert angles[0] < 0.8 * base_tip()
     assert np.all(np.diff(angles) > -1e-9)

@@ -18,7 +18,7 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from grasp_strategies.judge import GraspResult
+from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.ros.interface import HELP
 from grasp_strategies.ros.parameters import (
     GRASP_SERVICES,

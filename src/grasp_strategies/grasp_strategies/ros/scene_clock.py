@@ -20,8 +20,8 @@ from std_msgs.msg import Header
 
 from grasp_strategies.scene import SceneError
 from softhand_ros.topics import (
-    LATEST,
     RELIABLE,
+    TICKS,
     TakenByHand,
     clock_conflict,
     full_name,
@@ -49,7 +49,7 @@ class SceneClock:
         self.interrupted = threading.Event()
         self._guard = GuardCondition(lambda: None, TakenByHand(), node.context)
         self._wait_set = rclpy_implementation.WaitSet(1, 1, 0, 0, 0, 0, node.context.handle)
-        self._subscription = subscribe_by_hand(node, Clock, "/clock", LATEST)
+        self._subscription = subscribe_by_hand(node, Clock, "/clock", TICKS)
         self._ticks: deque[float] = deque()
         self._newest: float | None = None
         self._told = node.create_publisher(Header, COMMANDED_UNTIL, RELIABLE)

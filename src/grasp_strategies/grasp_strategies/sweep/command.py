@@ -1,4 +1,4 @@
-"""The command `softhand-sweep`: runs a plan, goes on with it, and says what came out."""
+"""The command `softhand-sweep`: runs a plan, goes on with it, and says or reports what came out."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ from pathlib import Path
 
 from grasp_strategies.sweep.plan import load_plan
 from grasp_strategies.sweep.report import summary
+from grasp_strategies.sweep.report_files import write_report
 from grasp_strategies.sweep.run import run_sweep
+
+REPORT = "report"  # in place of a plan
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="softhand-sweep",
         description="Runs the trials of a plan that are not done yet; each is a line of "
-        "results.jsonl as soon as it is done. Start it again to go on.",
+        "results.jsonl as soon as it is done. Start it again to go on. "
+        f"`softhand-sweep {REPORT} FOLDER` writes tables, pictures and JSON of what is done.",
     )
     add = parser.add_argument
     add("plan", type=Path, help="YAML file of the format softhand-sweep/1")
@@ -39,11 +43,33 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _report_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=f"softhand-sweep {REPORT}",
+        description="Writes the report of a sweep: report.md, report.json, shares.png and, where "
+        "the cells are a grid, maps.png.",
+    )
+    parser.add_argument("folder", type=Path, help="of the results, finished or not")
+    parser.add_argument("--out", type=Path, help="folder of the report (that of the results)")
+    parser.add_argument("--force", action="store_true", help="overwrite a report that is there")
+    return parser
+
+
+def _report(options: argparse.Namespace) -> int:
+    files = write_report(options.folder, options.out, options.force)
+    print("\n".join(map(str, files)))
+    return 0
+
+
 def main(arguments: list[str] | None = None) -> int:
-    """Run a sweep from the command line; returns 0, or 2 when plan or results cannot be used."""
-    options = _parser().parse_args(arguments)
+    """Run or report a sweep from the command line; returns 0, or 2 when plan or results cannot be
+    used.
+    """
+    words = sys.argv[1:] if arguments is None else arguments
+    reports = words[:1] == [REPORT]
+    options = _report_parser().parse_args(words[1:]) if reports else _parser().parse_args(words)
     try:
-        return _run(options)
+        return _report(options) if reports else _run(options)
     except (ValueError, OSError) as error:
         print(f"softhand-sweep: {error}", file=sys.stderr)
         return 2

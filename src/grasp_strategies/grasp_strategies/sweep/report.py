@@ -1,13 +1,16 @@
-"""What came out of a sweep: successes by object and variant, why trials failed, how fast it was."""
+"""What came out of a sweep: successes by object and variant, why trials failed."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
 
 from scipy.stats import binomtest
 
-from grasp_strategies.judge import GRIPPED
+from grasp_strategies.judging.judge import GRIPPED
+from grasp_strategies.sweep.success_map import SuccessMap, map_of
 from grasp_strategies.sweep.trial_line import Record
 
 COMMONEST = 3  # reasons of failures that a summary shows
@@ -31,29 +34,64 @@ def group_of(record: Record) -> str:
     return str(record["key"]).rsplit("/", 2)[0]
 
 
+@dataclass(frozen=True)
+class Group:
+    """Trials of an object and variant, by the `name` that their keys share."""
+
+    name: str
+    records: tuple[Record, ...]
+
+    @property
+    def gripped(self) -> int:
+        """Number of successes."""
+        return sum(record.get("outcome") == GRIPPED for record in self.records)
+
+    @property
+    def share(self) -> float:
+        """Share of success [-]."""
+        return self.gripped / len(self.records)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Its 95 % interval [-]."""
+        return wilson(self.gripped, len(self.records))
+
+    @property
+    def failures(self) -> Counter[str]:
+        """How often trials failed of what."""
+        return Counter(_failure(r) for r in self.records if r.get("outcome") != GRIPPED)
+
+    @cached_property
+    def map(self) -> SuccessMap | None:
+        """Its map, if its cells are a grid."""
+        return map_of(self.records)
+
+
+def groups_of(records: Iterable[Record]) -> list[Group]:
+    """Groups in the order of their first trials."""
+    found: dict[str, list[Record]] = {}
+    for record in records:
+        found.setdefault(group_of(record), []).append(record)
+    return [Group(name, tuple(chosen)) for name, chosen in found.items()]
+
+
+def codes_of(records: Iterable[Record]) -> list[str]:
+    """Digests of the states of the code that ran trials."""
+    return sorted({record["versions"]["code"] for record in records if "versions" in record})
+
+
 def summary(records: Iterable[Record]) -> str:
     """Successes with their interval by object and variant, and the commonest failures."""
-    records = list(records)
-    lines = []
-    for group in dict.fromkeys(map(group_of, records)):
-        chosen = [record for record in records if group_of(record) == group]
-        held = sum(record.get("outcome") == GRIPPED for record in chosen)
-        low, high = wilson(held, len(chosen))
-        lines.append(
-            f"{group}: {held} of {len(chosen)} gripped ({100 * low:.0f} to {100 * high:.0f} %)"
-        )
-        lines += [f"    {count} x {failure}" for failure, count in _failures(chosen)]
-    codes = {record["versions"]["code"] for record in records if "versions" in record}
-    if len(codes) > 1:
-        lines.append(
-            f"run by {len(codes)} different states of the code: {', '.join(sorted(codes))}"
-        )
+    records, lines = list(records), []
+    for group in groups_of(records):
+        low, high = (100 * end for end in group.interval)
+        count = f"{group.gripped} of {len(group.records)} gripped"
+        lines.append(f"{group.name}: {count} ({low:.0f} to {high:.0f} %)")
+        commonest = group.failures.most_common(COMMONEST)
+        lines += [f"    {count} x {failure}" for failure, count in commonest]
+    if len(codes := codes_of(records)) > 1:
+        lines.append(f"run by {len(codes)} different states of the code: {', '.join(codes)}")
     return "\n".join(lines)
-
-
-def _failures(records: list[Record]) -> list[tuple[str, int]]:
-    failed = (record for record in records if record.get("outcome") != GRIPPED)
-    return Counter(map(_failure, failed)).most_common(COMMONEST)
 
 
 def _failure(record: Record) -> str:

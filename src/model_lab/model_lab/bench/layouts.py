@@ -16,6 +16,7 @@ from model_lab.experiments.specimen_models import SpecimenSegments
 from model_lab.measurements.measurement_set import (
     DEFLATE,
     INFLATE,
+    MODES,
     OUTPUTS,
     TIP_POSE,
     MeasurementSet,
@@ -23,12 +24,14 @@ from model_lab.measurements.measurement_set import (
     Specimen,
 )
 from softhand_model.chain.segments import SegmentChain
+from softhand_model.effects.effect import STRETCHED
 from softhand_model.gas import AMBIENT_PRESSURE, psi
 from softhand_model.hand.section import free_curvature
 
 DURATION = 24.0  # [s] of a run
 SAMPLES = 200
 PEAKS = {"free_bending": 45e3, "blocked_tip": 45e3, "uniaxial": 2.0}  # [Pa], or stretch above 1
+MODE_PEAKS = {"uniaxial": 3.5, "pure_shear": 2.5, "equibiaxial": 1.6}  # stretch above 1 of rubber
 SHARES = (1.0, 1.0, 0.5, 0.5, 1.0, 2.0)  # of DURATION, by protocol
 SPECIMENS = {
     "thin": {"length": 0.09, "height": 0.02, "width": 0.02, "wall": 0.0025, "side_wall": 0.0025},
@@ -85,21 +88,23 @@ def driven_set(experiment: str) -> MeasurementSet:
             warm, mount = SETTINGS[order % len(SETTINGS)]
             specimen = _specimen(experiment, order, mount)
             specimens[specimen.name] = specimen
-            time, course = protocol.course(share * DURATION, PEAKS[experiment], SAMPLES)
+            mode = MODES[order // 2 % len(MODES)] if experiment == "rubber" else ""
+            peak = MODE_PEAKS[mode] if mode else PEAKS[experiment]
+            time, course = protocol.course(share * DURATION, peak, SAMPLES)
             columns = {"time": time, **_driving(experiment, course)}
             columns[OUTPUTS[experiment][0]] = np.zeros(SAMPLES)
             name = f"r{order + 1}{repeat}"
-            runs.append(Run(name, specimen.name, protocol.name, warm, columns))
+            runs.append(Run(name, specimen.name, protocol.name, warm, columns, mode=mode))
     title = f"synthesised {experiment.replace('_', ' ')}"
     return MeasurementSet(experiment, title, specimens, tuple(runs))
 
 
 def _driving(experiment: str, course: Array) -> dict[str, Array]:
-    return {"stretch": 1.0 + course} if experiment == "uniaxial" else {"pressure": course}
+    return {"stretch": 1.0 + course} if experiment in STRETCHED else {"pressure": course}
 
 
 def _specimen(experiment: str, order: int, mount: str) -> Specimen:
-    if experiment == "uniaxial":
+    if experiment in STRETCHED:
         return Specimen("bar", BAR, batch="A")
     kind = "thick" if order % 2 else "thin"
     if experiment == "blocked_tip":

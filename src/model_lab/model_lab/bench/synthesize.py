@@ -28,6 +28,7 @@ EMPTY: Mapping[str, Callable[[np.random.Generator], MeasurementSet]] = {
     "free_bending": lambda random: driven_set("free_bending"),
     "blocked_tip": lambda random: driven_set("blocked_tip"),
     "uniaxial": lambda random: driven_set("uniaxial"),
+    "rubber": lambda random: driven_set("rubber"),
     "valve_pulse": pulse_set,
     "base_torque": lambda random: held_tip_set(),
 }
@@ -127,7 +128,9 @@ class _Bench:
         able = [
             effect
             for effect in classes.values()
-            if effect.physical and inapplicable(effect, self.empty, "pneuflex") is None
+            if effect.physical
+            and inapplicable(effect, self.empty, "pneuflex") is None
+            and (self.empty.experiment == "rubber" or not effect.refines)
         ]
         given_way = np.linalg.qr(self._nudges())[0]
         order = self._random.permutation(len(able))

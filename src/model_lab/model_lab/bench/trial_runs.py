@@ -7,7 +7,7 @@ protocols and durations cost nothing.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,14 +15,14 @@ import numpy as np
 from model_lab.aliases import Array
 from model_lab.bench.layouts import PUSHES, held_columns, pulse_columns
 from model_lab.bench.protocols import PROTOCOLS
-from model_lab.measurements.measurement_set import INFLATE, MeasurementSet, Run, Specimen
+from model_lab.measurements.measurement_set import INFLATE, MODES, MeasurementSet, Run, Specimen
 from model_lab.measurements.specimens import MOUNTS
 
 SAMPLES = 200
 LONGER = (1.0, 3.0, 10.0, 30.0)  # durations over the shortest that the rate allows
 LONGEST = 4.0  # of the longest run so far
 USUAL_DURATION = 20.0  # [s] of a run by hand, where no time was recorded
-FASTEST_RISE = {"uniaxial": 4.0}  # [s] from rest to the peak that any bench manages
+FASTEST_RISE = {"uniaxial": 4.0, "rubber": 4.0}  # [s] from rest to the peak that any bench manages
 USUAL_RISE = 1.0
 WARMER = 20.0  # [K]
 THICKER = 1.6  # wall of another specimen
@@ -35,7 +35,8 @@ SEED = 0  # of the pulses
 class TrialRun:
     """An experiment that could be done: its inputs (samples,) by column in SI units.
 
-    specimen: as it would be mounted; changes: what is new beside the protocol, in words.
+    specimen: as it would be mounted; changes: what is new beside the protocol, in words; mode: in
+    which rubber is stretched.
     """
 
     protocol: str
@@ -44,6 +45,7 @@ class TrialRun:
     temperature: float
     columns: Mapping[str, Array]
     changes: tuple[str, ...] = ()
+    mode: str = ""
 
 
 def trial_runs(data: MeasurementSet, base: str) -> list[TrialRun]:
@@ -52,18 +54,35 @@ def trial_runs(data: MeasurementSet, base: str) -> list[TrialRun]:
         return list(_pulses(data))
     if data.experiment == "base_torque":
         return list(_held(data))
+    if data.experiment == "rubber":
+        return [trial for mode in MODES for trial in _in_mode(data, base, mode)]
     return list(_driven(data, base))
 
 
 # ---------------------------------------------------------------------- one driven input
+def _in_mode(data: MeasurementSet, base: str, mode: str) -> Iterator[TrialRun]:
+    """Stretches of rubber in a mode: as far as it was stretched in it, or as in the least one."""
+    same = tuple(run for run in data.runs if run.mode == mode)
+    least = min(data.runs, key=lambda run: abs(_peak([run], "stretch", 1.0)))
+    words = () if same else (f"stretched in {mode.replace('_', ' ')}",)
+    for trial in _driven(replace(data, runs=same or (least,)), base):
+        yield replace(trial, mode=mode, changes=(*trial.changes, *words))
+
+
+def _peak(runs: Iterable[Run], driving: str, rest: float) -> float:
+    """Where the input went furthest from rest, less that."""
+    ways = [run.columns[driving] - rest for run in runs]
+    return max((float(way[np.argmax(np.abs(way))]) for way in ways), key=abs)
+
+
 def _driven(data: MeasurementSet, base: str) -> Iterator[TrialRun]:
-    driving = "stretch" if data.experiment == "uniaxial" else "pressure"
-    rest = 1.0 if data.experiment == "uniaxial" else 0.0
-    peak = max(float(run.columns[driving].max()) for run in data.runs) - rest
+    driving = "stretch" if data.stretched else "pressure"
+    rest = 1.0 if data.stretched else 0.0
+    peak = _peak(data.runs, driving, rest)
     courses = [
         (protocol, {"time": time, driving: rest + course})
         for protocol in PROTOCOLS
-        for duration in _durations(data, protocol.fastest() * peak, peak, driving)
+        for duration in _durations(data, protocol.fastest() * abs(peak), abs(peak), driving)
         for time, course in [protocol.course(duration, peak, SAMPLES)]
     ]
     for specimen, temperature, changes in _settings(data, base):
@@ -109,7 +128,7 @@ def _settings(data: MeasurementSet, base: str) -> Iterator[tuple[Specimen, float
             named = f"{first.name}_{mount}"
             words = f"mounted {mount.replace('_', ' ')}"
             yield replace(first, name=named, mount=mount), usual, (words,)
-    if data.experiment != "uniaxial" and base == "pneuflex":
+    if not data.stretched and base == "pneuflex":
         yield from ((other, usual, words) for other, words in _other_wall(used))
 
 
@@ -181,4 +200,5 @@ def run_of(trial: TrialRun, name: str, outputs: tuple[str, ...]) -> Run:
     """The trial as a run whose outputs are zero."""
     samples = len(next(iter(trial.columns.values())))
     zeros = {output: np.zeros(samples) for output in outputs}
-    return Run(name, trial.specimen.name, name, trial.temperature, {**trial.columns, **zeros})
+    columns = {**trial.columns, **zeros}
+    return Run(name, trial.specimen.name, name, trial.temperature, columns, mode=trial.mode)

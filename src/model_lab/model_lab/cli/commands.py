@@ -16,7 +16,7 @@ from model_lab.cli import options
 from model_lab.cli.options import Argument, argument
 from softhand_model.progress import Progress
 
-REPORT = "report.html"
+REPORT, LEARNED = "report.html", "learned.html"
 NOISE = 0.006  # of synthesised sets
 
 
@@ -75,6 +75,8 @@ def _again(arguments: argparse.Namespace) -> str:
         words += ["--effects", str(path)]
     if arguments.allow_effect_files:
         words.append(options.ALLOW_EFFECT_FILES)
+    if arguments.free_modulus:
+        words.append("--free-modulus")
     words += ["--seed", str(arguments.seed), "--report", str(arguments.report), "--force"]
     return shlex.join(words)
 
@@ -99,6 +101,52 @@ def add(arguments: argparse.Namespace) -> None:
     write_model(arguments.out, written, comment, arguments.force)
     print(addition_text(addition, arguments.out), end="")
     options.save_json(arguments, addition_json(addition, str(arguments.out)))
+
+
+def learn(arguments: argparse.Namespace) -> None:
+    """Learn, print, and write the effect file, the JSON and the report."""
+    from model_lab.learning import effect_file, words
+    from model_lab.learning.learn import learn
+    from model_lab.learning.result import learning_json
+    from model_lab.report.text import text_table
+    from softhand_model.documents.output_file import check_new, write_new
+
+    options.check_json(arguments)
+    effect_file.check_name(arguments.out, arguments.force)
+    if arguments.report is not None:
+        check_new(arguments.report / LEARNED, arguments.force)
+    model = options.model(arguments)
+    classes = options.classes(arguments, model)
+    data = options.measurements(arguments)
+    with Progress("learning") as progress:
+        found = learn(data, model, classes, progress)
+    print(f"{words.verdict(found)}\n\n{text_table(words.alternative_rows(found))}")
+    if found.chosen is not None:
+        chosen = found.chosen
+        origin = f" from {data.title or data.experiment}"
+        text = effect_file.text_of(
+            chosen.shape, arguments.out.stem, chosen.values.tolist(), chosen.spread.tolist(), origin
+        )
+        write_new(arguments.out, text, arguments.force)
+        print(f"\n{text_table(words.curve_rows(chosen))}\n\nWritten: {arguments.out}. Next:")
+        print(f"  {words.next_step(arguments.data, arguments.model, arguments.out)}")
+    options.save_json(arguments, learning_json(found))
+    if arguments.report is not None:
+        from model_lab.report.learned import write_learned
+
+        arguments.report.mkdir(parents=True, exist_ok=True)
+        command = shlex.join(["model-lab", *map(str, _learned_again(arguments))])
+        write_learned(found, arguments.report, command)
+
+
+def _learned_again(arguments: argparse.Namespace) -> list[object]:
+    """The words that make the effect file and the report again."""
+    words: list[object] = ["learn", arguments.data, "--model", arguments.model]
+    for path in arguments.effects:
+        words += ["--effects", path]
+    if arguments.allow_effect_files:
+        words.append(options.ALLOW_EFFECT_FILES)
+    return [*words, "--out", arguments.out, "--report", arguments.report, "--force"]
 
 
 def ladder(arguments: argparse.Namespace) -> None:
@@ -196,6 +244,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
+            options.FREE_MODULUS,
             *options.EFFECTS,
             *options.RESULTS,
             options.SEED,
@@ -215,6 +264,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
+            options.FREE_MODULUS,
             *options.EFFECTS,
             argument(
                 "--report", type=Path, metavar="DIR", help=f"folder in which to write {REPORT}"
@@ -238,6 +288,7 @@ COMMANDS: Mapping[str, Command] = {
             argument("effect", metavar="EFFECT", help="name of the effect"),
             argument("--data", type=Path, required=True, metavar="DATA", help="measurements"),
             options.MODEL,
+            options.FREE_MODULUS,
             argument(
                 "--out", type=Path, required=True, metavar="M2", help="the model file to write"
             ),
@@ -245,6 +296,32 @@ COMMANDS: Mapping[str, Command] = {
             *options.RESULTS,
         ),
         add,
+    ),
+    "learn": Command(
+        "the curve that is missing, where no known effect fits",
+        "Learn what a model lacks as a smooth curve: at which stage it acts (input, load, elastic, "
+        "structure, output), as an offset, a factor or a lag, and against what, fitted together "
+        "with calibration and effects and judged on held-out data against other stages and axes. "
+        "Writes an effect file of your own, in SI units, with the curve as its parameters and a "
+        "place for the physics that you see in it; nothing where no curve helps.",
+        (
+            "model-lab learn out/set --model base --out my_effect.py",
+            "model-lab add my_effect --effects my_effect.py --data out/set --model base --out "
+            "my_effect.yaml",
+        ),
+        (
+            options.DATA,
+            options.MODEL,
+            argument(
+                "--out", type=Path, required=True, metavar="NAME.py", help="effect file to write"
+            ),
+            *options.EFFECTS,
+            argument(
+                "--report", type=Path, metavar="DIR", help=f"folder in which to write {LEARNED}"
+            ),
+            *options.RESULTS,
+        ),
+        learn,
     ),
     "ladder": Command(
         "the errors of several models, side by side",
@@ -260,6 +337,7 @@ COMMANDS: Mapping[str, Command] = {
                 metavar="MODEL",
                 help="model file, or the name of a shipped one",
             ),
+            options.FREE_MODULUS,
             *options.EFFECTS,
             *options.RESULTS,
         ),
@@ -278,6 +356,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
+            options.FREE_MODULUS,
             *options.EFFECTS,
             argument("--out", type=Path, metavar="DIR", help="folder for the run's template"),
             *options.RESULTS,
@@ -289,9 +368,9 @@ COMMANDS: Mapping[str, Command] = {
     "synthesize": Command(
         "make measurements with a hidden effect, to try the lab on",
         "Make a measurement set with the model itself: two repeats of six protocols, with noise. "
-        "EXPERIMENT is free_bending, blocked_tip, uniaxial, valve_pulse or base_torque. With "
-        "--hide one effect acts in it that is sealed in the folder, and only `reveal` opens the "
-        "seal. The CSV files are in the units that experiment.yaml states, such as kPa and deg.",
+        "EXPERIMENT is free_bending, blocked_tip, uniaxial, rubber, valve_pulse or base_torque. "
+        "With --hide one effect acts in it that is sealed in the folder, and only `reveal` opens "
+        "the seal. CSV files are in the units that experiment.yaml states, such as kPa and deg.",
         (
             "model-lab synthesize free_bending --hide --seed 3 --out trial",
             "model-lab diagnose trial && model-lab reveal trial",

@@ -60,6 +60,11 @@ MODEL = argument(
     metavar="M",
     help="model file, or the name of a shipped one (default: %(default)s)",
 )
+FREE_MODULUS = argument(
+    "--free-modulus",
+    action="store_true",
+    help="fit the shear modulus without bounds, as where the rubber itself is tested",
+)
 EFFECTS = (
     argument(
         "--effects",
@@ -106,6 +111,7 @@ def model(arguments: argparse.Namespace) -> Model:
 def named_model(arguments: argparse.Namespace, name: str) -> Model:
     """A model by file or shipped name; it may name the user's own effects without their file."""
     found = load_model(name, own_classes(arguments), arguments.allow_effect_files)
+    found = replace(found, free_modulus=found.free_modulus or arguments.free_modulus)
     named = {effect.name for effect in found.effects}
     own = {key: path for key, path in files(arguments).items() if key in named}
     return replace(found, files={**found.files, **own})

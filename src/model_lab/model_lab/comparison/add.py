@@ -12,7 +12,13 @@ import numpy as np
 import yaml
 
 from model_lab.aliases import Tell, tell_nobody
-from model_lab.diagnosis.result import NamedEffect, calibration_of, named_effect
+from model_lab.diagnosis.result import (
+    Estimate,
+    NamedEffect,
+    calibration_of,
+    modulus_of,
+    named_effect,
+)
 from model_lab.diagnosis.search import (
     Scored,
     Unseen,
@@ -75,8 +81,21 @@ def add_effect(
         for entry in named
         if problem.classes[entry.name].physical  # a generic term stays as it is from now on
     }
-    new = Model(model.base, calibration_of(after), (*kept, *fitted), std, springs=model.springs)
+    calibration = _written(calibration_of(after), modulus_of(after, problem.data))
+    new = Model(model.base, calibration, (*kept, *fitted), std, springs=model.springs)
     return Addition(problem, before, after, named[-1], new)
+
+
+def _written(calibration: dict[str, Any], modulus: Mapping[str, Estimate] | None) -> dict[str, Any]:
+    """The calibration of a model file: a modulus that was measured stands as such, so that it acts
+    in other specimens too; alone if there is but one.
+    """
+    if not modulus:
+        return calibration
+    values = {batch: entry.value for batch, entry in modulus.items()}
+    alone = next(iter(values.values())) if len(values) == 1 else values
+    kept = {key: value for key, value in calibration.items() if key != "modulus_scale"}
+    return {"modulus": alone, **kept}
 
 
 def _before_and_after(

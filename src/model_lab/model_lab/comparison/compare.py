@@ -94,7 +94,7 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> E
     tell("holding data out", 2, STEPS)
     scored = score_base(problem, [effect.name for effect in given])
     forward = Forward(data, model.base, (), model.effects, model.calibration, joints=model.springs)
-    calibrated = not all(_given(model, parameter.name) for parameter in forward.parameters)
+    calibrated = not all(_given(model, data, name) for name in _names(forward))
     values = _fitted(forward, scored) if calibrated else forward.start()
     as_is = forward.measured - forward.predict(values[None])[0]
     held_out = scored.held_out.residual
@@ -119,10 +119,18 @@ def _fitted(forward: Forward, scored: Scored) -> Array:
     return np.array([fitted[parameter.name] for parameter in forward.parameters])
 
 
-def _given(model: Model, parameter: str) -> bool:
-    """Whether the model's file has a value of the calibration such as `modulus_scale[A]`."""
+def _names(forward: Forward) -> list[str]:
+    return [parameter.name for parameter in forward.parameters]
+
+
+def _given(model: Model, data: MeasurementSet, parameter: str) -> bool:
+    """Whether the model's file has a value of the calibration such as `modulus_scale[A]`; where the
+    modulus is free, the modulus itself will do.
+    """
     key, _, member = parameter.rstrip("]").partition("[")
     value = model.calibration.get(key)
+    if value is None and key == "modulus_scale" and data.free_modulus:
+        value = model.calibration.get("modulus")
     return value is not None and (not isinstance(value, Mapping) or member in value)
 
 

@@ -61,7 +61,7 @@ def fit_black_boxes(fit: Fit, data: MeasurementSet, predicted: Array) -> list[Bl
     for name, feature in FEATURES.items():
         columns = _collect(feature, data, predicted)
         if columns is not None:
-            found.append(BlackBox(name, _held_out(fit, columns), columns.shape[1]))
+            found.append(BlackBox(name, held_out_with(fit, columns), columns.shape[1]))
     return sorted(found, key=lambda black_box: black_box.rmse)
 
 
@@ -109,7 +109,7 @@ def _in_block(columns: Array, output: int, outputs: int) -> Array:
     return result
 
 
-def _held_out(fit: Fit, columns: Array) -> Array:
+def held_out_with(fit: Fit, columns: Array) -> Array:
     """Held-out residual (samples,) of the model, linearised, and the features together.
 
     Weighted by what both together leave, which is found by iteration.

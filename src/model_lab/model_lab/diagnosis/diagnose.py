@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -28,13 +28,14 @@ from model_lab.diagnosis.result import (
     Unexplained,
     calibration_of,
     correlation_of,
+    modulus_of,
     named_effect,
 )
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import Selection, detectable_effects, select
 from model_lab.diagnosis.story import helping, path
 from model_lab.diagnosis.verdict import depends_on, verdict_of
-from model_lab.experiments.forward import inapplicable
+from model_lab.experiments.forward import not_searched
 from model_lab.fitting.notices import Notice, notices
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.localisation.localise import localise
@@ -43,6 +44,8 @@ from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model, load_model
+
+WORTH_FINER = 2.0  # error after over the noise floor
 
 
 @dataclass(frozen=True)
@@ -74,14 +77,35 @@ def diagnose(
     known = effect_classes() if classes is None else classes
     problem, given = pose_problem(thinned(data), model, known)
     candidates, hidden = _candidates(problem, model)
+    plain = [name for name in candidates if not problem.classes[name].refines]
     search = partial(
-        select,
-        effects=candidates,
-        given=[effect.name for effect in given],
-        seed=seed,
-        jobs=jobs,
-        tell=tell,
+        select, given=[effect.name for effect in given], seed=seed, jobs=jobs, tell=tell
     )
+    outcome = _searched(problem, partial(search, effects=plain), hidden, seed, tell)
+    if len(plain) == len(candidates) or not _falls_short(outcome.diagnosis):
+        return outcome
+    finer = _searched(problem, partial(search, effects=candidates), hidden, seed, tell)
+    return finer if finer.diagnosis.verdict != UNEXPLAINED or _none_found(outcome) else outcome
+
+
+def _falls_short(diagnosis: Diagnosis) -> bool:
+    """Whether plain effects leave so much that their finer forms are worth a try."""
+    left = diagnosis.rmse_after > WORTH_FINER * diagnosis.noise_floor
+    return diagnosis.verdict == UNEXPLAINED or (diagnosis.verdict == EFFECTS_MISSING and left)
+
+
+def _none_found(outcome: Outcome) -> bool:
+    return outcome.diagnosis.verdict == UNEXPLAINED
+
+
+def _searched(
+    problem: FitProblem,
+    search: Callable[[FitProblem], Selection],
+    hidden: list[NotVisible],
+    seed: int,
+    tell: Tell,
+) -> Outcome:
+    """The outcome of a search, which is done again where its best effect lowers the floor."""
     selection = search(problem)
     lower = with_lower_floor(problem, selection.proven[0].fit) if selection.proven else None
     if lower is not None:
@@ -94,7 +118,7 @@ def _candidates(problem: FitProblem, model: Model) -> tuple[list[str], list[NotV
     """Effects that could be missing, and those that cannot show in this set at all."""
     present = {effect.name for effect in model.effects}
     absent = {
-        name: inapplicable(effect, problem.data, model.base)
+        name: not_searched(effect, problem.data, model.base)
         for name, effect in problem.classes.items()
         if name not in present and effect.physical
     }
@@ -157,6 +181,7 @@ def _judged(
         failures=failures,
         next_experiment=proposal(problem, named, selection.ties) if added else None,
         correlation=correlation_of(named),
+        modulus=modulus_of(named, problem.data),
         unexplained=Unexplained(rest, against),
         story=_story(path(problem, base, selection.growth)) if added else (),
         notices=tuple(notice.as_json() for notice in odd),

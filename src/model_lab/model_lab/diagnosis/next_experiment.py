@@ -58,8 +58,9 @@ class Experiment:
             "mount": trial.specimen.mount,
             "wall": _number(trial.specimen.values.get("wall")),
             "temperature": float(trial.temperature),
+            **({"mode": trial.mode} if trial.mode else {}),
             "duration": _number(duration),
-            "peak": float(trial.columns[driving].max()) if driving else None,
+            "peak": _furthest(trial.columns[driving]) if driving else None,
             "separation": self.separation,
             "breaks": self.separation >= BREAKS,
             "separates": [list(group) for group in self.separates],
@@ -242,7 +243,12 @@ def _history(data: MeasurementSet, trial: TrialRun, name: str) -> Run | None:
         "time": np.arange(HISTORY_SAMPLES) * float(np.max(trial.columns["time"])) / HISTORY_SAMPLES,
         driving: rest + (most - rest) * rise,
     } | {name: np.zeros(HISTORY_SAMPLES) for name in OUTPUTS[data.experiment]}
-    return Run(name, "", name, trial.temperature, columns)
+    return Run(name, "", name, trial.temperature, columns, mode=trial.mode)
+
+
+def _furthest(course: Array) -> float:
+    """The value of a course (n,) that lies furthest from where it begins."""
+    return float(course[np.argmax(np.abs(course - course[0]))])
 
 
 def _number(value: Any) -> float | None:

@@ -11,6 +11,7 @@ from scipy.stats import t as student
 
 from model_lab.aliases import Array
 from model_lab.diagnosis.search import Scored
+from model_lab.measurements.measurement_set import MeasurementSet
 
 FORMAT = "softhand-diagnosis/1"
 ADEQUATE, EFFECTS_MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
@@ -135,6 +136,7 @@ class Diagnosis:
     story: tuple[Step, ...] = ()
     helps: tuple[Help, ...] = ()
     notices: tuple[Mapping[str, Any], ...] = ()
+    modulus: Mapping[str, Estimate] | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The dictionary that `--json` writes."""
@@ -182,6 +184,27 @@ def calibration_of(scored: Scored) -> dict[str, Any]:
                 found.setdefault(name, {})[entry.rstrip("]")] = value
             else:
                 found[name] = value
+    return found
+
+
+def modulus_of(scored: Scored, data: MeasurementSet) -> dict[str, Estimate] | None:
+    """Fitted shear modulus [Pa] of each batch, where that is what is measured; of the first
+    specimen, if those of a batch differ.
+    """
+    if not data.free_modulus:
+        return None
+    stated = {
+        specimen.batch: specimen.values["shear_modulus"]
+        for run in reversed(data.runs)
+        for specimen in [data.specimens[run.specimen]]
+    }
+    found = {}
+    for index, parameter in enumerate(scored.fit.likelihood.parameters):
+        batch = parameter.name.removeprefix("modulus_scale[").rstrip("]")
+        if parameter.name.startswith("modulus_scale[") and batch in stated:
+            scale, nominal = estimate(scored, index), float(stated[batch])
+            ends = (nominal * scale.interval[0], nominal * scale.interval[1])
+            found[batch] = Estimate(nominal * scale.value, nominal * scale.std, ends, "Pa")
     return found
 
 

@@ -24,6 +24,7 @@ from model_lab.diagnosis.search import (
     score_base,
     score_without,
 )
+from model_lab.fitting.fit import PSEUDO_OBSERVATIONS
 from model_lab.fitting.noise_floor import Spectrum
 from model_lab.fitting.problem import FitProblem
 
@@ -126,7 +127,8 @@ def null_maxima(signatures: Sequence[Signature], spectrum: Spectrum, seed: int) 
     """Largest fall of the deviance over all candidates (draws,), sorted, in sets of mere noise.
 
     Noise of every band is drawn with a level that is itself only known from that band's
-    coefficients. Each candidate is represented by its signatures, scaled as suits it best.
+    coefficients and the floor's pseudo-observations. Each candidate is represented by its
+    signatures, scaled as suits it best.
     """
     changes = [found.change[found.size > 0.0] for found in signatures]
     stacked = np.concatenate([change for change in changes if len(change)] or [np.zeros((0, 1))])
@@ -139,7 +141,8 @@ def null_maxima(signatures: Sequence[Signature], spectrum: Spectrum, seed: int) 
         part = stacked[:, spectrum.bands == band]
         level, vectors = np.linalg.eigh(part @ part.T)
         root = vectors * np.sqrt(np.maximum(level, 0.0))
-        spread = np.sqrt(count / random.chisquare(count, DRAWS))
+        known = count + PSEUDO_OBSERVATIONS
+        spread = np.sqrt(known / random.chisquare(known, DRAWS))
         drawn += spread[:, None] * (random.standard_normal((DRAWS, len(root))) @ root.T)
     return np.sort(np.max(drawn**2, axis=1))
 

@@ -72,9 +72,9 @@ class BaseTorque:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Torques (lanes, samples) [N m]: calibration (lanes,) by name, effects in lanes."""
-        staged = StagedEffects(effects)
+        staged = StagedEffects(effects, self._rows.age)
         modulus = modulus_of_runs(self._data, calibration)
-        modulus = modulus * staged.modulus_factor(self._rows.temperature())
+        modulus = modulus * self._rows.modulus_factor(staged)
         pressure = self._rows.chamber_pressure(staged, self._pressure)
         shape = at_modulus(self._segments.shape, modulus)
         acting = [effect for effect in staged.all if effect not in staged.output]

@@ -48,11 +48,11 @@ class BlockedTip:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Tip forces (lanes, samples) [N]: calibration (lanes,) by name, effects in lanes."""
-        staged, rows = StagedEffects(effects), self._rows
+        staged, rows = StagedEffects(effects, self._rows.age), self._rows
         modulus = modulus_of_runs(self._data, calibration)
-        modulus = modulus * staged.modulus_factor(rows.temperature())
+        modulus = modulus * rows.modulus_factor(staged)
         force = self._force(staged, modulus, rows.chamber_pressure(staged, self._pressure))
-        force = rows.through(staged.tip_force, remembers(staged.structure), force)
+        force = rows.through(staged.tip_force, staged.structure, force)
         return rows.reading(staged, "tip_force", force)
 
     def _force(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:

@@ -13,6 +13,7 @@ from model_lab.experiments.base_torque import BaseTorque
 from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
 from model_lab.experiments.linear import LinearBase
+from model_lab.experiments.rubber import Rubber
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
@@ -26,6 +27,8 @@ Calibration = Mapping[str, float | Mapping[str, float]]
 """As in a model file: numbers, or numbers by batch, specimen or direction."""
 
 MODULUS_RANGE, USUAL_MODULUS = (0.85, 1.15), (0.9, 1.1)
+MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
+FREE_MODULUS, USUAL_FREE = (0.02, 50.0), (0.5, 2.0)  # where the modulus is what is sought
 WIDEST, USUAL = 4.0, 0.2  # of coefficients about their least-squares start, over their size
 
 
@@ -45,6 +48,7 @@ EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
     "free_bending": FreeBending,
     "blocked_tip": BlockedTip,
     "uniaxial": Uniaxial,
+    "rubber": Rubber,
     "valve_pulse": ValvePulse,
     "base_torque": BaseTorque,
 }
@@ -54,7 +58,8 @@ EXPERIMENTS: Mapping[str, Callable[[MeasurementSet], Experiment]] = {
 class FreeParameter:
     """A parameter to fit: `modulus_scale[A]`, or `gent_stiffening.jm` with the effect's name.
 
-    low, high: bounds; typical: where it is usually found; start: where a search starts.
+    low, high: bounds; typical: where it is usually found; start: where a search starts; spread: one
+    sigma about 1 within which it is known beforehand.
     """
 
     name: str
@@ -65,6 +70,7 @@ class FreeParameter:
     typical: tuple[float, float]
     logarithmic: bool
     effect: str | None
+    spread: float = np.inf
 
 
 class Forward:
@@ -101,7 +107,11 @@ class Forward:
         self._experiment = experiment_of(data, base, springs, joints)
         known = self._experiment.calibration([*self._free, *self._fixed])
         self._calibration = {**known, **_named(calibration or {}, known)}
-        calibrated = _calibrated(self._calibration, _unit(data)) if free_calibration else []
+        calibrated = (
+            _calibrated(self._calibration, _unit(data), data.free_modulus)
+            if free_calibration
+            else []
+        )
         self.parameters = (*calibrated, *(p for e in self._free for p in _free_parameters(e)))
         self.measured = data.table.value
 
@@ -170,6 +180,13 @@ def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str |
     return None
 
 
+def not_searched(effect: type[Effect], data: MeasurementSet, base: str) -> str | None:
+    """Why the search for what is missing leaves out an effect; None if it takes part."""
+    if effect.refines and not data.stretched:
+        return f"a finer form of {effect.refines[0]}: tests of the rubber alone tell them apart"
+    return inapplicable(effect, data, base)
+
+
 def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> None:
     """Raise ValueError unless an effect can act in a set's experiment beside a base model."""
     reason = None
@@ -210,14 +227,20 @@ def _free_parameter(effect: type[Effect], parameter: Parameter) -> FreeParameter
     )
 
 
-def _calibrated(calibration: Mapping[str, float], unit: str) -> list[FreeParameter]:
-    return [_of_calibration(name, start, unit) for name, start in calibration.items()]
+def _calibrated(
+    calibration: Mapping[str, float], unit: str, free_modulus: bool
+) -> list[FreeParameter]:
+    return [_of_calibration(name, start, unit, free_modulus) for name, start in calibration.items()]
 
 
-def _of_calibration(name: str, start: float, unit: str) -> FreeParameter:
-    """A scale of the modulus within 15 %, or a coefficient about its least-squares value."""
+def _of_calibration(name: str, start: float, unit: str, free_modulus: bool) -> FreeParameter:
+    """A scale of the modulus, free or within 15 %, or a coefficient about its least squares."""
     if name.startswith("modulus_scale"):
-        return FreeParameter(name, "", *MODULUS_RANGE, start, USUAL_MODULUS, False, None)
+        if free_modulus:
+            return FreeParameter(name, "", *FREE_MODULUS, start, USUAL_FREE, True, None)
+        return FreeParameter(
+            name, "", *MODULUS_RANGE, start, USUAL_MODULUS, False, None, MODULUS_SPREAD
+        )
     low, high = start - WIDEST * abs(start), start + WIDEST * abs(start)
     usual = (start - USUAL * abs(start), start + USUAL * abs(start))
     return FreeParameter(name, unit, low, high, start, usual, False, None)

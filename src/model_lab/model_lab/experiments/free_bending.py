@@ -56,9 +56,9 @@ class FreeBending:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Tip angles (lanes, samples) [rad]: calibration (lanes,) by name, effects in lanes."""
-        staged = StagedEffects(effects)
+        staged = StagedEffects(effects, self._rows.age)
         modulus = modulus_of_runs(self._data, calibration)
-        modulus = modulus * staged.modulus_factor(self._rows.temperature())
+        modulus = modulus * self._rows.modulus_factor(staged)
         pressure = self._rows.chamber_pressure(staged, self._pressure)
         angle = self._angle(staged, modulus, pressure)
         return self._rows.reading(staged, "tip_angle", angle)

@@ -67,24 +67,24 @@ class LinearBase:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Outputs (lanes, samples): calibration (lanes,) by name, effects in lanes."""
-        staged, rows = StagedEffects(effects), self._rows
+        staged, rows = StagedEffects(effects, self._rows.age), self._rows
         names = [f"coefficient[{run.specimen}]" for run in self._data.runs]
-        of_runs = np.stack(
+        slopes = np.stack(
             np.broadcast_arrays(*(np.atleast_1d(calibration[name]) for name in names)), axis=1
         )
-        slope = of_runs[:, rows.run, None]
+        slope = slopes[:, rows.run, None]
         largest = np.max(np.abs(slope * self._input), axis=1, keepdims=True)
         largest = np.where(largest > 0.0, largest, 1.0)
-        modulus = staged.modulus_factor(rows.temperature()[:, rows.run])
+        modulus = rows.modulus_factor(staged) * np.ones((1, len(names), 1))
         respond = self._stretched if self._imposed else self._pressed
-        output = largest * respond(staged, slope / largest, modulus)
+        output = largest * respond(staged, slope / largest, modulus[:, rows.run])
         return rows.reading(staged, self._output, output)
 
-    def _stretched(self, staged: StagedEffects, slope: Array, modulus: Array | float) -> Array:
+    def _stretched(self, staged: StagedEffects, slope: Array, modulus: Array) -> Array:
         """Output over the largest (lanes, rows, 1) where the stretch is imposed."""
         return modulus * imposed(staged, "linear", self._memory, slope * self._input)
 
-    def _pressed(self, staged: StagedEffects, slope: Array, modulus: Array | float) -> Array:
+    def _pressed(self, staged: StagedEffects, slope: Array, modulus: Array) -> Array:
         """Output over the largest (lanes, rows, 1) where the pressure is."""
         rows = self._rows
         pressure = rows.chamber_pressure(staged, self._input)

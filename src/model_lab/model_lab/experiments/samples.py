@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
+from softhand_model.effects.stages import Age
 
 Step = Callable[[Array, Array], Array]
 """Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
@@ -37,10 +42,17 @@ def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> A
     return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
 
 
+def _age(data: MeasurementSet) -> Age:
+    """Age (1, runs, 1) of specimens and session at the start of each run."""
+    of_specimen = np.array(data.of_runs("run_order")) - 1.0
+    numbers = np.array([of_specimen, range(len(data.runs))], float)
+    return Age(*numbers[:, None, :, None])
+
+
 class SampleRows:
     """Rows of arrays (lanes, rows, sections): the samples of a set, one run after the other.
 
-    run (rows,): index of the run of each sample.
+    run (rows,): index of the run of each sample. age: of specimen and session at each run's start.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -52,34 +64,78 @@ class SampleRows:
         self._padded = self._starts + np.minimum(np.arange(counts.max())[:, None], counts - 1)
         self._tick = np.arange(len(self.run)) - self._starts[self.run]
         self._steady = np.array([run.steady for run in data.runs])[:, None]
+        self._axes: dict[str, NDArray[Any]] = {}
+        self.age = _age(data)
 
     def column(self, name: str) -> Array:
         """A column (1, rows, 1)."""
         parts = [np.asarray(run.columns[name], float) for run in self._data.runs]
         return np.concatenate(parts)[None, :, None]
 
-    def temperature(self) -> Array:
-        """Temperatures (1, runs, 1) [K]."""
-        return np.array([run.temperature for run in self._data.runs])[None, :, None]
+    def modulus_factor(self, staged: StagedEffects) -> Array | float:
+        """Shear modulus (lanes, runs, 1) over its nominal value."""
+        self._surround(staged.load, self._starts)
+        temperature = np.array([run.temperature for run in self._data.runs])
+        return staged.modulus_factor(temperature[None, :, None])
 
     def peaks(self, values: Array) -> Array:
         """Largest value (lanes, runs, 1) of each run."""
         return np.maximum.reduceat(values, self._starts, axis=1)
 
-    def through(self, step: Step, remembers: bool, values: Array) -> Array:
-        """Outputs (lanes, rows, 1) of a function of inputs (lanes, rows, 1), in steps if it
-        remembers.
+    def through(self, step: Step, effects: Sequence[Effect], values: Array) -> Array:
+        """Outputs (lanes, rows, 1) of what effects make of inputs (lanes, rows, 1), in steps if one
+        of them remembers.
         """
-        return self.in_steps(step, values) if remembers else step(values, NO_TIME)
+        surround = partial(self._surround, effects)
+        if remembers(effects):
+            return self.in_steps(step, values, surround)
+        surround(slice(None))
+        return step(values, NO_TIME)
 
     def chamber_pressure(self, staged: StagedEffects, reading: Array) -> Array:
         """Pressure (lanes, rows, 1) [Pa] in the chamber where a gauge shows (1, rows, 1) [Pa]."""
-        return self.through(staged.chamber_pressure, remembers(staged.input), reading)
+        if staged.delays:
+            reading = self._delayed(staged, reading)
+        return self.through(staged.chamber_pressure, staged.input, reading)
+
+    def _delayed(self, staged: StagedEffects, reading: Array) -> Array:
+        """The reading (lanes, rows, 1) as it was when what shows now was read.
+
+        A run that does not start steady was at 0 one sample before it.
+        """
+        elapsed = self.column("time")
+        elapsed = elapsed - elapsed[:, self._starts][:, self.run]
+        ends = elapsed[0, np.append(self._starts[1:], len(self.run)) - 1, 0]
+        before = ends / np.maximum(np.bincount(self.run) - 1, 1)
+        apart = np.cumsum(ends + before + 1.0) - ends  # the runs one after the other
+        known = np.insert(elapsed[0, :, 0] + apart[self.run], self._starts, apart - before)
+        first = np.where(self._steady[:, 0], reading[0, self._starts, 0], 0.0)
+        values = np.insert(reading[0, :, 0], self._starts, first)
+        wanted = elapsed - staged.delay(elapsed)
+        within = np.clip(wanted[..., 0], -before[self.run], ends[self.run]) + apart[self.run]
+        return np.asarray(PchipInterpolator(known, values)(within))[..., None]
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
         """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""
         shown = partial(staged.reading, output)
-        return self.through(shown, remembers(staged.output), values)[:, :, 0]
+        return self.through(shown, staged.output, values)[:, :, 0]
+
+    def _surround(self, effects: Sequence[Effect], rows: Indices | slice) -> None:
+        """Tell effects the values of their axes (`Effect.around`) at the rows of a call."""
+        for effect in effects:
+            if effect.axes:
+                around = {axis: self._axis(axis)[rows][None, :, None] for axis in effect.axes}
+                effect.around = around
+
+    def _axis(self, name: str) -> NDArray[Any]:
+        """Values, or names, (rows,) of an axis on which an effect may depend."""
+        if name not in self._axes:
+            if name == "pressure":
+                found = np.concatenate([self._data.driving(run) for run in self._data.runs])
+            else:
+                found = np.array(self._data.of_runs(name))[self.run]
+            self._axes[name] = found
+        return self._axes[name]
 
     def at_once(
         self, function: Callable[[Array, Indices], Array], values: Array, sections: int = 1
@@ -91,18 +147,23 @@ class SampleRows:
         parts = [slice(edge, edge + size) for edge in range(0, len(self.run), size)]
         return np.concatenate([function(values[:, part], self.run[part]) for part in parts], axis=1)
 
-    def in_steps(self, step: Step, values: Array) -> Array:
+    def in_steps(
+        self, step: Step, values: Array, surround: Callable[[Indices], None] = lambda _rows: None
+    ) -> Array:
         """Outputs (lanes, rows, 1) of a function that remembers, stepped through all runs together.
 
         It starts at rest, and the first sample takes no time; runs that start steady have been at
-        their first sample for long.
+        their first sample for long. surround: is told the rows (runs,) of a step before it.
         """
         in_order = np.ascontiguousarray(values[:, self._padded].swapaxes(0, 1))
         if self._steady.any():
+            surround(self._starts)
             step(in_order[0] * self._steady, LONG * self._steady)
-        durations = self._durations()
-        outputs = np.stack([step(*tick) for tick in zip(in_order, durations, strict=True)])
-        return outputs.swapaxes(0, 1)[:, self._tick, self.run]
+        outputs = []
+        for rows, inputs, dt in zip(self._padded, in_order, self._durations(), strict=True):
+            surround(rows)
+            outputs.append(step(inputs, dt))
+        return np.stack(outputs).swapaxes(0, 1)[:, self._tick, self.run]
 
     def _durations(self) -> Array:
         """Time (ticks, runs, 1) [s] from sample to sample; 0 at the first and after the last."""

@@ -1,4 +1,4 @@
-"""Prediction of uniaxial tension: the nominal stress at a stretch (eq. 3.18 for one axis).
+"""Prediction of the nominal stress at a stretch, in uniaxial tension or another mode.
 
 The stretch is imposed, so there is nothing to solve; the effects see the same elastic side.
 """
@@ -24,20 +24,23 @@ SHAPELESS = SectionShape(NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME, NO_TIME)
 class Uniaxial:
     """Nominal stresses (lanes, samples) [Pa], run after run: G*(Q + nu + s_c*w).
 
-    Raises DocumentError for a specimen without shear_modulus.
+    mode: of `effects.stages.Strain`, of all runs. Raises DocumentError for a specimen without
+    shear_modulus.
     """
 
-    def __init__(self, data: MeasurementSet) -> None:
-        self._data = data
-        require_columns(data, INPUTS["uniaxial"], "the model")
+    def __init__(self, data: MeasurementSet, mode: str = "uniaxial") -> None:
+        self._data, self._mode = data, mode
+        require_columns(data, INPUTS[data.experiment], "the model")
         self._rows = SampleRows(data)
         self._memory = SpecimenMemory(data, self._rows)
         for name in dict.fromkeys(run.specimen for run in data.runs):
-            require_keys(data, data.specimens[name], ["shear_modulus"], "the model of uniaxial")
+            require_keys(
+                data, data.specimens[name], ["shear_modulus"], f"the model of {data.experiment}"
+            )
         specimens = [data.specimens[run.specimen] for run in data.runs]
         modulus = [specimen.values["shear_modulus"] for specimen in specimens]
         self._modulus = np.array(modulus, float)[None, :, None]
-        self.strained = SHAPELESS, "uniaxial"
+        self.strained = SHAPELESS, mode
         self._strain = self._rows.column("stretch") - 1.0
 
     def calibration(self, effects: Sequence[type[Effect] | Effect] = ()) -> dict[str, float]:
@@ -46,11 +49,11 @@ class Uniaxial:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Stresses (lanes, samples) [Pa]: calibration (lanes,) by name, effects in lanes."""
-        staged = StagedEffects(effects)
+        staged = StagedEffects(effects, self._rows.age)
         scale = modulus_of_runs(self._data, calibration)
-        modulus = self._modulus * scale * staged.modulus_factor(self._rows.temperature())
+        modulus = self._modulus * scale * self._rows.modulus_factor(staged)
         stress = modulus[:, self._rows.run] * imposed(
-            staged, "uniaxial", self._memory, self._strain
+            staged, self._mode, self._memory, self._strain
         )
         return self._rows.reading(staged, "stress", stress)
 

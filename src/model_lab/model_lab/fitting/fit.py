@@ -26,7 +26,7 @@ ITERATIONS = 15
 IMPROVEMENT = 0.3  # of the deviance at which the search ends
 PSEUDO_OBSERVATIONS = 4.0
 GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have in any case
-MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
+FAR_OFF = 5.0  # error over the floor from which on it is no noise
 AT_LIMIT = 3e-3  # of the usual range: a parameter this near to a bound lies on it
 FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
 DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the same time
@@ -37,7 +37,7 @@ class Parameterised(Protocol):
 
     @property
     def parameters(self) -> Sequence[Any]:
-        """Free parameters with name, low, high, typical and logarithmic."""
+        """Free parameters with name, low, high, typical, logarithmic and spread."""
         ...
 
     @property
@@ -97,11 +97,8 @@ class Likelihood:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scales", Scales.of(self.forward.parameters))
-        spread = [
-            MODULUS_SPREAD if parameter.name.startswith("modulus_scale") else np.inf
-            for parameter in self.parameters
-        ]
-        object.__setattr__(self, "prior", np.array(spread))
+        spread = [parameter.spread for parameter in self.parameters]
+        object.__setattr__(self, "prior", np.array(spread, float))
 
     @property
     def parameters(self) -> Sequence[Any]:
@@ -136,9 +133,18 @@ class Likelihood:
                         power[:, mine[1:]].sum(axis=1) / counts[mine[0]],
                     ),
                 )
+            far = self._beyond_noise(power[:, mine], counts[mine], self.floor[mine])
             for lane, row in enumerate(raw):
-                result[lane, mine] = falling(row[mine], counts[mine])
+                result[lane, mine] = falling(row[mine] + far[lane], counts[mine])
         return result
+
+    @staticmethod
+    def _beyond_noise(power: Array, counts: Array, floor: Array) -> Array:
+        """Mean square (lanes,) of errors that no noise makes, which is in no band alone: else a
+        model that is far off would be fitted where its error has many coefficients, its edges.
+        """
+        mean_square = power.sum(axis=1) / counts.sum()
+        return np.maximum(mean_square - FAR_OFF**2 * (counts @ floor) / counts.sum(), 0.0)
 
     def deviance(self, power: Array, values: Array) -> Array:
         """Minus twice the log likelihood (lanes,), but for a constant."""

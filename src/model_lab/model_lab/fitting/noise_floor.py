@@ -28,6 +28,12 @@ REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
 UPPER_LEVEL = 0.95
 SMALLEST_SPLINE = 20  # samples of a piece that tell noise from course
 WHITE_BEND = 6.0  # variance of second differences of white noise of variance 1
+UNREPEATED = 0.02  # scatter of a sample's stress: what tests after ISO 37 or ASTM D 412 reach
+SHORT_RUN = 40  # readings, up to which splines of rubber run over the stretch
+SHORTEST_SPLINE = 8  # stretches of a run that tell noise from course
+SMOOTHINGS = (1e-9, 1e3, 60)
+LEAST_FREEDOM = 0.3  # of the readings, that a spline leaves to the noise
+FEWEST_FREE = 3.0  # degrees of freedom of a noise floor
 SPLINE_PIECE = 250  # samples of one, as its cross-validation takes a millisecond for each
 SPLINE_PIECES = 12  # of each output
 SLOW_BANDS = 3  # bands after that of the gain in which odd repeats show
@@ -107,14 +113,21 @@ def _mirror(along: Array) -> Array:
 
 def _bands(table: SampleTable) -> tuple[IntArray, IntArray]:
     """Band of every coefficient, and the output of every band."""
-    keys = np.concatenate([_keys(part) for part in table.series])
+    short = _has_short_runs(table)  # too few coefficients to tell more than two levels
+    keys = np.concatenate([_keys(part, short) for part in table.series])
     found, bands = np.unique(keys, axis=0, return_inverse=True)
     return bands.reshape(-1).astype(np.int64), found[:, 0].astype(np.int64)
 
 
-def _keys(part: Series) -> IntArray:
+def _has_short_runs(table: SampleTable) -> bool:
+    return table.samples <= SHORT_RUN * table.runs
+
+
+def _keys(part: Series, short: bool) -> IntArray:
     order = np.arange(part.length)
     band = np.where(order == 0, 0, 1 + np.floor(np.log(np.maximum(order, 1)) / np.log(BAND_WIDTH)))
+    if short:
+        band = np.minimum(band, 1)
     return np.stack([np.full(len(order), part.output), band.astype(np.int64)], axis=1)
 
 
@@ -125,6 +138,7 @@ class NoiseFloor:
     total: root mean square over the samples; within and between runs: its parts; upper: its 95 %
     bound. variance (bands,): mean square of a coefficient of each band; dof (bands,): degrees of
     freedom from which it was estimated (0: not seen in repeats). source: where it comes from.
+    gain_assumed: whether scatter between runs is what tests of rubber usually have.
     """
 
     total: float
@@ -134,11 +148,17 @@ class NoiseFloor:
     variance: Array
     dof: Array
     source: str
+    gain_assumed: bool = False
 
     @property
     def gain_known(self) -> bool:
         """Whether repeats say how much runs differ as a whole."""
         return self.source == REPEATS
+
+    @property
+    def gain_bounded(self) -> bool:
+        """Whether a fit may leave the gain of runs no more than that."""
+        return self.gain_known or self.gain_assumed
 
 
 def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> NoiseFloor:
@@ -159,8 +179,11 @@ def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> No
     if all(level is not None for level in stated):
         levels, source = np.array(stated, float), STATED
     else:
-        levels, source = _spline_levels(spectrum, residual), SPLINE
+        levels, source = _spline_levels(data, spectrum, residual), SPLINE
     variance = np.maximum(levels[spectrum.band_output] ** 2, scale**2)
+    if source == SPLINE and data.stretched:
+        variance[0] += _unseen_gain(spectrum)
+        return replace(_floor(variance, counts * 0.0, spectrum, source), gain_assumed=True)
     return _floor(variance, counts * 0.0, spectrum, source)
 
 
@@ -282,8 +305,10 @@ def _repeated(series: tuple[Series, ...]) -> list[list[Series]]:
     return [parts for parts in found.values() if len(parts) > 1]
 
 
-def _spline_levels(spectrum: Spectrum, residual: Array) -> Array:
+def _spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> Array:
     """One sigma (outputs,) of what smoothing splines through pieces of the series leave."""
+    if data.stretched and _has_short_runs(spectrum.table):
+        return _short_series_level(data, spectrum, residual)
     outputs = int(spectrum.band_output.max()) + 1
     levels = []
     for output in range(outputs):
@@ -302,6 +327,65 @@ def _spline_levels(spectrum: Spectrum, residual: Array) -> Array:
             )
         levels.append(float(np.median(squares)))
     return np.sqrt(np.array(levels))
+
+
+def _unseen_gain(spectrum: Spectrum) -> float:
+    """Variance of the coefficient of a series' gain that repeats of a test of rubber would show."""
+    squares = [np.sum(spectrum.table.value[part.samples] ** 2) for part in spectrum.table.series]
+    return float(UNREPEATED**2 * np.mean(squares))
+
+
+def _short_series_level(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> Array:
+    """One sigma (1,) of what splines over the stretch leave of a few readings at uneven stretches,
+    over all runs, with the freedom that the splines use up.
+    """
+    squares, freedom = 0.0, 0.0
+    for course in spectrum.table.courses:
+        stretch = data.driving(data.runs[course.run])
+        part = short_spline_rest(stretch, residual[course.samples])
+        squares, freedom = squares + part[0], freedom + part[1]
+    if freedom < FEWEST_FREE:
+        raise ValueError(
+            "noise floor: expected repeats, `noise` in experiment.yaml, or runs of at least "
+            f"{SHORTEST_SPLINE} different stretches that tell noise from course, got none of them"
+        )
+    return np.sqrt(np.array([squares / freedom]))
+
+
+def short_spline_rest(place: Array, values: Array) -> tuple[float, float]:
+    """Sum of squares that a natural smoothing spline by generalised cross-validation leaves of
+    values (n,) at places (n,) in any order, and the degrees of freedom of that rest; zeros for
+    fewer than SHORTEST_SPLINE places.
+    """
+    knots, index = np.unique(place, return_inverse=True)
+    if len(knots) < SHORTEST_SPLINE:
+        return 0.0, 0.0
+    level, modes = _spline_modes(knots, index)
+    along = modes.T @ values
+    kept = 1.0 / (1.0 + np.outer(np.geomspace(*SMOOTHINGS), level))
+    freedom = len(values) - kept.sum(axis=1)
+    rest = np.sum(((1.0 - kept) * along) ** 2, axis=1) + np.sum((values - modes @ along) ** 2)
+    score = np.where(freedom > LEAST_FREEDOM * len(values), rest / freedom**2, np.inf)
+    best = int(np.argmin(score))
+    return float(rest[best]), float(freedom[best])
+
+
+def _spline_modes(knots: Array, index: IntArray) -> tuple[Array, Array]:
+    """Roughness (k,) and orthonormal shapes (n, k) of natural cubic splines with these knots, seen
+    at the readings, of which index (n,) gives the knot.
+    """
+    step = np.diff(knots) / np.ptp(knots)
+    count = len(knots) - 2
+    bends = np.zeros((count, len(knots)))
+    rows = np.arange(count)
+    bends[rows, rows], bends[rows, rows + 2] = 1.0 / step[:-1], 1.0 / step[1:]
+    bends[rows, rows + 1] = -1.0 / step[:-1] - 1.0 / step[1:]
+    overlap = np.diag((step[:-1] + step[1:]) / 3.0)
+    overlap += np.diag(step[1:-1] / 6.0, 1) + np.diag(step[1:-1] / 6.0, -1)
+    roughness = bends.T @ np.linalg.solve(overlap, bends)
+    weight = np.sqrt(np.bincount(index))
+    level, shapes = np.linalg.eigh(roughness / np.outer(weight, weight))
+    return np.maximum(level, 0.0), (shapes / weight[:, None])[index]
 
 
 def _pieces(start: int, stop: int) -> list[tuple[int, int]]:

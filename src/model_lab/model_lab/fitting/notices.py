@@ -76,12 +76,11 @@ def _scattered(data: MeasurementSet, floor: NoiseFloor) -> Notice | None:
     noise = float(np.sqrt(counts @ np.square(np.array(stated, float)) / counts.sum()))
     if not floor.total > SCATTERED * noise > 0.0:
         return None
-    order = np.arange(3)
     levels = np.array([noise, floor.within, floor.total])
     times = floor.total / noise
     shown = display_of(data.unit).shown(floor.total)
     text = f"repeats scatter by {shown}, {times:.2g} times the stated noise"
-    return Notice("repeats", times, floor.total, text, order, levels, order[2:])
+    return Notice("repeats", times, floor.total, text, np.arange(3.0), levels, np.array([2]))
 
 
 # ---------------------------------------------------------------------- a line

@@ -19,8 +19,10 @@ from model_lab.aliases import Array, Mask
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.fit import Fit, Likelihood, fit, held, inverse
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
+from model_lab.fitting.ranges import in_the_range_of
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
+from model_lab.measurements.specimens import made_of
 from softhand_model.effects import Effect
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
@@ -50,7 +52,7 @@ class FitProblem:
         """The likelihood of the model with these effects free."""
         chosen = [self.classes[name] for name in effects]
         forward = Forward(self.data, self.base, chosen, self.fixed, joints=self.joints)
-        return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_known)
+        return Likelihood(forward, self.spectrum, self.floor.variance, self.floor.gain_bounded)
 
 
 def pose_problem(
@@ -61,22 +63,33 @@ def pose_problem(
     The floor is seen from the residual of the model as it is, with its calibration fitted. Noise of
     the input is taken off first.
     """
-    data = without_input_noise(data)
+    data = without_input_noise(made_of(data, model))
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
-    free = [type(effect) for effect in given]
+    known = in_the_range_of(data, known)
+    free = [known[effect.name] for effect in given]
     forward = Forward(data, model.base, free, fixed, joints=model.springs)
-    starts = base_starts(forward.parameters)
+    starts = _as_given(base_starts(forward.parameters), forward.parameters, given)
     predicted = forward.predict(starts[:1])[0]
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
-    better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
+    better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_bounded), starts)
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
     floor = noise_floor(data, spectrum, better.residual)
     fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))
     problem = FitProblem(data, model.base, fixed, known, spectrum, floor, fitted, model.springs)
     return problem, given
+
+
+def _as_given(starts: Array, parameters: Sequence[Any], given: Iterable[Effect]) -> Array:
+    """Starts (n, k) with the effects of the model file at its values."""
+    known = {
+        f"{effect.name}.{key}": value for effect in given for key, value in effect.values.items()
+    }
+    return np.array(
+        [[known.get(p.name, at) for p, at in zip(parameters, row, strict=True)] for row in starts]
+    )
 
 
 def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:

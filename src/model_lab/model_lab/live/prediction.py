@@ -18,7 +18,7 @@ from model_lab.aliases import Array, Mask
 from softhand_model.chain.chain import BEND, discretise
 from softhand_model.documents.quoted import listed
 from softhand_model.effects.pipeline import StagedEffects
-from softhand_model.effects.stages import OutputEffect
+from softhand_model.effects.stages import InputEffect, OutputEffect
 from softhand_model.gas import ROOM_TEMPERATURE
 from softhand_model.hand.hand import ChainDescription, HandDescription
 from softhand_model.model_file import Model
@@ -147,7 +147,8 @@ class ChainPrediction:
 class LivePrediction:
     """Pressures and angles in, in the order in which they come; comparisons out.
 
-    An angle is compared as soon as pressures from before and after it are there. A stamp that lies
+    An angle is compared as soon as pressures from before and after it are there; under
+    `clock_offset` these are the pressures of that time ago. A stamp that lies
     before the last one of its kind means that the clock was set back: all is forgotten, the memory
     of the effects too.
 
@@ -170,6 +171,7 @@ class LivePrediction:
     ) -> None:
         self.hand, self.model = hand, model
         self._settling = settling or Settling()
+        self._delay = _delay(model)
         self._temperature = temperature
         self._chains = [ChainPrediction(chain, hand, model) for chain in hand.chains]
         self._chain_of = {
@@ -214,18 +216,18 @@ class LivePrediction:
     def _due(self) -> list[Comparison]:
         found = []
         newest = self._pressures.newest
-        while newest is not None and self._waiting and self._waiting[0][0] <= newest:
+        while newest is not None and self._waiting and self._waiting[0][0] - self._delay <= newest:
             stamp, angles = self._waiting.popleft()
-            if self._pressures.covers(stamp):  # else it came before the first pressure
+            if self._pressures.covers(stamp - self._delay):  # else it is of before the first one
                 found.append(self._compare(stamp, angles))
         return found
 
     def _compare(self, stamp: int, angles: Mapping[str, float]) -> Comparison:
         dt = 0.0 if self._last is None else (stamp - self._last) / SECOND
         self._last = stamp
-        pressures = self._pressures.at(stamp)
+        pressures = self._pressures.at(stamp - self._delay)
         predicted = [chain.tip_angle(dt, pressures, self._temperature) for chain in self._chains]
-        stood = self._stood(stamp)
+        stood = self._stood(stamp - self._delay)
         settled = [bool(np.all(stood[chain.channels])) for chain in self._chains]
         places = [self._chain_of[name] for name in angles]
         return Comparison(
@@ -241,6 +243,22 @@ class LivePrediction:
             return np.ones(len(self.hand.channels), bool)
         duration = round(self._settling.time * SECOND)
         return self._pressures.stood(stamp, duration, self._settling.band)
+
+
+def _delay(model: Model) -> int:
+    """Time [ns] by which angles come later than their pressures; a stream does not tell when the
+    run began, so clocks that drift apart count as they were then.
+
+    Raises ValueError for more than the time for which pressures are kept.
+    """
+    staged = StagedEffects(e for e in model.effects if isinstance(e, InputEffect))
+    delay = round(float(staged.delay(np.asarray(0.0))) * SECOND)
+    if abs(delay) > KEPT:
+        raise ValueError(
+            f"effects: expected a delay between pressure and angle of {KEPT / SECOND:g} s at most, "
+            f"got {delay / SECOND:g} s"
+        )
+    return delay
 
 
 def pressures_of(names: Sequence[str], effort: Sequence[float], channels: Sequence[str]) -> Array:

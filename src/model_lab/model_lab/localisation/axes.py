@@ -23,7 +23,12 @@ RESTING = 0.1  # of span over duration: below this rate the input rests
 RISING, RESTS, FALLING = 0.0, 1.0, 2.0
 COURSES = ("rises", "rests", "falls")
 DIRECTIONS = ("inflating", "deflating")
-DRIVING = {"uniaxial": ("stretch", ""), "valve_pulse": ("pressure drop", "Pa")}  # others: pressure
+DRIVING = {
+    "uniaxial": ("stretch", ""),
+    "rubber": ("stretch", ""),
+    "valve_pulse": ("pressure drop", "Pa"),
+}  # others: pressure
+RUN_AXES = (("run_order", "run", ""), ("temperature", "temperature", "K"), ("wall", "wall", "m"))
 
 
 @dataclass(frozen=True)
@@ -151,15 +156,13 @@ def _largest_so_far(data: MeasurementSet, inputs: Sequence[Array]) -> list[Array
 
 # ---------------------------------------------------------------------- of runs
 def _run_axes(data: MeasurementSet) -> list[Axis]:
-    specimens = [data.specimens[run.specimen] for run in data.runs]
-    walls = [float(specimen.values.get("wall", np.nan)) for specimen in specimens]
-    temperatures = [run.temperature for run in data.runs]
+    axes = [
+        Axis(name, noun, unit, _of_runs(data, data.of_runs(name)), of_run=True)
+        for name, noun, unit in RUN_AXES
+    ]
     return [
-        Axis("run_order", "run", "", _of_runs(data, _order(data)), of_run=True),
-        Axis("temperature", "temperature", "K", _of_runs(data, temperatures), of_run=True),
-        Axis("wall", "wall", "m", _of_runs(data, walls), of_run=True),
-        _named_axis(data, "mount", [specimen.mount for specimen in specimens]),
-        _named_axis(data, "specimen", [specimen.name for specimen in specimens]),
+        *axes,
+        *(_named_axis(data, name, data.of_runs(name)) for name in ("mode", "mount", "specimen")),
     ]
 
 
@@ -167,16 +170,6 @@ def _named_axis(data: MeasurementSet, name: str, names: Sequence[str]) -> Axis:
     categories = tuple(dict.fromkeys(names))
     values = [float(categories.index(entry)) for entry in names]
     return Axis(name, name, "", _of_runs(data, values), categories, of_run=True)
-
-
-def _order(data: MeasurementSet) -> list[float]:
-    """Number of each run among those of its specimen, from 1; `virgin` begins anew."""
-    last: dict[str, float] = {}
-    order = []
-    for run in data.runs:
-        last[run.specimen] = 1.0 if run.virgin else last.get(run.specimen, 0.0) + 1.0
-        order.append(last[run.specimen])
-    return order
 
 
 def _varies(axis: Axis) -> bool:

@@ -16,6 +16,7 @@ from model_lab.measurements.measurement_set import (
     FORMAT,
     INFLATE,
     INPUTS,
+    MODES,
     OUTPUTS,
     ROOM_TEMPERATURE,
     MeasurementSet,
@@ -31,6 +32,7 @@ from softhand_model.documents.yaml_document import (
     open_fields,
     read_document,
 )
+from softhand_model.model_file import FREE
 
 Units = dict[str, Unit]
 Told = Callable[[float], None]  # with the part of a bag that has been read
@@ -72,7 +74,9 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
         DocumentError (a ValueError): with file, row or key, expected, got, and the mend.
     """
     document = document_of(Path(path))
-    fields = open_fields(read_document(document, FORMAT), TOP_KEYS, ("title", "columns", "noise"))
+    fields = open_fields(
+        read_document(document, FORMAT), TOP_KEYS, ("title", "columns", "noise", "calibration")
+    )
     experiment = fields["experiment"].choice(OUTPUTS)
     title = fields["title"].text() if "title" in fields else ""
     specimens = read_specimens(fields["specimens"])
@@ -80,7 +84,14 @@ def load_measurements(path: str | Path, tell: Tell = tell_nobody) -> Measurement
     reader = _RunReader(document.parent, experiment, specimens, units)
     runs = reader.runs(fields["runs"], tell)
     noise = _noise(fields["noise"], {**reader.bag_units, **units}) if "noise" in fields else {}
-    return MeasurementSet(experiment, title, specimens, runs, noise, document.parent)
+    free = "calibration" in fields and _free_modulus(fields["calibration"])
+    return MeasurementSet(experiment, title, specimens, runs, noise, document.parent, free)
+
+
+def _free_modulus(node: Node) -> bool:
+    """Whether `calibration: {modulus: free}` stands in the document."""
+    entries = open_fields(node, optional=["modulus"])
+    return "modulus" in entries and bool(entries["modulus"].choice([FREE]))
 
 
 def _units(node: Node) -> Units:
@@ -135,14 +146,17 @@ class _RunReader:
         return tuple(runs)
 
     def _run(self, name: str, node: Node, told: Told) -> Run:
-        fields = open_fields(node, ["specimen"], RUN_KEYS)
+        of_rubber = self._experiment == "rubber"
+        fields = open_fields(node, ["specimen"], [*RUN_KEYS, "mode"] if of_rubber else RUN_KEYS)
+        mode = _mode(node, fields) if of_rubber else ""
         specimen = fields["specimen"].choice(self._specimens)
         temperature = _temperature(fields)
         protocol = fields["protocol"].text() if "protocol" in fields else name
         virgin = "virgin" in fields and fields["virgin"].choice([True, False])
         initial = fields["initial"].choice(["rest", "steady"]) if "initial" in fields else "rest"
         columns = self._columns(node, fields, told)
-        return Run(name, specimen, protocol, temperature, columns, virgin, initial == "steady")
+        steady = initial == "steady"
+        return Run(name, specimen, protocol, temperature, columns, virgin, steady, mode)
 
     def _columns(self, node: Node, fields: Mapping[str, Node], told: Told) -> dict[str, Array]:
         if ("file" in fields) == ("bag" in fields):
@@ -230,6 +244,13 @@ def _source(node: Node, entry: Mapping[str, Node]) -> Source:
         raise DocumentError(f"{entry['field'].place}: {reason}") from reason
     topic = entry["topic"].text()
     return Source(f"/{topic.lstrip('/')}", field, node.place)
+
+
+def _mode(node: Node, fields: Mapping[str, Node]) -> str:
+    """In which mode a run of rubber was stretched."""
+    if "mode" not in fields:
+        raise node.error(f"the key mode ({listed(MODES)})", listed(fields))
+    return str(fields["mode"].choice(MODES))
 
 
 def _temperature(fields: Mapping[str, Node]) -> float:

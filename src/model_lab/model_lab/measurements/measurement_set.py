@@ -6,11 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.measurements.sample_table import SampleTable, make_table
+from model_lab.measurements.sample_table import PROTOCOLS, SampleTable, make_table
+from softhand_model.effects.effect import STRETCHED
 
 FORMAT = "softhand-measurement/1"  # of its document on disk
 TIP_POSE = tuple(f"tip_{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz", "qw"))
@@ -18,6 +20,7 @@ OUTPUTS = {
     "free_bending": ("tip_angle",),
     "blocked_tip": ("tip_force",),
     "uniaxial": ("stress",),
+    "rubber": ("stress",),
     "valve_pulse": ("mass",),
     "base_torque": ("torque_x", "torque_y", "torque_z"),
 }
@@ -25,6 +28,7 @@ INPUTS = {
     "free_bending": ("pressure",),
     "blocked_tip": ("pressure",),
     "uniaxial": ("stretch",),
+    "rubber": ("stretch",),
     "valve_pulse": ("direction", "duration", "p_in", "p_out"),
     "base_torque": ("time", "pressure", *TIP_POSE),
 }
@@ -32,10 +36,13 @@ OUTPUT_UNITS = {
     "free_bending": "rad",
     "blocked_tip": "N",
     "uniaxial": "Pa",
+    "rubber": "Pa",
     "valve_pulse": "kg",
     "base_torque": "N m",
 }
+MODES = ("uniaxial", "pure_shear", "equibiaxial")  # in which rubber is stretched
 INFLATE, DEFLATE = 1.0, -1.0  # the column `direction` of valve_pulse as numbers
+MODE_HOLDOUT = "modes"
 SAME_TEMPERATURE = 1.0  # [K] within which runs are repeats
 ROOM_TEMPERATURE = 293.15
 
@@ -62,7 +69,7 @@ class Run:
 
     protocol: runs of one specimen, protocol and temperature [K] are repeats. `virgin`: the specimen
     has never been stretched before; `steady`: it starts in the steady state of its first sample
-    instead of at rest at zero pressure.
+    instead of at rest at zero pressure. mode: of MODES, in the experiment `rubber`.
     """
 
     name: str
@@ -72,6 +79,7 @@ class Run:
     columns: Mapping[str, Array]
     virgin: bool = False
     steady: bool = False
+    mode: str = ""
 
     @property
     def samples(self) -> int:
@@ -86,7 +94,11 @@ class Run:
 
 @dataclass(frozen=True)
 class MeasurementSet:
-    """A measurement set; `noise` holds one sigma by output column in SI units, as far as stated."""
+    """A measurement set; `noise` holds one sigma by output column in SI units, as far as stated.
+
+    free_modulus: whether the shear modulus is what is measured, so that no 15 % bound it; always so
+    in the experiment `rubber`.
+    """
 
     experiment: str
     title: str
@@ -94,6 +106,16 @@ class MeasurementSet:
     runs: tuple[Run, ...]
     noise: Mapping[str, float] = field(default_factory=dict)
     folder: Path = Path()
+    free_modulus: bool = False
+
+    def __post_init__(self) -> None:
+        if self.experiment == "rubber":
+            object.__setattr__(self, "free_modulus", True)
+
+    @property
+    def stretched(self) -> bool:
+        """Whether the stretch is imposed, on rubber alone."""
+        return self.experiment in STRETCHED
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -114,7 +136,16 @@ class MeasurementSet:
     def table(self) -> SampleTable:
         """All measured samples, in the order of every array (samples,) of the lab."""
         measured = [run.measured(self.outputs) for run in self.runs]
-        return make_table(measured, self.groups(), [run.protocol for run in self.runs])
+        return make_table(measured, self.groups(), *self._held_out_together())
+
+    def _held_out_together(self) -> tuple[list[str], str]:
+        """What names the part of each run that is held out with others, and what that is: the
+        protocol, or the mode where only that differs.
+        """
+        protocols = [run.protocol for run in self.runs]
+        modes = [run.mode for run in self.runs]
+        by_mode = len(set(protocols)) < 2 < 1 + len(set(modes))
+        return (modes, MODE_HOLDOUT) if by_mode else (protocols, PROTOCOLS)
 
     def column(self, name: str) -> Array:
         """A recorded column (samples,) in the order of the table; KeyError if a run lacks it."""
@@ -124,14 +155,37 @@ class MeasurementSet:
         """What drives a run (samples of the run,): pressure [Pa], stretch [-], or the pressure
         drop of a pulse [Pa].
         """
-        if self.experiment == "uniaxial":
+        if self.stretched:
             return run.columns["stretch"]
         if self.experiment == "valve_pulse":
             return run.columns["p_in"] - run.columns["p_out"]
         return run.columns["pressure"]
 
+    def of_runs(self, axis: str) -> list[Any]:
+        """Value of each run on an axis: run_order (its number among the runs of its specimen, from
+        1; `virgin` begins anew), temperature [K], mode, wall [m], mount or specimen.
+        """
+        if axis == "run_order":
+            return self._run_order()
+        if axis == "temperature":
+            return [run.temperature for run in self.runs]
+        if axis == "mode":
+            return [run.mode for run in self.runs]
+        specimens = [self.specimens[run.specimen] for run in self.runs]
+        if axis == "wall":
+            return [float(specimen.values.get("wall", np.nan)) for specimen in specimens]
+        return [specimen.mount if axis == "mount" else specimen.name for specimen in specimens]
+
+    def _run_order(self) -> list[float]:
+        last: dict[str, float] = {}
+        order = []
+        for run in self.runs:
+            last[run.specimen] = 1.0 if run.virgin else last.get(run.specimen, 0.0) + 1.0
+            order.append(last[run.specimen])
+        return order
+
     def groups(self) -> list[list[int]]:
-        """Indices of runs that repeat each other: same specimen and protocol, same temperature."""
+        """Indices of runs that repeat each other: same specimen, protocol, mode, temperature."""
         groups: list[list[int]] = []
         for index, run in enumerate(self.runs):
             for group in groups:
@@ -151,5 +205,6 @@ def _repeats(first: Run, second: Run) -> bool:
     return (
         first.specimen == second.specimen
         and first.protocol == second.protocol
+        and first.mode == second.mode
         and abs(first.temperature - second.temperature) <= SAME_TEMPERATURE
     )

@@ -33,20 +33,23 @@ OPPOSED = -0.5  # correlation of neighbouring fourth differences, of which noise
 ALIKE = 8.0  # autocorrelation of fourth differences, over its error, that noise never has
 
 
-def thinned(data: MeasurementSet) -> MeasurementSet:
-    """The set with every k-th sample of its longer runs, so that it is searched in a minute or two.
+def thinned(
+    data: MeasurementSet, largest: int = LARGEST_SET, shortest: int = SHORTEST_RUN
+) -> MeasurementSet:
+    """The set with every k-th sample of its longer runs, so that it is searched in a minute or two:
+    about `largest` in all, at least `shortest` of each run.
 
     Pulses, of which each counts, stay as they are.
     """
     samples = sum(run.samples for run in data.runs) * len(data.outputs)
-    if samples <= LARGEST_SET or data.experiment == "valve_pulse":
+    if samples <= largest or data.experiment == "valve_pulse":
         return data
-    wanted = samples / LARGEST_SET
-    return replace(data, runs=tuple(_thin(run, wanted) for run in data.runs))
+    wanted = samples / largest
+    return replace(data, runs=tuple(_thin(run, wanted, shortest) for run in data.runs))
 
 
-def _thin(run: Run, wanted: float) -> Run:
-    step = max(min(int(wanted + 0.5), run.samples // SHORTEST_RUN), 1)
+def _thin(run: Run, wanted: float, shortest: int) -> Run:
+    step = max(min(int(wanted + 0.5), run.samples // shortest), 1)
     return replace(run, columns={name: values[::step] for name, values in run.columns.items()})
 
 

@@ -107,14 +107,18 @@ class SampleTable:
 
 
 def make_table(
-    measured: Sequence[Array], groups: Sequence[Sequence[int]], protocols: Sequence[str]
+    measured: Sequence[Array],
+    groups: Sequence[Sequence[int]],
+    protocols: Sequence[str],
+    holdout: str = PROTOCOLS,
 ) -> SampleTable:
     """The table of a set; with fewer than two protocols blocks of runs are held out.
 
     Args:
         measured: outputs (outputs, samples) of each run in SI units.
         groups: indices of runs that repeat each other.
-        protocols: name of the protocol of each run.
+        protocols: name of the protocol of each run, or of what else is held out together.
+        holdout: what these names are of.
     """
     outputs, counts = len(measured[0]), [values.shape[1] for values in measured]
     starts = np.cumsum([0, *counts]).tolist()
@@ -136,7 +140,7 @@ def make_table(
         folds=tuple(f"block {index + 1}" for index in range(BLOCK_FOLDS))
         if by_block
         else tuple(folds),
-        holdout=BLOCKS if by_block else PROTOCOLS,
+        holdout=BLOCKS if by_block else holdout,
         blocks_are_runs=len(counts) >= FEWEST_RUNS,
     )
 

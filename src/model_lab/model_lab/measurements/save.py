@@ -10,6 +10,7 @@ import yaml
 
 from model_lab.measurements.measurement_set import DEFLATE, FORMAT, MeasurementSet, Run, Specimen
 from model_lab.measurements.units import COLUMN_UNITS, Display, display_of
+from softhand_model.model_file import FREE
 
 
 def check_folder(folder: Path, force: bool = False) -> None:
@@ -41,6 +42,8 @@ def write_set(data: MeasurementSet, folder: Path, force: bool = False) -> None:
         "noise": {name: float(level * shown_as(name).factor) for name, level in data.noise.items()},
         "runs": {run.name: run_entry(run) for run in data.runs},
     }
+    if data.free_modulus and data.experiment != "rubber":
+        document["calibration"] = {"modulus": FREE}
     text = yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120)
     (folder / "experiment.yaml").write_text(text, encoding="utf-8")
     for run in data.runs:
@@ -78,6 +81,7 @@ def run_entry(run: Run) -> dict:
         entry
         | ({"virgin": True} if run.virgin else {})
         | ({"initial": "steady"} if run.steady else {})
+        | ({"mode": run.mode} if run.mode else {})
     )
 
 

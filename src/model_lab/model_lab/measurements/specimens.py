@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from model_lab.measurements.units import largest
 from softhand_model.documents.quoted import listed
 from softhand_model.documents.yaml_document import DocumentError, Node, open_fields
 from softhand_model.hand.actuator import read_profile
+from softhand_model.model_file import Model
 
 DOCUMENT = "experiment.yaml"
 KNOWN = {
@@ -66,6 +68,23 @@ def require_columns(data: MeasurementSet, columns: Iterable[str], why: str) -> N
                     f"which {why} needs, got {listed(run.columns)}; record it, and name it "
                     "under `columns` (CSV) or `topics` (bag)"
                 )
+
+
+def made_of(data: MeasurementSet, model: Model) -> MeasurementSet:
+    """The set with its specimens made of a model's rubber, as far as the model says so."""
+    free = data.free_modulus or model.free_modulus
+    if "modulus" not in model.calibration:
+        return replace(data, free_modulus=True) if free and not data.free_modulus else data
+    specimens = {name: _made_of(entry, model) for name, entry in data.specimens.items()}
+    return replace(data, specimens=specimens, free_modulus=free)
+
+
+def _made_of(specimen: Specimen, model: Model) -> Specimen:
+    stated = specimen.values.get("shear_modulus")
+    if stated is None:
+        return specimen
+    modulus = model.shear_modulus(float(stated), specimen.batch)
+    return replace(specimen, values={**specimen.values, "shear_modulus": modulus})
 
 
 def document_of(folder: Path) -> Path:

@@ -116,7 +116,8 @@ def _calibration(calibration: Mapping[str, Any]) -> str:
 
 def _errors(found: Comparison) -> str:
     display, floor = display_of(found.data.unit), found.errors.floor
-    kept = "protocols" if found.errors.holdout == "protocols" else "blocks of the runs"
+    holdout = found.errors.holdout
+    kept = "blocks of the runs" if holdout == "blocks" else holdout
     how = "fitted to all the data" if found.errors.calibrated else "as its file has it"
     rows = [
         ["", f"error [{display.unit}]", "fit", ""],

@@ -42,8 +42,9 @@ def write_report(outcome: Outcome, path: Path, commands: Sequence[str]) -> None:
     path.write_text(page(View(outcome), commands), encoding="utf-8")
 
 
-@lru_cache(maxsize=1)
-def _template() -> Template:
+@lru_cache(maxsize=2)
+def template(name: str) -> Template:
+    """A template of this room by its name."""
     environment = Environment(
         loader=PackageLoader("model_lab", "report"),
         autoescape=True,
@@ -63,12 +64,12 @@ def _template() -> Template:
         "rest": rest,
         "proposal": proposal,
     }
-    return environment.get_template("page.html")
+    return environment.get_template(name)
 
 
 def page(view: View, commands: Sequence[str]) -> str:
     """The whole page."""
-    return _template().render(
+    return template("page.html").render(
         view=view,
         data=view.data,
         diagnosis=view.diagnosis,

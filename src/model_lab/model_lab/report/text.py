@@ -94,6 +94,15 @@ def _effects(diagnosis: Diagnosis) -> str:
         for effect in diagnosis.effects
         for name, e in effect.parameters.items()
     ]
+    rows += [
+        [
+            f"modulus {batch}",
+            "G",
+            *(f"{1e-3 * number:.4g}" for number in (e.value, e.std, *e.interval)),
+            "kPa",
+        ]
+        for batch, e in (diagnosis.modulus or {}).items()
+    ]
     head = ["effect", "parameter", "value", "std", "95 % from", "to", "unit"]
     return text_table([head, *rows]) if rows else ""
 
@@ -208,7 +217,8 @@ def write_template(planned: Mapping[str, Any], data: MeasurementSet, folder: Pat
     """
     specimen = _specimen(planned, data)
     columns = {name: np.array(values) for name, values in planned["inputs"].items()}
-    run = Run("", specimen.name, planned["protocol"], planned["temperature"], columns)
+    mode = planned.get("mode", "")
+    run = Run("", specimen.name, planned["protocol"], planned["temperature"], columns, mode=mode)
     write_csv(run, folder / COURSE)
     outputs = OUTPUTS[data.experiment]
     entries = column_entries([*columns, *outputs])

@@ -137,7 +137,7 @@ class View:
             starts = [run.columns["time"][0] for run in data.runs]
             shown = [run.columns["time"] - t for run, t in zip(data.runs, starts, strict=True)]
             return "time", Display("s"), shown
-        name = "stretch" if data.experiment == "uniaxial" else "pressure"
+        name = "stretch" if data.stretched else "pressure"
         display = Display("-") if name == "stretch" else display_of("Pa")
         return name, display, [data.driving(run) for run in data.runs]
 

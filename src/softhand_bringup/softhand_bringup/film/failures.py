@@ -18,8 +18,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 
-from grasp_strategies.failure import GraspWatch
-from grasp_strategies.judge import GRIPPED, GraspResult
+from grasp_strategies.judging.failure import GraspWatch
+from grasp_strategies.judging.judge import GRIPPED, GraspResult
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.sweep.results import read_results
 from grasp_strategies.sweep.trial_line import trial_of

@@ -76,7 +76,10 @@ class ChainModel:
     def __init__(self, description: ChainDescription, segments: int, model: Model) -> None:
         scale = model.modulus_scale()
         parts = {
-            name: actuator.with_modulus(scale) for name, actuator in description.actuators.items()
+            name: replace(
+                actuator, shear_modulus=scale * model.shear_modulus(actuator.shear_modulus)
+            )
+            for name, actuator in description.actuators.items()
         }
         self.description, self.model = replace(description, actuators=parts), model
         self.segments = cut_chain(self.description, segments, model.springs)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeGuard
 
 import numpy as np
@@ -14,11 +15,28 @@ from softhand_model.documents.quoted import quoted, shortened
 
 STAGES = ("input", "load", "elastic", "structure", "output", "flow")
 BASES = ("pneuflex", "linear")
-EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "valve_pulse", "base_torque")
+EXPERIMENTS = (
+    "free_bending",
+    "blocked_tip",
+    "uniaxial",
+    "rubber",
+    "valve_pulse",
+    "base_torque",
+)
 
+OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
-RUBBER = BENDING | {"uniaxial"}  # wherever the rubber is strained
-NO_PRESSURE: Mapping[str, str] = {"uniaxial": "the stretch is imposed: no pressure acts"}
+STRETCHED = frozenset({"uniaxial", "rubber"})  # the stretch of a sample is imposed
+RUBBER = BENDING | STRETCHED  # wherever the rubber is strained
+AXES = ("pressure", "run_order", "temperature", "wall", "mount", "specimen")  # of an effect
+
+
+def unseen_when_stretched(reason: str) -> dict[str, str]:
+    """The reason why an effect does not show in tests of the rubber alone, for each of them."""
+    return dict.fromkeys(sorted(STRETCHED), reason)
+
+
+NO_PRESSURE: Mapping[str, str] = unseen_when_stretched("the stretch is imposed: no pressure acts")
 
 
 @dataclass(frozen=True)
@@ -27,8 +45,9 @@ class Parameter:
 
     typical: values (low, high) between which the effect is usually found, where a search starts
     (the bounds if absent); `logarithmic` when it spans decades. `neutral`: the value at which the
-    effect does nothing, if there is one. Raises ValueError for bounds, a usual range or a neutral
-    value that make no sense.
+    effect does nothing, if there is one. relative: the same range (low, high) over the largest
+    measured pressure or output of a set, whichever is named; the lab searches there, wherever the
+    set lies. Raises ValueError for bounds, a usual range or a neutral value that make no sense.
     """
 
     name: str
@@ -39,6 +58,7 @@ class Parameter:
     typical: tuple[float, float] | None = None
     logarithmic: bool = False
     neutral: float | None = None
+    relative: tuple[str, float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what no search could use."""
@@ -80,6 +100,12 @@ class Effect:
     rank: within a stage effects of lower rank act first, whatever the file's order.
     bases: base models beside which it has a meaning.
     physical: false for a generic term, which the lab adds on request but never names as a cause.
+    axes: what of a run it depends on besides its arguments, some of AXES; in `chamber_pressure`,
+    `modulus_factor` and `reading` their values, or names, at the rows of the call are in `around`,
+    arrays (1, rows, 1). Where there are no runs, as in the simulator, `around` may lack them.
+    refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
+    searches it only where a stretch is imposed and only after these have fallen short.
+    not_simulated: why the simulator refuses it; empty where it acts.
     """
 
     name: ClassVar[str] = ""
@@ -92,7 +118,11 @@ class Effect:
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True
+    axes: ClassVar[tuple[str, ...]] = ()
+    refines: ClassVar[tuple[str, ...]] = ()
+    not_simulated: ClassVar[str] = ""
 
+    around: Mapping[str, Any] = MappingProxyType({})
     values: Mapping[str, Any]
 
     def __init__(self, /, **values: float) -> None:
@@ -125,6 +155,12 @@ class Effect:
         if cls.name and cls.stage not in STAGES:
             raise ValueError(
                 f"effect {cls.name}: stage: expected one of {_listed(STAGES)}, got {cls.stage!r}"
+            )
+        unread = set(cls.axes) - set(AXES)
+        if cls.name and unread:
+            raise ValueError(
+                f"effect {cls.name}: axes: expected some of {_listed(AXES)}, "
+                f"got {_listed(sorted(unread))}"
             )
         unknown = set(cls.experiments) - set(EXPERIMENTS)
         if cls.name and unknown:

@@ -7,7 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import BENDING, RUBBER, Parameter
+from softhand_model.effects.effect import (
+    BENDING,
+    RUBBER,
+    STRETCHED,
+    Parameter,
+    unseen_when_stretched,
+)
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain
 from softhand_model.numerics.arrays import Array, Flags
 
@@ -79,15 +85,148 @@ class YeohStiffening(ElasticEffect):
         return stress * (1.0 + 2.0 * self.values["c2"] * strain.invariant)
 
 
-class MooneyRivlin(ElasticEffect):
-    """Second term of Mooney and Rivlin: factor (1 + b/lambda)/(1 + b) in uniaxial tension, b =
-    C01/C10; the shear modulus is that of both terms together (section 3.4.6).
+class YeohThirdOrder(ElasticEffect):
+    """Third term of Yeoh's energy: 3*c3*J1**2 added to the factor of `yeoh_stiffening`, c3 =
+    C30/C10.
 
-    In bending the rubber is in pure shear, where J1 = J2 (eq. 3.18): the factor is 1.
+    (O. H. Yeoh, Rubber Chem. Technol. 66, 1993.) With `yeoh_stiffening` beside it the stress is
+    q*(1 + 2*c2*J1 + 3*c3*J1**2).
+    """
+
+    name = "yeoh_third_order"
+    experiments = RUBBER
+    refines = ("yeoh_stiffening", "gent_stiffening")
+    rank = 1  # behind the factors, so that both terms of Yeoh add up
+    parameters = (
+        Parameter(
+            "c3",
+            "",
+            1e-7,
+            5.0,
+            "third coefficient of the energy over the first",
+            (1e-4, 0.05),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "gent_stiffening": "both stiffen at large strain"
+    }
+
+    def stress(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> Array:
+        """Stress [-] with the third term."""
+        return stress + 3.0 * self.values["c3"] * strain.invariant**2 * strain.elastic_term
+
+
+class ArrudaBoyce(ElasticEffect):
+    """Eight chains of finite length: factor L(x)/x over L(x0)/x0, x = sqrt((J1 + 3)/(3*links)),
+    x0 = 1/sqrt(links), with the inverse Langevin function L.
+
+    (E. M. Arruda, M. C. Boyce, J. Mech. Phys. Solids 41, 1993.) The chains are straight at J1 =
+    3*(links - 1); G is the modulus at no strain. L as M. Kroeger has it (J. Non-Newtonian Fluid
+    Mech. 223, 2015), within 0.3 %.
+    """
+
+    name = "arruda_boyce"
+    experiments = RUBBER
+    refines = ("gent_stiffening", "yeoh_stiffening")
+    parameters = (
+        Parameter(
+            "links",
+            "",
+            1.2,
+            1000.0,
+            "links of a chain; the square of its largest stretch",
+            (2.0, 60.0),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "gent_stiffening": "nearly one with it at jm = 3*(links - 1): both are the chains' limit"
+    }
+
+    def stress(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> Array:
+        """Stress [-] times the factor."""
+        rest = 1.0 / self.values["links"]
+        share = (1.0 + strain.invariant / 3.0) * rest  # x**2
+        below = np.minimum(share, ALMOST)
+        factor = chain_force(below) + (share - below) * CHAIN_SLOPE
+        return stress * (factor / chain_force(rest))
+
+
+def chain_force(square: Array) -> Array:
+    """Inverse Langevin function of x over x [-], given x**2 below 1.
+
+    >>> float(chain_force(np.array(0.0))), round(float(chain_force(np.array(0.81))), 1)
+    (3.0, 11.1)
+    """
+    return (3.0 - 0.2 * square * (6.0 + square * (1.0 - 2.0 * square))) / (1.0 - square)
+
+
+CHAIN_SLOPE = float((chain_force(np.array(ALMOST)) - chain_force(np.array(ALMOST - 1e-6))) / 1e-6)
+
+
+class Ogden(ElasticEffect):
+    """One term of Ogden's energy: (2*G/a**2)*(sum of the principal stretches**a - 3), a the
+    exponent; 2 is the base.
+
+    (R. W. Ogden, Proc. R. Soc. Lond. A 326, 1972.) Stress (2*G/a)*(lambda**(a - 1) - lambda**(-c -
+    1)) with c = a/2 in uniaxial tension, a in pure shear, 2*a in equibiaxial tension.
+    """
+
+    name = "ogden"
+    experiments = RUBBER
+    bases = frozenset({"pneuflex"})
+    refines = ("yeoh_stiffening", "gent_stiffening", "mooney_rivlin")
+    parameters = (Parameter("exponent", "", 1.0, 12.0, "exponent", (1.2, 4.0), neutral=2.0),)
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "yeoh_stiffening": "alike at moderate strain if the exponent is above 2",
+        "second_invariant": "alike in one mode of tension if it is below",
+    }
+
+    def stress(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> Array:
+        """Stress [-] times the factor."""
+        return stress * power_stress(strain, self.values["exponent"])
+
+
+ACROSS = {"uniaxial": 0.5, "pure_shear": 1.0, "equibiaxial": 2.0}
+"""Logarithm of the stretch of a direction that gives way over that of the imposed one, negative."""
+
+
+def power_stress(strain: Strain, exponent: Array | float) -> Array:
+    """Stress [-] of one term of Ogden's energy over the base's, also at no strain.
+
+    >>> [float(power_stress(Strain(np.array(x)), a)) for x, a in ((1.0, 3.0), (2.0, 2.0))]
+    [1.0, 1.0]
+    """
+    across, logarithm = ACROSS[strain.mode], np.log(strain.stretch)
+    fading = np.exp((exponent - 2.0) * -across * logarithm)
+    every = (1.0 + across) * logarithm
+    return fading * _mean_growth(exponent * every) / _mean_growth(2.0 * every)
+
+
+def _mean_growth(total: Array) -> Array:
+    """(exp(x) - 1)/x, also at 0."""
+    small = np.abs(total) < 1e-9
+    safe = np.where(small, 1.0, total)
+    return np.where(small, 1.0 + 0.5 * total, np.expm1(safe) / safe)
+
+
+class MooneyRivlin(ElasticEffect):
+    """Second term of Mooney and Rivlin: energy (G/2)*(J1 + b*J2)/(1 + b), b = C01/C10; the shear
+    modulus is that of both terms together (section 3.4.6).
+
+    Factor (1 + b/lambda)/(1 + b) in uniaxial, (1 + b*lambda**2)/(1 + b) in equibiaxial tension. In
+    bending the rubber is in pure shear, where J1 = J2 (eq. 3.18): the factor is 1.
     """
 
     name = "mooney_rivlin"
-    experiments = frozenset({"uniaxial"})
+    experiments = STRETCHED
     bases = frozenset({"pneuflex"})
     parameters = (
         Parameter("c01_ratio", "", 1e-4, 50.0, "C01 over C10", (0.05, 3.0), logarithmic=True),
@@ -103,10 +242,47 @@ class MooneyRivlin(ElasticEffect):
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
         """Stress [-] times the factor."""
-        if strain.mode != "uniaxial":
-            return stress
         ratio = self.values["c01_ratio"]
-        return stress * ((1.0 + ratio / strain.stretch) / (1.0 + ratio))
+        return stress * ((1.0 + ratio * strain.second) / (1.0 + ratio))
+
+
+class SecondInvariant(ElasticEffect):
+    """The second invariant of the logarithmic strain beside J1: the energy (G/2)*(J1 + 2*r*(sum of
+    the squared logarithms of the principal stretches))/(1 + r).
+
+    Entangled chains confine each other as in a tube, which stiffens the rubber at small strain more
+    than at large, while Mooney's term grows without end in equibiaxial tension. This is the limit
+    b -> 0 of the tube's energy, the sum of the stretches**-b, for which b is between 0 and 1 (M.
+    Kaliske, G. Heinrich, Rubber Chem. Technol. 72, 1999); b = 2 is `mooney_rivlin`. Factor
+    (1 + r*t)/(1 + r), t the factor of `ogden` at the exponent 0. In bending it softens.
+    """
+
+    name = "second_invariant"
+    experiments = RUBBER
+    bases = frozenset({"pneuflex"})
+    refines = ("mooney_rivlin",)
+    parameters = (
+        Parameter(
+            "ratio",
+            "",
+            1e-3,
+            5.0,
+            "modulus of that part over the other at no strain",
+            (0.05, 2.0),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "mooney_rivlin": "the same to first order: equibiaxial tension tells",
+        "ogden": "alike in one mode of tension",
+    }
+
+    def stress(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> Array:
+        """Stress [-] times the factor."""
+        ratio = self.values["ratio"]
+        return stress * ((1.0 + ratio * power_stress(strain, 0.0)) / (1.0 + ratio))
 
 
 class ThickWall(ElasticEffect):
@@ -130,7 +306,9 @@ class ThickWall(ElasticEffect):
             neutral=0.0,
         ),
     )
-    unseen_in: ClassVar[Mapping[str, str]] = {"uniaxial": "a strip in tension has no wall to bend"}
+    unseen_in: ClassVar[Mapping[str, str]] = unseen_when_stretched(
+        "a strip in tension has no wall to bend"
+    )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "section_rounding": "alike on one wall thickness: specimens of several tell them apart",
         "actuation_nonlinearity": "alike on one wall thickness",

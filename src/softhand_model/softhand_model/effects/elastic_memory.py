@@ -11,6 +11,11 @@ from softhand_model.effects.effect import RUBBER, Parameter
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain, decay
 from softhand_model.numerics.arrays import Array
 
+MODES, DECADES = 10, 5.0  # lags of creep, and the decades of time over which they are spread
+# rates v of these lags over that of the onset, and their shares exp(-v) of the logarithm's width
+RATES = np.geomspace(10.0 ** (0.5 - DECADES), 10.0**0.5, MODES)
+WEIGHTS = np.exp(-RATES) * np.log(RATES[1] / RATES[0])
+
 
 class MullinsSoftening(ElasticEffect):
     """Below the largest stretch so far: factor 1 - softening*(1 - exp(-(lam_max -
@@ -120,6 +125,73 @@ class Viscoelasticity(ElasticEffect):
             self._decay = dt, *decay(dt, self.values["relaxation_time"])
         _, left, share = self._decay
         return left * over + self.values["relative_modulus"] * share * (stress - before)
+
+
+class Creep(ElasticEffect):
+    """Logarithmic creep: the modulus falls by `rate` of itself with every decade of time.
+
+    The stress is Q(t) - rate*int(log10(1 + (t - u)/onset_time)*dQ(u)), Boltzmann's superposition;
+    Q is that after the stiffening factors, G the modulus at once. As log(1 + x) is the integral
+    over v of (1 - exp(-x*v))*exp(-v)/v, it is a sum of lags, evenly spread over the logarithm of
+    time: MODES of them, over DECADES from the onset on. Under a constant load the stretch grows
+    without end, where `viscoelasticity` comes to rest.
+    """
+
+    name = "creep"
+    experiments = RUBBER
+    parameters = (
+        Parameter(
+            "rate",
+            "",
+            0.0,
+            0.15,
+            "share of the modulus that is lost with every decade of time",
+            (0.01, 0.1),
+            neutral=0.0,
+        ),
+        Parameter(
+            "onset_time",
+            "s",
+            1e-3,
+            100.0,
+            "time after which it shows",
+            (0.02, 2.0),
+            logarithmic=True,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "viscoelasticity": "alike over a decade of time, within which that relaxes",
+        "tube_lag": "alike on triangles of one rate",
+        "hysteresis": "alike on triangles of one rate; steps and rates tell them apart",
+    }
+    has_memory = True
+    adds = True
+    rank = 0
+    _decay: tuple[Array | float, Array, Array] | None = None
+
+    def stress(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> Array:
+        """Stress [-] less what has crept away."""
+        rate = self.values["rate"] / np.log(10.0)
+        return stress - rate * np.sum(self._crept(stress, memory, dt) * WEIGHTS, axis=-1)
+
+    def remember(
+        self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
+    ) -> None:
+        """Keep the lags, and the stress."""
+        memory["state"] = self._crept(stress, memory, dt), stress
+
+    def _crept(self, stress: Array, memory: Memory, dt: Array | float) -> Array:
+        """What lags behind the stress (..., MODES)."""
+        follows, before = memory.get("state", (0.0, 0.0))
+        if self._decay is None or self._decay[0] is not dt:  # the same in all calls of a step
+            steps = np.asarray(dt, float)[..., None]
+            constants = np.asarray(self.values["onset_time"])[..., None] / RATES
+            self._decay = dt, *decay(steps, constants)
+        _, left, share = self._decay
+        now, then = np.asarray(stress)[..., None], np.asarray(before)[..., None]
+        return now - share * (now - then) + left * (follows - then)
 
 
 class Hysteresis(ElasticEffect):

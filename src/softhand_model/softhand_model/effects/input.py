@@ -121,3 +121,40 @@ class DeadZone(InputEffect):
     def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
         """Pressure [Pa] that acts."""
         return np.maximum(pressure - self.values["threshold"], 0.0)
+
+
+class ClockOffset(InputEffect):
+    """Output and pressure were recorded by two clocks: what shows at t is what p(t - delay) does,
+    delay = offset + drift*(t - start of the run).
+
+    A video that runs 0.3 s late has an offset of 0.3 s, one that runs early one below 0. Between
+    samples the pressure is a straight line; a run that does not start steady was at 0 before.
+    """
+
+    name = "clock_offset"
+    experiments = frozenset({"free_bending", "blocked_tip"})
+    parameters = (
+        Parameter(
+            "offset", "s", -10.0, 10.0, "time by which the output is late", (-0.5, 0.5), neutral=0.0
+        ),
+        Parameter(
+            "drift", "", -0.3, 0.3, "by which it comes later, a second", (-0.05, 0.05), neutral=0.0
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = {
+        "uniaxial": "a testing machine has one clock for stretch and stress",
+        "base_torque": "pressure, pose and torque have three clocks",
+    }
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "tube_lag": "a lag that rounds corners instead: alike on slow ramps",
+        "angle_sensor_lag": "a lag that rounds corners instead: alike on slow ramps",
+        "viscoelasticity": "alike on triangles of one rate",
+        "hysteresis": "alike on triangles of one rate",
+    }
+    has_memory = True
+    rank = -1
+    not_simulated = "it parts two clocks of a recording, and a simulated hand has one"
+
+    def delay(self, elapsed: Array) -> Array | float:
+        """Delay [s] of what shows so long [s] after the run began."""
+        return self.values["offset"] + self.values["drift"] * elapsed

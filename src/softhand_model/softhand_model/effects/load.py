@@ -7,7 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import BENDING, NO_PRESSURE, RUBBER, Parameter
+from softhand_model.effects.effect import (
+    BENDING,
+    NO_PRESSURE,
+    RUBBER,
+    Parameter,
+    unseen_when_stretched,
+)
 from softhand_model.effects.stages import LoadEffect, SectionShape
 from softhand_model.numerics.arrays import Array
 
@@ -86,6 +92,131 @@ class SectionRounding(LoadEffect):
         return load * (1.0 - self.values["gain"] * gone)
 
 
+class ChamberContact(LoadEffect):
+    """Neighbouring chambers touch and push one another: s*(1 + gain*max(p - onset, 0)/onset).
+
+    Empirical, for bellows and pleated actuators: walls that swell touch from some pressure on, and
+    the area on which they push grows in proportion to what is above it. gain: by which the load has
+    grown at twice that pressure.
+    """
+
+    name = "chamber_contact"
+    experiments = BENDING
+    parameters = (
+        Parameter(
+            "gain",
+            "",
+            0.02,
+            1000.0,
+            "growth of the load at twice the onset",
+            (0.5, 30.0),
+            logarithmic=True,
+        ),
+        Parameter(
+            "onset",
+            "Pa",
+            100.0,
+            5e6,
+            "pressure from which chambers touch",
+            (5e3, 100e3),
+            logarithmic=True,
+            relative=("pressure", 0.2, 0.85),
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "ballooning": "alike up to where that levels off",
+        "dead_zone": "alike where little bends below the onset",
+        "section_rounding": "both weaken what happens at low pressure",
+    }
+    rank = 1
+
+    def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
+        """Load [-] with that of the chambers on one another."""
+        above = np.maximum(pressure / self.values["onset"] - 1.0, 0.0)
+        return load * (1.0 + self.values["gain"] * above)
+
+
+class Ballooning(LoadEffect):
+    """Chambers swell at a pressure: s*(1 + gain*r**n/(1 + r**n)), r = max(p, 0)/onset.
+
+    Empirical: a thin wall of rubber gives way near a pressure, as a balloon does, and stops where
+    it meets its neighbour or its fibres. The load rises from s to (1 + gain)*s about the onset, the
+    more suddenly the larger the sharpness n. It has no memory: walls that snap through and come
+    back at a lower pressure are told by what is left over.
+    """
+
+    name = "ballooning"
+    experiments = BENDING
+    parameters = (
+        Parameter(
+            "gain", "", 0.05, 200.0, "growth of the load in the end", (0.5, 12.0), logarithmic=True
+        ),
+        Parameter(
+            "onset",
+            "Pa",
+            100.0,
+            5e6,
+            "pressure at which half of it has come",
+            (5e3, 100e3),
+            logarithmic=True,
+            relative=("pressure", 0.45, 0.95),
+        ),
+        Parameter(
+            "sharpness",
+            "",
+            3.5,
+            300.0,
+            "power of the pressure with which it comes",
+            (6.0, 40.0),
+            logarithmic=True,
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = NO_PRESSURE
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "chamber_contact": "alike up to where ballooning levels off",
+        "section_rounding": "both weaken what happens at low pressure",
+    }
+
+    def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
+        """Load [-] of the swollen chambers."""
+        logarithm = np.log(np.maximum(pressure, 1e-9) / self.values["onset"])
+        come = 0.5 * (1.0 + np.tanh(0.5 * self.values["sharpness"] * logarithm))
+        return load * (1.0 + self.values["gain"] * come)
+
+
+class Ageing(LoadEffect):
+    """The rubber ages from run to run: G*(1 + per_run*n) in a specimen's n-th run, from 0.
+
+    Cured on or worn out: runs go by their order in the set, each specimen's own; `virgin: true`
+    starts at 0 again. Never below a hundredth of G. Simulator and monitor are at the first run.
+    """
+
+    name = "ageing"
+    experiments = RUBBER
+    parameters = (
+        Parameter(
+            "per_run",
+            "",
+            -0.2,
+            0.5,
+            "change of the modulus from run to run over its first value",
+            (-0.03, 0.03),
+            neutral=0.0,
+        ),
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "modulus_scale": "one with it where each specimen has one run",
+        "mullins_softening": "both soften from run to run: that one goes by the stretch",
+        "temperature_modulus": "one with it if it grows warmer from run to run",
+        "sensor_drift": "alike where outputs hardly differ",
+    }
+
+    def age_factor(self, runs: Array) -> Array | float:
+        """Shear modulus over that of the first run."""
+        return np.maximum(1.0 + self.values["per_run"] * runs, 0.01)
+
+
 class Gravity(LoadEffect):
     """The actuator's own weight, mass_scale times its mass.
 
@@ -109,5 +240,5 @@ class Gravity(LoadEffect):
     )
     unseen_in: ClassVar[Mapping[str, str]] = {
         "blocked_tip": "a blocked finger stays straight: its weight has no lever",
-        "uniaxial": "the weight of a strip is nothing against its stress",
+        **unseen_when_stretched("the weight of a strip is nothing against its stress"),
     }

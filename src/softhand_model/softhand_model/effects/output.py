@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import RUBBER, Parameter
+from softhand_model.effects.effect import OUTPUT_UNIT, RUBBER, Parameter
 from softhand_model.effects.stages import (
     ElasticEffect,
     Memory,
@@ -19,6 +19,7 @@ from softhand_model.effects.stages import (
 )
 from softhand_model.numerics.arrays import Array
 
+MEASURED = ("tip_angle", "tip_force", "stress")
 KNOTS = (1.0, 1.05, 1.12, 1.22, 1.36, 1.55, 2.0, 3.0)  # stretches
 GROWING = 0.9  # of the fall at which the elastic side would no longer grow
 HIGHEST = 1.5  # of the logarithm of the factor between two knots
@@ -36,7 +37,7 @@ class AngleOffset(OutputEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("blocked_tip", "uniaxial"), "no angle is measured"
+        ("blocked_tip", "uniaxial", "rubber"), "no angle is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "pressure_offset": "alike as far as the curve is straight"
@@ -58,7 +59,7 @@ class ForceOffset(OutputEffect):
         Parameter("offset", "N", -10.0, 10.0, "reading without force", (-0.15, 0.15), neutral=0.0),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("free_bending", "uniaxial"), "no force is measured"
+        ("free_bending", "uniaxial", "rubber"), "no force is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "pressure_offset": "one with it as far as the force is proportional to the pressure"
@@ -92,7 +93,7 @@ class AngleSensorLag(OutputEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("blocked_tip", "uniaxial"), "no angle is measured"
+        ("blocked_tip", "uniaxial", "rubber"), "no angle is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "tube_lag": "a lag of the input instead: where the curve is straight they are one",
@@ -103,6 +104,133 @@ class AngleSensorLag(OutputEffect):
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
         """Reading [rad]."""
         return lagged(value, memory, dt, self.values["time_constant"])
+
+
+class CameraPerspective(OutputEffect):
+    """A camera that looks at the finger aslant: tan(y_read) = foreshortening*tan(y).
+
+    It sees what is across the straight finger foreshortened, by the cosine of its tilt, or what is
+    along it (then the factor is above 1). Right angles stay what they are; small ones change like
+    the modulus. From afar: that near things look larger is left out.
+    """
+
+    name = "camera_perspective"
+    experiments = frozenset({"free_bending"})
+    quantity = "tip_angle"
+    parameters = (
+        Parameter(
+            "foreshortening",
+            "",
+            0.2,
+            5.0,
+            "size across the straight finger over that along it, as seen",
+            (0.6, 1.6),
+            logarithmic=True,
+            neutral=1.0,
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("blocked_tip", "uniaxial"), "no angle is measured"
+    )
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "modulus_scale": "alike at small angles",
+        "yeoh_stiffening": "both change the curve at large angles",
+        "gent_stiffening": "both change the curve at large angles",
+    }
+    rank = -1
+
+    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
+        """Angle [rad] as it is seen."""
+        turns = np.round(value / np.pi)
+        within = value - np.pi * turns
+        factor = self.values["foreshortening"]
+        return np.pi * turns + np.arctan2(factor * np.sin(within), np.cos(within))
+
+
+class SensorDrift(OutputEffect):
+    """The zero of the output's sensor drifts: y_read = y + per_run*n + rate*(1 - exp(-f*t))/f.
+
+    f = fading, t: since the run began, n: runs of the session before it. A drift that goes on has
+    f = 0, one of a sensor that warms up f = 1 over the time it takes. A sensor that drifts on
+    between runs has its part from run to run in per_run; one that is tared before each has none.
+    Simulator and monitor are in the first run since their reset.
+    """
+
+    name = "sensor_drift"
+    experiments = frozenset({"free_bending", "blocked_tip", "uniaxial"})
+    quantity = MEASURED
+    by_session = True
+    parameters = (
+        Parameter(
+            "rate",
+            f"{OUTPUT_UNIT}/s",
+            -1e6,
+            1e6,
+            "drift at a run's start",
+            (-0.01, 0.01),
+            neutral=0.0,
+            relative=("output", -0.02, 0.02),
+        ),
+        Parameter("fading", "1/s", -0.1, 10.0, "rate at which it comes to rest", (0.0, 0.3)),
+        Parameter(
+            "per_run",
+            OUTPUT_UNIT,
+            -1e6,
+            1e6,
+            "drift from run to run",
+            (-0.01, 0.01),
+            neutral=0.0,
+            relative=("output", -0.01, 0.01),
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = {"base_torque": "three torques have three sensors"}
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "angle_offset": "one with it where it has come to rest at once",
+        "force_offset": "one with it where it has come to rest at once",
+        "ageing": "alike where outputs hardly differ",
+        "creep": "alike under constant load",
+    }
+    has_memory = True
+    rank = 2
+
+    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
+        """Reading in the output's unit; what was before the first sample counts as no time."""
+        elapsed = memory["elapsed"] + dt if "elapsed" in memory else 0.0 * np.asarray(dt)
+        memory["elapsed"] = elapsed
+        faded = self.values["fading"] * elapsed
+        small = np.abs(faded) < 1e-6
+        share = np.where(small, 1.0 - 0.5 * faded, -np.expm1(-faded) / np.where(small, 1.0, faded))
+        within = self.values["rate"] * elapsed * share
+        return np.asarray(value + within + self.values["per_run"] * memory.get("runs", 0.0))
+
+
+class Saturation(OutputEffect):
+    """The output's sensor ends at a limit: y_read = min(y, limit)."""
+
+    name = "saturation"
+    experiments = frozenset({"free_bending", "blocked_tip", "uniaxial"})
+    quantity = MEASURED
+    parameters = (
+        Parameter(
+            "limit",
+            OUTPUT_UNIT,
+            1e-6,
+            1e9,
+            "largest reading",
+            (0.1, 10.0),
+            logarithmic=True,
+            relative=("output", 0.6, 1.0),
+        ),
+    )
+    unseen_in: ClassVar[Mapping[str, str]] = {"base_torque": "three torques have three sensors"}
+    confounded_with: ClassVar[Mapping[str, str]] = {
+        "gent_stiffening": "both level the curve off, that one smoothly"
+    }
+    rank = 3
+
+    def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
+        """Reading in the output's unit."""
+        return np.minimum(value, self.values["limit"])
 
 
 def _steepest_fall(low: float, high: float) -> float:

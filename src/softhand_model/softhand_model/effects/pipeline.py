@@ -10,6 +10,7 @@ import numpy as np
 
 from softhand_model.effects.effect import STAGES, Effect
 from softhand_model.effects.stages import (
+    Age,
     ElasticEffect,
     FlowEffect,
     InputEffect,
@@ -46,11 +47,11 @@ class StagedEffects:
     """Effects in the order in which they act, and what they remember.
 
     Arrays are (lanes, rows, sections) as in `effects.stages`. memory: by effect name; `reset`
-    empties it: at rest at zero pressure.
+    empties it: at rest at zero pressure. age: of specimen and session as the rows begin.
     """
 
-    def __init__(self, effects: Iterable[Effect] = ()) -> None:
-        self.all = in_order(effects)
+    def __init__(self, effects: Iterable[Effect] = (), age: Age | None = None) -> None:
+        self.all, self._age = in_order(effects), age or Age()
         self.input = _of(self.all, InputEffect)
         self.load = _of(self.all, LoadEffect)
         self.elastic = _of(self.all, ElasticEffect)
@@ -62,6 +63,18 @@ class StagedEffects:
     def reset(self) -> None:
         """Forget everything."""
         self.memory: dict[str, Memory] = {effect.name: {} for effect in self.all}
+        for effect in self.output:
+            if effect.by_session:
+                self.memory[effect.name]["runs"] = self._age.session
+
+    @property
+    def delays(self) -> bool:
+        """Whether an effect delays the pressure."""
+        return any(overrides(effect, InputEffect, "delay") for effect in self.input)
+
+    def delay(self, elapsed: Array) -> Array:
+        """Time [s] by which pressures come late, at times [s] since the run began."""
+        return np.asarray(sum((effect.delay(elapsed) for effect in self.input), 0.0 * elapsed))
 
     def chamber_pressure(self, read: Array, dt: Array | float) -> Array:
         """Pressure [Pa] in the chamber, given its reading [Pa]; advances memory by dt [s]."""
@@ -70,10 +83,11 @@ class StagedEffects:
         return read
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus over its nominal value at a temperature [K]."""
+        """Shear modulus over its nominal value at a temperature [K], and at the specimen's age."""
         factor: Array | float = 1.0
         for effect in self.load:
             factor = factor * effect.modulus_factor(temperature)
+            factor = factor * effect.age_factor(np.asarray(self._age.specimen, float))
         return factor
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
@@ -142,7 +156,7 @@ class StagedEffects:
     def reading(self, quantity: str, value: Array, dt: Array | float) -> Array:
         """Reading of a measured column, given its true value; advances memory by dt [s]."""
         for effect in self.output:
-            if effect.quantity == quantity:
+            if effect.shows(quantity):
                 value = effect.reading(value, self.memory[effect.name], dt)
         return value
 

@@ -65,6 +65,8 @@ def _samples() -> dict[str, Any]:
     return {
         "pressure": rows(20e3),
         "temperature": rows(293.15),
+        "elapsed": rows(0.5),
+        "runs": rows(3.0),
         "load": sections(0.3),
         "stress": sections(0.3),
         "strain": Strain(sections(1.1)),

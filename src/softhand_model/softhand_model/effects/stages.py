@@ -47,11 +47,20 @@ class SectionShape:
 
 
 @dataclass(frozen=True)
+class Age:
+    """How many runs were before, of the specimen and in the session: arrays that broadcast."""
+
+    specimen: Array | float = 0.0
+    session: Array | float = 0.0
+
+
+@dataclass(frozen=True)
 class Strain:
     """How the rubber is strained: stretch lambda [-], and what follows from it in a mode.
 
-    mode: `pure_shear` (bending), `uniaxial` or `linear` (the base `linear`, where lambda - 1 is the
-    output over the largest one of the set).
+    mode: `pure_shear` (bending), `uniaxial`, `equibiaxial` or `linear` (the base `linear`, where
+    lambda - 1 is the output over the largest one of the set). With an energy W(J1, J2) per volume
+    the nominal stress along the stretch is 2*(dW/dJ1 + second*dW/dJ2)*q, `second` as below.
     """
 
     stretch: Array
@@ -64,7 +73,7 @@ class Strain:
     @cached_property
     def elastic_term(self) -> Array:
         """Stress q [-] over the shear modulus without effects: lambda - lambda**-3 (eq. 3.21),
-        uniaxial lambda - lambda**-2, linear lambda - 1.
+        uniaxial lambda - lambda**-2, equibiaxial lambda - lambda**-5, linear lambda - 1.
 
         >>> Strain(2.0, "uniaxial").elastic_term
         1.75
@@ -72,20 +81,50 @@ class Strain:
         if self.mode == "linear":
             return self.stretch - 1.0
         powers = self._inverse * self._inverse
-        return self.stretch - (powers if self.mode == "uniaxial" else powers * self._inverse)
+        if self.mode == "pure_shear":
+            powers = powers * self._inverse
+        elif self.mode == "equibiaxial":
+            powers = powers * powers * self._inverse
+        return self.stretch - powers
 
     @cached_property
     def invariant(self) -> Array:
         """Invariant J1 [-]: lambda**2 + lambda**-2 - 2 (eq. 3.18), uniaxial lambda**2 + 2/lambda -
-        3, linear (lambda - 1)**2; written so that rounding does not blur it near lambda = 1.
+        3, equibiaxial 2*lambda**2 + lambda**-4 - 3, linear (lambda - 1)**2; written so that
+        rounding does not blur it near lambda = 1.
 
         >>> Strain(3.0).invariant, Strain(2.0, "uniaxial").invariant
         (7.111111111111111, 2.0)
         """
         if self.mode == "pure_shear":
             return (self.stretch - self._inverse) ** 2
+        if self.mode == "equibiaxial":  # that of uniaxial compression to lambda**-2
+            shorter = self._inverse * self._inverse
+            return (shorter - 1.0) ** 2 * (1.0 + 2.0 * self.stretch * self.stretch)
         square = (self.stretch - 1.0) ** 2
         return square if self.mode == "linear" else square * (1.0 + 2.0 * self._inverse)
+
+    @cached_property
+    def second_invariant(self) -> Array:
+        """Invariant J2 [-]: that of the inverse stretches; in pure shear J1 (eq. 3.18).
+
+        >>> Strain(2.0, "equibiaxial").second_invariant
+        13.5
+        """
+        if self.mode == "uniaxial":
+            return Strain(self.stretch**0.5, "equibiaxial").invariant
+        if self.mode == "equibiaxial":
+            return Strain(self.stretch * self.stretch, "uniaxial").invariant
+        return self.invariant
+
+    @cached_property
+    def second(self) -> Array | float:
+        """Stress by the second invariant over that by the first [-]: 1/lambda in uniaxial tension,
+        1 in pure shear (and of the base `linear`), lambda**2 in equibiaxial tension.
+        """
+        if self.mode == "uniaxial":
+            return self._inverse
+        return self.stretch * self.stretch if self.mode == "equibiaxial" else 1.0
 
 
 class InputEffect(Effect):
@@ -96,6 +135,12 @@ class InputEffect(Effect):
     def chamber_pressure(self, pressure: Array, memory: Memory, dt: Array | float) -> Array:
         """Pressure [Pa] in the chamber, given its reading [Pa]; once a step, may change memory."""
         return pressure
+
+    def delay(self, elapsed: Array) -> Array | float:
+        """Time [s] that a pressure needs until it shows, at a time [s] since the run began;
+        below 0 where it shows before it is read.
+        """
+        return 0.0
 
 
 class LoadEffect(Effect):
@@ -109,6 +154,10 @@ class LoadEffect(Effect):
 
     def modulus_factor(self, temperature: Array) -> Array | float:
         """Shear modulus at a temperature [K] over the nominal one; divides load, stiffens joint."""
+        return 1.0
+
+    def age_factor(self, runs: Array) -> Array | float:
+        """Shear modulus of a specimen that has had so many runs, over that of a new one."""
         return 1.0
 
 
@@ -172,10 +221,19 @@ class StructureEffect(Effect):
 
 
 class OutputEffect(Effect):
-    """What a sensor shows of the true value; `quantity` is the measured column it belongs to."""
+    """What a sensor shows of the true value; `quantity` is the measured column it belongs to, or
+    several of which a set has one.
+
+    by_session: whether its memory begins with `runs`, how many runs the session had before.
+    """
 
     stage: ClassVar[str] = "output"
-    quantity: ClassVar[str] = ""
+    quantity: ClassVar[str | tuple[str, ...]] = ""
+    by_session: ClassVar[bool] = False
+
+    def shows(self, column: str) -> bool:
+        """Whether it belongs to the sensor of a measured column."""
+        return column in ((self.quantity,) if isinstance(self.quantity, str) else self.quantity)
 
     def reading(self, value: Array, memory: Memory, dt: Array | float) -> Array:
         """Reading of a true value, in its unit; called once a sample, may change memory."""

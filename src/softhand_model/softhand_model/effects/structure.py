@@ -7,7 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
+from softhand_model.effects.effect import (
+    BENDING,
+    NO_PRESSURE,
+    Parameter,
+    unseen_when_stretched,
+)
 from softhand_model.effects.stages import Memory, SectionShape, Strain, StructureEffect
 from softhand_model.hand import section
 from softhand_model.numerics.arrays import Array
@@ -24,7 +29,9 @@ class SideWallIntegral(StructureEffect):
 
     name = "side_wall_integral"
     experiments = BENDING
-    unseen_in: ClassVar[Mapping[str, str]] = {"uniaxial": "a strip in tension has no side walls"}
+    unseen_in: ClassVar[Mapping[str, str]] = unseen_when_stretched(
+        "a strip in tension has no side walls"
+    )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "modulus_scale": "nearly a factor of 0.78 on it",
         "pressure_gain": "nearly a factor of 1.28 on the pressure",
@@ -172,7 +179,7 @@ class GaugeCompliance(StructureEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("free_bending", "uniaxial", "base_torque"), "there is no force gauge at the tip"
+        ("free_bending", "uniaxial", "rubber", "base_torque"), "there is no force gauge at the tip"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "modulus_scale": "a soft gauge makes the force depend on the modulus",
@@ -201,7 +208,7 @@ class TipFriction(StructureEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("free_bending", "uniaxial", "base_torque"), "nothing rubs at the tip"
+        ("free_bending", "uniaxial", "rubber", "base_torque"), "nothing rubs at the tip"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "hysteresis": "both part loading from unloading: friction jumps when the force turns"

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from grasp_strategies.failure import AFTER, BEFORE, HOLD, GraspWatch
-from grasp_strategies.judge import SLIPPED, TOO_SHORT, TURNED
+from grasp_strategies.judging.failure import AFTER, BEFORE, HOLD, GraspWatch
+from grasp_strategies.judging.judge import SLIPPED, TOO_SHORT, TURNED
 from grasp_strategies.scene import Array
 from grasp_strategies.strategy import Phase, Strategy
 

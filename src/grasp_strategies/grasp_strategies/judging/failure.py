@@ -23,7 +23,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from grasp_strategies.judge import (
+from grasp_strategies.judging.judge import (
     CARRIED_HEIGHT,
     DROPPED,
     NO_NUMBER,

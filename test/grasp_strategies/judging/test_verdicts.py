@@ -6,7 +6,7 @@ import grasp_courses as course
 import numpy as np
 import pytest
 
-from grasp_strategies.judge import GraspJudge
+from grasp_strategies.judging.judge import GraspJudge
 from grasp_strategies.strategy import Success
 
 END = 9.9  # [s] later than any phase

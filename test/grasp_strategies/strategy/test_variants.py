@@ -1,6 +1,6 @@
 import pytest
 
-from grasp_strategies.variants import varied
+from grasp_strategies.strategy.variants import varied
 
 
 def test_phases_are_left_out_by_name(make_strategy):

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from grasp_strategies.strategy import Condition, load_strategy, strategy_names
-from grasp_strategies.tried_with import TriedWith
+from grasp_strategies.strategy.tried_with import TriedWith
 
 
 def test_every_shipped_strategy_can_be_read():

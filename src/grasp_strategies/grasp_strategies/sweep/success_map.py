@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from grasp_strategies.judging.judge import GRIPPED
+
 Array = NDArray[np.float64]
 Cells = NDArray[np.bool_]
 
@@ -172,6 +174,38 @@ def correlation(first: Array, second: Array) -> float:
     if np.ptp(first) == 0 or np.ptp(second) == 0:
         return math.nan
     return float(np.corrcoef(first.ravel(), second.ravel())[0, 1])
+
+
+def map_of(records: Sequence[Mapping[str, Any]]) -> SuccessMap | None:
+    """The map of an object's trials; None unless their cells are a grid of more than one cell, in
+    even steps, and each replicate has a verdict in every one of them.
+
+    Without jittered replicates that without jitter counts as one, and the other way round.
+
+    >>> def trial(x, outcome):
+    ...     return {"cell": [x, 0.0], "replicate": 1, "outcome": outcome}
+    >>> map_of([trial(0.0, "none"), trial(0.01, "gripped")]).area
+    0.0001
+    """
+    by_replicate: dict[int, dict[tuple[float, float], bool]] = {}
+    for record in records:
+        if "error" not in record:
+            x, y = record["cell"]
+            cells = by_replicate.setdefault(record["replicate"], {})
+            cells[x, y] = record["outcome"] == GRIPPED
+    xs, ys = (np.array(sorted({float(r["cell"][axis]) for r in records})) for axis in (0, 1))
+    grid = [(x, y) for x in xs.tolist() for y in ys.tolist()]
+    steps = np.concatenate([np.diff(xs), np.diff(ys)])
+    whole = all(len(cells) == len(grid) for cells in by_replicate.values())
+    if not by_replicate or not whole or not len(steps) or not np.allclose(steps, steps[0]):
+        return None
+    found = {
+        number: np.array([by_replicate[number][cell] for cell in grid]).reshape(len(xs), len(ys))
+        for number in sorted(by_replicate)
+    }
+    once = found[min(found)]
+    jittered = [cells for number, cells in found.items() if number] or [once]
+    return SuccessMap(xs, ys, once, np.array(jittered))
 
 
 def finished(records: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:

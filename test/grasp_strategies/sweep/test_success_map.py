@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from thesis.success_map import (
+from grasp_strategies.sweep.success_map import (
     SuccessMap,
     border_length,
     correlation,
     largest_hole,
     largest_share,
+    map_of,
     overlap,
     window_mean,
 )
@@ -102,3 +103,48 @@ def test_maps_of_other_shapes_than_their_axes_are_refused():
     region = np.zeros((21, 20), bool)
     with pytest.raises(ValueError, match=r"expected once \(21, 21\)"):
         of(region)
+
+
+def trials(xs, ys, replicates, gripped):
+    return [
+        {
+            "key": f"plan/ball/{x},{y}/{number}",
+            "cell": [x, y],
+            "replicate": number,
+            "outcome": "gripped" if gripped(x, y, number) else "none",
+        }
+        for number in replicates
+        for x in xs
+        for y in ys
+    ]
+
+
+def test_a_map_of_records_has_their_cells_whatever_their_order():
+    xs, ys = [-0.01, 0.0, 0.01], [0.0, 0.01]
+    records = trials(xs, ys, range(3), lambda x, y, number: x == 0.01 and number != 2)
+    found = map_of(records[::-1])
+    assert_allclose(found.xs, xs)
+    assert_allclose(found.ys, ys)
+    assert found.once.tolist() == [[False, False], [False, False], [True, True]]
+    assert_allclose(found.share, [[0, 0], [0, 0], [0.5, 0.5]])
+
+
+def test_replicates_stand_in_for_the_trial_without_jitter_and_the_other_way_round():
+    alone = map_of(trials([0.0, 0.01], [0.0], [0], lambda x, *_: x > 0))
+    assert alone.once.tolist() == alone.replicates[0].tolist() == [[False], [True]]
+    jittered = map_of(trials([0.0, 0.01], [0.0], [1, 2], lambda x, y, number: number == 2))
+    assert not jittered.once.any() and len(jittered.replicates) == 2
+
+
+@pytest.mark.parametrize(
+    "records",
+    [
+        trials([0.0], [0.0], [1, 2], lambda *_: True),
+        trials([0.0, 0.01], [0.0, 0.01], [1], lambda *_: True)[:-1],
+        trials([0.0, 0.01, 0.03], [0.0], [1], lambda *_: True),
+        [{"key": "plan/ball/0,0/1", "cell": [0, 0], "replicate": 1, "error": "lost"}],
+    ],
+    ids=["one cell", "a cell missing", "uneven steps", "no verdict"],
+)
+def test_what_is_no_whole_grid_has_no_map(records):
+    assert map_of(records) is None

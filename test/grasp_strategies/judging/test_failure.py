@@ -8,7 +8,7 @@ import pytest
 from mock_scene import MockScene
 from scipy.spatial.transform import Rotation
 
-from grasp_strategies.failure import AFTER, BEFORE, HOLD, LIFT, GraspWatch, stages
+from grasp_strategies.judging.failure import AFTER, BEFORE, HOLD, LIFT, GraspWatch, stages
 from grasp_strategies.scene import SceneError
 from grasp_strategies.sequencer import Sequencer
 from grasp_strategies.strategy import load_strategy

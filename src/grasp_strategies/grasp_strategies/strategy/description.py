@@ -35,13 +35,13 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from grasp_strategies.tried_with import KEYS as TRIED_WITH
-from grasp_strategies.tried_with import TriedWith, read_tried_with
+from grasp_strategies.strategy.tried_with import KEYS as TRIED_WITH
+from grasp_strategies.strategy.tried_with import TriedWith, read_tried_with
 from softhand_model.documents.quoted import listed, quoted
 from softhand_model.documents.yaml_document import Bounds, Node, is_document, read_document
 
 FORMAT = "softhand-strategy/1"
-DATA = Path(__file__).with_name("data") / "strategies"
+DATA = Path(__file__).parents[1] / "data" / "strategies"
 FRAMES = ("object", "environment", "wrist", "wrist_level")
 QUANTITIES = {
     "contact_force": "N",
@@ -196,7 +196,7 @@ def load_strategy(name: str | Path) -> Strategy:
     what came.
 
     >>> [phase.name for phase in load_strategy("surface_constrained").phases][:3]
-    ['approach', 'touch', 'close']
+    ['approach', 'touch', 'oppose']
     """
     path = Path(name)
     if path.suffix != ".yaml":

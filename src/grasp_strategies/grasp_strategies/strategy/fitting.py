@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from grasp_strategies.strategy import Strategy, load_strategy, strategy_names
-from grasp_strategies.tried_with import TriedWith
+from grasp_strategies.strategy.tried_with import TriedWith
 from softhand_model.documents.quoted import quoted
 
 USUAL_STRATEGY, USUAL_OBJECT = "surface_constrained", "cylinder"

@@ -6,8 +6,8 @@ import grasp_courses as course
 import numpy as np
 import pytest
 
-from grasp_strategies.early_end import EarlyEnd, EmptyCourse
-from grasp_strategies.failure import GraspWatch
+from grasp_strategies.judging.early_end import EarlyEnd, EmptyCourse
+from grasp_strategies.judging.failure import GraspWatch
 from grasp_strategies.trials import Placement, StartedScene, TrialSettings
 
 STRATEGY = """

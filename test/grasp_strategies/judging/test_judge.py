@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from grasp_strategies.judge import GraspJudge, GraspResult
+from grasp_strategies.judging.judge import GraspJudge, GraspResult
 from grasp_strategies.scene import Observation
 from grasp_strategies.strategy import Success
 

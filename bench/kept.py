@@ -1,0 +1,44 @@
+"""Finished parts of a long bench, one line of JSON each: it goes on where it was stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+class Unfinished(RuntimeError):
+    """The time of a bench is over; started again, it goes on."""
+
+
+def revision_of(sources: Iterable[str], suffixes: tuple[str, ...] = (".py",)) -> str:
+    """A short digest of files in folders, whose change makes old results stale."""
+    digest = hashlib.sha256()
+    for source in sources:
+        for file in sorted((ROOT / source).rglob("*")):
+            if file.suffix in suffixes:
+                digest.update(file.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def read(path: Path) -> dict[str, dict[str, Any]]:
+    """Finished parts by key; a line that was cut off while writing is left out."""
+    found = {}
+    for line in path.read_text().splitlines() if path.is_file() else []:
+        try:
+            record = json.loads(line)
+        except json.JSONDecodeError:
+            continue
+        found[record["key"]] = record
+    return found
+
+
+def append(record: dict[str, Any], path: Path) -> None:
+    """Keep one finished part."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a") as file:
+        file.write(json.dumps(record) + "\n")

@@ -1,0 +1,1 @@
+"""Judges a grasp: its verdict, why it failed, and when nothing can change that any more."""

@@ -1,0 +1,25 @@
+"""Strategies as data: their files, the world they were tried in, variants, what they fit."""
+
+from grasp_strategies.strategy.description import (
+    DATA,
+    Condition,
+    Phase,
+    Strategy,
+    Success,
+    Vector,
+    Waypoint,
+    load_strategy,
+    strategy_names,
+)
+
+__all__ = [
+    "DATA",
+    "Condition",
+    "Phase",
+    "Strategy",
+    "Success",
+    "Vector",
+    "Waypoint",
+    "load_strategy",
+    "strategy_names",
+]

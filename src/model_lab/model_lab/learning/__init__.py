@@ -1,0 +1,1 @@
+"""What is missing where no known effect fits: a curve, where it acts and against what."""

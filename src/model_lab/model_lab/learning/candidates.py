@@ -1,0 +1,235 @@
+"""Candidates of what is missing: every stage, form and axis that a set could show, with knots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.experiments.forward import Forward, inapplicable
+from model_lab.fitting.fit import Fit
+from model_lab.fitting.problem import FitProblem
+from model_lab.learning.effect_file import NAMED_AXES, NOUNS, RUN_AXES, Shape, effect_of
+from model_lab.localisation.axes import DRIVING, RESTING, input_rate
+from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.bending.balance import rough_stretch
+from softhand_model.effects import LoadEffect, SectionShape
+from softhand_model.effects.effect import BENDING
+
+FEWEST_RUNS = 4  # for what changes from run to run
+MOST_NAMES = 6
+SAMPLES_SMOOTHED = 4.0  # steps over which a rate is smoothed
+MARGIN = 1.05  # of the largest value, up to which knots go
+
+# stage: (form, against) in the order in which they are tried
+ALONG_RUN = ("pressure_rate", "direction", "time_since_step", "time_in_run")
+KINDS = {
+    "input": (
+        *(("offset", axis) for axis in ("pressure", *ALONG_RUN, "run_order", "temperature")),
+        *(("lag", axis) for axis in ("pressure_rate", "direction")),
+    ),
+    "load": (("factor", "pressure"), *(("factor", axis) for axis in RUN_AXES)),
+    "elastic": (("factor", "output"), ("offset", "output")),
+    "structure": (("factor", "output"),),
+    "output": (
+        *(("offset", axis) for axis in ("output", "pressure", *ALONG_RUN)),
+        *(("offset", axis) for axis in RUN_AXES),
+        *(("factor", axis) for axis in ("output", "pressure", "time_since_step", *RUN_AXES)),
+        *(("lag", axis) for axis in ("pressure_rate", "direction")),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Ranges of what a curve may be a function of, in a set under a model.
+
+    driving, predicted, rates: of all runs; step [s]: usual time between samples; load: largest load
+    [-] and the height [m] there.
+    """
+
+    data: MeasurementSet
+    base: str
+    driving: Array
+    measured: Array
+    rates: Array
+    output_rates: Array
+    step: float
+    largest: tuple[float, float]
+
+    @classmethod
+    def of(cls, problem: FitProblem, base: Fit) -> Scene:
+        """The ranges of a set, under a fitted model."""
+        data = problem.data
+        driving = [data.driving(run) for run in data.runs]
+        table = data.table
+        outputs = [table.of_run(table.value, index)[0] for index in range(len(data.runs))]
+        pairs = zip(data.runs, driving, outputs, strict=True)
+        rates = [(input_rate(run, into), input_rate(run, out)) for run, into, out in pairs]
+        predicted = table.value - base.residual
+        steps = [np.diff(run.columns["time"]) for run in data.runs if "time" in run.columns]
+        return cls(
+            data,
+            problem.base,
+            np.concatenate(driving),
+            np.concatenate([table.value, predicted]),
+            np.concatenate([rate for rate, _ in rates]),
+            np.concatenate([rate for _, rate in rates]),
+            float(np.median(np.concatenate(steps))) if steps else 1.0,
+            _largest_load(problem, base),
+        )
+
+    def shapes(self, knots: int) -> Iterator[Shape]:
+        """Every candidate that the set can show."""
+        for stage, kinds in KINDS.items():
+            for form, against in kinds:
+                shape = self._shape(stage, form, against, knots)
+                if shape is None:
+                    continue
+                effect = effect_of(shape, "learned")
+                if inapplicable(effect, self.data, self.base) is None:
+                    yield shape
+
+    def refined(self, shape: Shape, knots: int) -> Shape:
+        """The same with another number of knots, as far as the axis has so many places."""
+        finer = self._shape(shape.stage, shape.form, shape.against, knots)
+        return shape if finer is None else finer
+
+    def _shape(self, stage: str, form: str, against: str, knots: int) -> Shape | None:
+        """One candidate; None where it makes no sense in this experiment or does not vary."""
+        experiment = self.data.experiment
+        imposed = experiment not in BENDING
+        if imposed and (
+            stage in ("input", "structure") or (stage, against) == ("load", "pressure")
+        ):
+            return None
+        if stage == "structure" and experiment == "blocked_tip":
+            return None
+        if imposed and stage == "elastic" and against == "output":
+            against = "pressure"  # the stretch is what drives it
+        names = tuple(dict.fromkeys(self.data.of_runs(against))) if against in NAMED_AXES else ()
+        places = self._places(stage, against, knots)
+        if places is None:
+            return None
+        unit, size = self._quantity(stage)
+        over = SAMPLES_SMOOTHED * self.step
+        rates = self.output_rates if stage == "output" else self.rates
+        slow = RESTING * float(np.quantile(np.abs(rates), 0.9)) or 1.0
+        return Shape(
+            experiment, self.base, stage, form, against, places, unit,
+            self._abscissa(stage, against), size, over, slow, names,
+        )  # fmt: skip
+
+    def _quantity(self, stage: str) -> tuple[str, float]:
+        """Unit and size of what a stage's curve acts on."""
+        if stage == "input":
+            return "Pa", float(np.abs(self.driving).max())
+        if stage == "output":
+            return self.data.unit, float(np.abs(self.data.table.value).max())
+        return "", self.largest[0] or 1.0
+
+    def _abscissa(self, stage: str, against: str) -> str:
+        """What the knots are, with unit."""
+        noun, unit = DRIVING.get(self.data.experiment, ("pressure", "Pa"))
+        if stage == "elastic":
+            return "stretch [-]"
+        if against == "pressure":
+            return f"{noun} [{unit or '-'}]"
+        if against == "output":
+            name = self.data.outputs[0].replace("_", " ")
+            return "curvature [1/m]" if stage == "structure" else f"{name} [{self.data.unit}]"
+        if against == "pressure_rate":
+            own = f"{self.data.unit}/s" if stage == "output" else f"{unit or '1'}/s"
+            return f"rate of the {'reading' if stage == 'output' else noun} [{own}]"
+        return NOUNS[against]
+
+    # ------------------------------------------------------------------ knots
+    def _places(self, stage: str, against: str, knots: int) -> tuple[float, ...] | None:
+        if against in RUN_AXES:
+            return self._of_runs(against, knots)
+        if against == "direction":
+            return (-1.0, 0.0, 1.0) if self.data.has_time else None
+        if against in ("time_since_step", "time_in_run"):
+            return self._times(knots)
+        if against == "pressure_rate":
+            rates = self.output_rates if stage == "output" else self.rates
+            return self._signed(rates, knots) if self.data.has_time else None
+        return _even(*self._range(stage, against), knots)
+
+    def _range(self, stage: str, against: str) -> tuple[float, float]:
+        if stage == "elastic" and against == "pressure":
+            linear = self.base == "linear"
+            return (1.0, 2.0) if linear else (float(self.driving.min()), float(self.driving.max()))
+        if stage == "elastic" or (stage, against) == ("structure", "output"):
+            load, height = self.largest
+            if self.base == "linear":
+                return 1.0, 1.0 + MARGIN * load
+            stretch = float(rough_stretch(np.array(load))) - 1.0
+            predicted = np.split(self.measured, 2)
+            more = max(float(np.ptp(predicted[0]) / max(np.ptp(predicted[1]), 1e-300)), 1.0)
+            reach = MARGIN * stretch * min(more, 3.0)
+            return (1.0, 1.0 + reach) if stage == "elastic" else (0.0, reach / height)
+        if against == "pressure":
+            return float(self.driving.min()), float(self.driving.max())
+        shown = MARGIN * np.split(self.measured, 2)[1]  # before the sensor
+        return float(min(shown.min(), 0.0)), float(shown.max())
+
+    def _of_runs(self, axis: str, knots: int) -> tuple[float, ...] | None:
+        found = self.data.of_runs(axis)
+        if axis in NAMED_AXES:
+            count = len(set(found))
+            return tuple(map(float, range(count))) if 1 < count <= MOST_NAMES else None
+        values = np.unique(np.round(np.array(found, float), 9))
+        if axis == "run_order" and len(found) < FEWEST_RUNS:
+            return None
+        if not np.all(np.isfinite(values)) or len(values) < 2:
+            return None
+        if len(values) > knots:
+            return _even(float(values[0]), float(values[-1]), knots)
+        return tuple(values.tolist())
+
+    def _times(self, knots: int) -> tuple[float, ...] | None:
+        if not self.data.has_time:
+            return None
+        longest = max(float(np.ptp(run.columns["time"])) for run in self.data.runs)
+        return tuple((longest * np.linspace(0.0, 1.0, knots) ** 2).tolist())
+
+    def _signed(self, rates: Array, knots: int) -> tuple[float, ...] | None:
+        """Places on both sides of 0, closer near it."""
+        largest = float(np.quantile(np.abs(rates), 0.98))
+        if not largest > 0.0:
+            return None
+        steps = np.linspace(-1.0, 1.0, knots + 1 - knots % 2)
+        return tuple((largest * np.sign(steps) * steps**2).tolist())
+
+
+def _even(low: float, high: float, knots: int) -> tuple[float, ...] | None:
+    return tuple(np.linspace(low, high, knots).tolist()) if high > low else None
+
+
+def _largest_load(problem: FitProblem, base: Fit) -> tuple[float, float]:
+    """Largest load [-] in a set under a fitted model, and the height [m] of the sections there."""
+    seen = [(0.0, 1.0)]
+
+    class Seen(LoadEffect):
+        name = "seen"
+        experiments = frozenset({problem.data.experiment})
+
+        def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
+            seen.append((float(np.max(load)), float(np.min(shape.height))))
+            return load
+
+    likelihood = base.likelihood
+    free = [problem.classes[name] for name in dict.fromkeys(
+        p.effect for p in likelihood.parameters if p.effect
+    )]  # fmt: skip
+    forward = Forward(
+        problem.data, problem.base, free, (*problem.fixed, Seen()), joints=problem.joints
+    )
+    forward.predict(base.values[None])
+    if len(seen) == 1:  # the strain is imposed
+        stretch = max(float(problem.data.driving(run).max()) for run in problem.data.runs)
+        return stretch, 1.0
+    return max(seen)

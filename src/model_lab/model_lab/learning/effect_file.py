@@ -1,0 +1,261 @@
+"""Effect file of a learned curve: an ordinary file of the user's, which is also what is fitted."""
+
+from __future__ import annotations
+
+import keyword
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+
+from model_lab.measurements.measurement_set import OUTPUTS
+from softhand_model.documents.output_file import check_new
+from softhand_model.effects import Effect, effect_classes
+from softhand_model.effects.effect import BENDING
+from softhand_model.effects.own_file import load_guarded
+
+FACTORS = (0.02, 50.0)  # bounds
+TIMES = (1e-4, 1e3)  # [s]
+RANGE_OF_OFFSETS = 3.0  # bounds over the size of what is offset
+COURSE_AXES = {"pressure_rate": "rate", "direction": "direction", "time_since_step": "since"}
+COURSE_AXES |= {"time_in_run": "time"}
+NAMED_AXES = ("mount", "specimen")
+RUN_AXES = ("run_order", "temperature", "wall", *NAMED_AXES)
+ODD, RARE = 15.0, 6.0  # surprise
+NOUNS = {
+    "pressure_rate": "rate",
+    "direction": "direction (-1 falls, 0 rests, 1 rises)",
+    "time_since_step": "time since the last step [s]",
+    "time_in_run": "time in the run [s]",
+    "run_order": "number of the run among those of its specimen",
+    "temperature": "temperature [K]",
+    "wall": "wall [m]",
+    "mount": "mount",
+    "specimen": "specimen",
+}
+METHODS = {
+    "input": ("InputEffect", "chamber_pressure(self, pressure, memory, dt)", "pressure"),
+    "load": ("LoadEffect", "act_on_load(self, load, pressure, shape)", "load"),
+    "modulus": ("LoadEffect", "modulus_factor(self, temperature)", ""),
+    "elastic": ("ElasticEffect", "stress(self, stress, strain, shape, memory, dt)", "stress"),
+    "structure": (
+        "StructureEffect",
+        "act_on_curvature(self, curvature, pressure, shape)",
+        "curvature",
+    ),
+    "output": ("OutputEffect", "reading(self, value, memory, dt)", "value"),
+}
+RETURNS = {
+    "input": "Pressure [Pa] in the chamber.",
+    "load": "Load [-].",
+    "modulus": "Shear modulus over its nominal value.",
+    "elastic": "Elastic side [-].",
+    "structure": "Free curvature [1/m].",
+    "output": "Reading of the sensor.",
+}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A missing effect without its values: where, how and against what it acts.
+
+    stage: of the contract. form: offset, factor or lag. against: an axis of the contract, or
+    `time_in_run`. places: knots; names: what these number, where it has no order. size: of what an
+    offset is added to, in its unit. over [s] and slow: of `effects.curve.course`. unit: of what it
+    acts on; abscissa: what the knots are.
+    """
+
+    experiment: str
+    base: str
+    stage: str
+    form: str
+    against: str
+    places: tuple[float, ...]
+    unit: str
+    abscissa: str
+    size: float = 1.0
+    over: float = 1.0
+    slow: float = 1.0
+    names: tuple[str, ...] = ()
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Places as shown: names, or numbers."""
+        return self.names or tuple(f"{place:.4g}" for place in self.places)
+
+    @property
+    def axis(self) -> str:
+        """The axis as the contract has it."""
+        return "time_since_step" if self.against == "time_in_run" else self.against
+
+    @property
+    def surprise(self) -> float:
+        """How unlikely such an effect is beforehand, as minus twice a log likelihood.
+
+        It only decides between curves that the data do not tell apart.
+        """
+        if self.stage == "output" and self.against in ("pressure", "wall"):
+            return ODD  # a sensor knows neither
+        if self.stage == "output" and self.against == "output" and self.experiment not in BENDING:
+            return ODD  # a bar is pulled for the sake of its rubber
+        return RARE if self.stage == "structure" else 0.0
+
+    @property
+    def neutral(self) -> float | None:
+        """Value of the curve at which it does nothing."""
+        return {"offset": 0.0, "factor": 1.0}.get(self.form)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Of the curve's values."""
+        reach = RANGE_OF_OFFSETS * self.size
+        return {"factor": FACTORS, "lag": TIMES}.get(self.form, (-reach, reach))
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Value and spread from which a search begins."""
+        return {"factor": (1.0, 0.15), "lag": (0.1, 0.04)}.get(self.form, (0.0, 0.05 * self.size))
+
+    @property
+    def ordinate(self) -> str:
+        """What the curve's values are."""
+        unit = {"factor": "[-]", "lag": "[s]"}.get(self.form, f"[{self.unit or '-'}]")
+        return f"{ {'lag': 'time constant'}.get(self.form, self.form) } {unit}"
+
+    @property
+    def title(self) -> str:
+        """One sentence."""
+        what = {"input": "pressure", "output": "reading"}.get(self.stage, f"{self.stage} side")
+        if self.stage == "load":
+            what = "shear modulus" if self.against in RUN_AXES else "load"
+        how = {"offset": "An offset on", "factor": "A factor on", "lag": "A lag of"}[self.form]
+        return f"{how} the {what}, against {self.abscissa}."
+
+
+@lru_cache(maxsize=1)
+def _template() -> Template:
+    environment = Environment(
+        loader=PackageLoader("model_lab", "learning"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    return environment.get_template("effect.py.j2")
+
+
+def text_of(
+    shape: Shape,
+    name: str,
+    learned: Sequence[float] = (),
+    spread: Sequence[float] = (),
+    origin: str = "",
+) -> str:
+    """The text of the effect's file; without values it does what a search starts from."""
+    count = len(shape.places)
+    start, width = shape.start
+    low, high = shape.bounds
+    named = bool(shape.names)
+    stage = "modulus" if shape.stage == "load" and shape.against in RUN_AXES else shape.stage
+    base, signature, given = METHODS[stage]
+    least = 0.02 * width
+    body, helpers = _body(shape, stage, given)
+    linear_too = shape.base == "linear" and stage == "structure"
+    return _template().render(
+        title=shape.title,
+        origin=origin,
+        name=name,
+        class_name="".join(part.capitalize() for part in name.split("_")),
+        base=base,
+        signature=signature,
+        form=shape.form,
+        returns=RETURNS[stage],
+        helpers=sorted({*helpers, "levels" if named else "smooth_curve"}),
+        body=body,
+        places_name="NAMES" if named else "KNOTS",
+        places=_listed(shape.names or shape.places),
+        along=shape.abscissa,
+        learned=_listed(list(learned) or [start] * count),
+        spread=_listed([max(one, least) for one in spread] or [width] * count),
+        least=f"{least:.3g}",
+        ordinate=shape.ordinate,
+        unit={"factor": "", "lag": "s"}.get(shape.form, shape.unit),
+        low=repr(low),
+        high=repr(high),
+        logarithmic=shape.form == "lag",
+        neutral=shape.neutral,
+        experiments="{" + repr(shape.experiment) + "}",
+        bases="{'pneuflex', 'linear'}" if linear_too else "",
+        quantity=OUTPUTS[shape.experiment][0] if stage == "output" else "",
+        remembers=shape.form == "lag" or shape.against in COURSE_AXES,
+        axes=_axes(shape, stage),
+        curve=f"levels(NAMES, self.values, place, {shape.neutral})"
+        if named
+        else "smooth_curve(KNOTS, self.values, place)",
+    )
+
+
+def _listed(values: Sequence[float] | Sequence[str]) -> str:
+    shown = [repr(v) if isinstance(v, str) else f"{float(f'{v:.6g}')!r}" for v in values]
+    return f"({', '.join(shown)}{',' if len(shown) == 1 else ''})"
+
+
+def _axes(shape: Shape, stage: str) -> tuple[str, ...]:
+    """Axes that reach the effect beside its method's arguments."""
+    if stage == "modulus" and shape.against == "temperature":
+        return ()
+    beside = shape.against in RUN_AXES or (stage, shape.against) == ("output", "pressure")
+    return (shape.against,) if beside else ()
+
+
+def _body(shape: Shape, stage: str, given: str) -> tuple[list[str], list[str]]:
+    """Lines of the method, and the helpers that they need."""
+    helpers, place = [], _place(shape, stage, given)
+    lines = []
+    if shape.against in COURSE_AXES:
+        helpers.append("course")
+        lines.append(f"so_far = course({given}, memory, dt, {shape.over:.4g}, {shape.slow:.4g})")
+    if shape.form == "lag":
+        return [*lines, f"return lagged({given}, memory, dt, self.curve({place}))"], helpers
+    sign = {"offset": f"{given} + ", "factor": f"{given} * " if given else ""}[shape.form]
+    return [*lines, f"return {sign}self.curve({place})"], helpers
+
+
+def _place(shape: Shape, stage: str, given: str) -> str:
+    """What the curve is a function of, in the method of a stage."""
+    if shape.against in COURSE_AXES:
+        return f"so_far.{COURSE_AXES[shape.against]}"
+    if shape.against in NAMED_AXES:
+        return f'self.around.get("{shape.against}")'
+    if stage == "modulus" and shape.against == "temperature":
+        return "temperature"
+    if shape.against in RUN_AXES:
+        return f'self.around.get("{shape.against}", KNOTS[-1])'
+    if (stage, shape.against) == ("output", "pressure"):
+        return 'self.around.get("pressure", 0.0)'
+    if shape.against == "pressure":
+        return "strain.stretch" if stage == "elastic" else "pressure"
+    return {"elastic": "strain.stretch"}.get(stage, given)
+
+
+def check_name(path: Path, force: bool) -> None:
+    """Raise ValueError unless an effect of that file's name could be written and loaded."""
+    check_new(path, force, (".py",))
+    if not path.stem.isidentifier() or keyword.iskeyword(path.stem):
+        raise ValueError(f"{path}: expected a name that Python can have, got {path.stem}")
+    if path.stem in effect_classes():
+        raise ValueError(
+            f"{path}: expected a name that no built-in effect has, got {path.stem}; choose another"
+        )
+
+
+def effect_of(shape: Shape, name: str) -> type[Effect]:
+    """The effect of a file without values, loaded."""
+    with tempfile.TemporaryDirectory(prefix="model-lab-") as folder:
+        path = Path(folder) / f"{name}.py"
+        path.write_text(text_of(shape, name), encoding="utf-8")
+        return load_guarded(path)[name]

@@ -1,0 +1,79 @@
+"""Result of `learn`: its JSON, `softhand-learned/1`, and what it says in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.learning.learn import Candidate, Learning
+from softhand_model.effects.curve import smooth_curve
+
+FORMAT = "softhand-learned/1"
+POINTS = 41  # of the curve
+BAND = 1.96  # sigma
+
+
+def curve_points(candidate: Candidate) -> list[list[Any]]:
+    """[place, value, low, high] along the curve with its 95 % band, or one for each name."""
+    shape = candidate.shape
+    places = np.array(shape.places)
+    if not shape.names:
+        places = np.linspace(places[0], places[-1], POINTS)
+    weights = _weights(candidate, places)
+    middle = weights @ candidate.values
+    reach = BAND * np.sqrt(np.maximum(np.sum((weights @ candidate.covariance) * weights, 1), 0.0))
+    shown: list[Any] = list(shape.names) or places.tolist()
+    rows = zip(shown, middle, middle - reach, middle + reach, strict=True)
+    return [[place, *map(float, rest)] for place, *rest in rows]
+
+
+def _weights(candidate: Candidate, places: Array) -> Array:
+    """What each value of the curve counts at places (n, k)."""
+    knots = candidate.shape.places
+    names = [str(knot) for knot in knots]
+    columns = [
+        smooth_curve(knots, dict(zip(names, row, strict=True)), places)
+        for row in np.eye(len(knots))
+    ]
+    return np.stack(columns, axis=1)
+
+
+def learning_json(learning: Learning) -> dict[str, Any]:
+    """What `--json` writes."""
+    chosen, problem = learning.chosen, learning.problem
+    common = {
+        "format": FORMAT,
+        "experiment": problem.data.experiment,
+        "holdout": problem.data.table.holdout,
+        "unit_of_errors": problem.data.unit,
+        "rmse_before": learning.base.held_out.rmse,
+        "noise_floor": problem.floor.total,
+    }
+    alternatives = [_alternative(learning, one) for one in learning.others]
+    if chosen is None:
+        after = {"rmse_after": learning.base.held_out.rmse, "reason": learning.reason}
+        return common | {"stage": None, **after, "curve": [], "alternatives": alternatives}
+    shape = chosen.shape
+    return common | {
+        "stage": shape.stage,
+        "form": shape.form,
+        "against": shape.axis,
+        "abscissa": shape.abscissa,
+        "curve": curve_points(chosen),
+        "unit": {"factor": "", "lag": "s"}.get(shape.form, shape.unit),
+        "rmse_after": chosen.scored.held_out.rmse,
+        "alternatives": alternatives,
+    }
+
+
+def _alternative(learning: Learning, candidate: Candidate) -> dict[str, Any]:
+    shape = candidate.shape
+    return {
+        "stage": shape.stage,
+        "form": shape.form,
+        "against": shape.axis,
+        "rmse_after": candidate.scored.held_out.rmse,
+        "tied": learning.is_tied(candidate),
+    }

@@ -1,0 +1,66 @@
+"""What `learn` prints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from model_lab.learning.effect_file import Shape
+from model_lab.learning.learn import Candidate, Learning
+from model_lab.measurements.units import display_of
+
+MOST = 8  # alternatives
+
+
+def verdict(learning: Learning) -> str:
+    """What was learned, in a sentence or two."""
+    shown = display_of(learning.problem.data.unit).shown
+    before, floor = shown(learning.base.held_out.rmse), shown(learning.problem.floor.total)
+    if learning.chosen is None:
+        return (
+            f"Nothing was learned: {learning.reason} (error {before}, at a noise floor of {floor})."
+        )
+    chosen = learning.chosen
+    after = shown(chosen.scored.held_out.rmse)
+    first = (
+        f"{chosen.shape.title[:-1]}: with it the held-out error falls from {before} to {after}, "
+        f"at a noise floor of {floor}."
+    )
+    tied = [words_of(one.shape) for one in learning.others if learning.is_tied(one)]
+    if not tied:
+        return first
+    return f"{first} These data cannot tell it from: {'; '.join(tied)}."
+
+
+def words_of(shape: Shape) -> str:
+    """A candidate in few words."""
+    noun = "output" if shape.against == "output" else shape.against.replace("_", " ")
+    return f"{shape.form} at the stage {shape.stage} against the {noun}"
+
+
+def curve_rows(candidate: Candidate) -> list[list[str]]:
+    """Table of the curve at its knots, a header first."""
+    shape = candidate.shape
+    rows = [[shape.abscissa, shape.ordinate, "std"]]
+    for at, value, std in zip(shape.labels, candidate.values, candidate.spread, strict=True):
+        rows.append([at, f"{value:.4g}", f"{std:.2g}"])
+    return rows
+
+
+def alternative_rows(learning: Learning) -> list[list[str]]:
+    """Table of the candidates that were fitted as a whole, a header first."""
+    shown = display_of(learning.problem.data.unit).shown
+    every = [one for one in (learning.chosen, *learning.others) if one is not None]
+    rows = [["stage", "form", "against", "held-out error", ""]]
+    for one in every[:MOST]:
+        note = "chosen" if one is learning.chosen else "tied" if learning.is_tied(one) else ""
+        shape = one.shape
+        rows.append([shape.stage, shape.form, shape.against, shown(one.scored.held_out.rmse), note])
+    return rows
+
+
+def next_step(data: Path, model: str, out: Path) -> str:
+    """The command that adds what was learned."""
+    return (
+        f"model-lab add {out.stem} --effects {out} --data {data} --model {model} --out "
+        f"{out.with_suffix('.yaml')}"
+    )
