@@ -18,6 +18,7 @@ from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
 from model_lab.measurements.save import write_set
+from model_lab.report.sentences import verdict_sentence
 from softhand_model.effects import effect_classes
 from softhand_model.model_file import load_model
 
@@ -132,3 +133,14 @@ def test_chambers_that_balloon_take_off_two_thirds_of_the_error_of_bellows(name,
         model = additions[-1].model
     before, after = additions[0].before.held_out.rmse, additions[-1].after.held_out.rmse
     assert after < before / 3.0
+
+
+def test_what_takes_most_of_the_error_of_real_rubber_is_said_though_much_is_left():
+    data = load_measurements(Path(FOLDER) / "silicone_dragon_skin_10")
+    said = diagnose(data, load_model("base")).diagnosis
+    assert said.verdict == "unexplained"
+    assert said.helps[0].name == "yeoh_stiffening"
+    assert said.helps[0].rmse_after < 0.3 * said.rmse_before
+    words = verdict_sentence(said)
+    assert "yeoh_stiffening takes it from" in words and "is not the whole" in words
+    assert "what is left varies with the stretch" in words

@@ -19,7 +19,7 @@ GAIN = 0.4
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory):
-    """Folder with a set seen by a camera with a gain that grows with the angle, and what follows."""
+    """Folder with a set seen by a camera whose gain grows with the angle, and what follows."""
     folder = tmp_path_factory.mktemp("learn")
     hidden = [("camera_gain", {"gain": GAIN})]
     make_set(folder / "set", "free_bending", hidden, seed=5, samples=100, design="shapes")
