@@ -90,7 +90,10 @@ def test_a_model_file_may_name_it_without_its_file_if_effects_does(told, tmp_pat
 BROKEN = {
     "syntax": ("def f(:\n", "SyntaxError"),
     "no class": ("x = 1\n", "with a name, got none"),
-    "no method": ("name = 'odd'", "expected a method of its stage, act_on_load or modulus_factor"),
+    "no method": (
+        "name = 'odd'",
+        "expected a method of its stage, act_on_load, modulus_factor or age_factor",
+    ),
     "no experiment": (
         "name = 'odd'\n    def modulus_factor(self, t): return 1.0",
         "experiments: expected some of",

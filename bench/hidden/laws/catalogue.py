@@ -251,7 +251,7 @@ def sensor_drift(plant: Plant, rate: float, settling_time: float, per_run: float
     plant.sensors.append(shown)
 
 
-@law("saturation", ("limit", 30.0, 0.01))
+@law("saturation", ("limit", 1e7, 0.01))
 def saturation(plant: Plant, limit: float) -> None:
     """The sensor ends at a limit."""
     plant.sensors.append(lambda t, y, p: np.minimum(y, limit))

@@ -2,11 +2,13 @@
 named, and effects that were there before keep what is theirs.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lab_sets import measured, run
 
-from bench.hidden import make_set
+from bench.hidden import make_set, sensing
 from model_lab.comparison.add import add_effect
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.load import load_measurements
@@ -40,7 +42,7 @@ def names(data, model=None):
 
 
 def hidden(folder, law, **options):
-    chosen = {"seed": 11, "ratio": 5.0, "samples": 70, "runs": 8, **options}
+    chosen = {"seed": 11, "ratio": 5.0, "samples": 90, **options}
     make_set(folder, "free_bending", [(law, {})], **chosen)
     return load_measurements(folder)
 
@@ -69,18 +71,17 @@ def bellows(scale, seed=0):
     """Blocked bellows under pressures held and let off: five chambers that touch one after the
     other within a tenth of the pressure, behind a tube, on a gauge with 0.4 % of noise.
     """
-    random, time = np.random.default_rng(seed), np.linspace(0.0, 6.0, 121)
-    shares = (time > 0.1) & (time < 3.0)
-    lag = 1.0 - np.exp(-np.clip(time - 0.1, 0.0, None) / 0.25)
-    fall = np.exp(-np.clip(time - 3.0, 0.0, None) / 0.25)
-    chamber = np.where(time < 3.0, lag, lag[time < 3.0][-1] * fall)
+    random, time = np.random.default_rng(seed), np.linspace(0.0, 6.0, 1201)
+    held = np.interp(time, [0.1, 0.4, 3.0, 3.3], [0.0, 1.0, 1.0, 0.0])
+    chamber = sensing.first_order(time[None], held[None], 0.25)[0]
     runs = []
     for number, peak in enumerate(np.repeat(scale * np.linspace(0.2, 1.0, 6), 2)):
         acting, onsets = peak * chamber, scale * np.linspace(0.5, 0.6, 5)
         more = sum(np.maximum(acting - onset, 0.0) for onset in onsets) / scale
-        force = acting / scale * (0.2 + more) + 0.006 * random.standard_normal(time.size)
-        columns = {"pressure": peak * shares, "tip_force": force}
-        runs.append(run(f"r{number}", time, of="a", **columns))
+        force = acting / scale * (0.2 + more) + 0.01 * random.standard_normal(time.size)
+        columns = {"pressure": (peak * held)[::15], "tip_force": force[::15]}
+        one = run(f"r{number}", time[::15], of="a", **columns)
+        runs.append(replace(one, protocol=f"to_{peak / scale:.2f}"))
     return measured("blocked_tip", runs, Specimen("a"))
 
 
