@@ -128,7 +128,9 @@ class Shape:
     @property
     def title(self) -> str:
         """One sentence."""
-        what = {"input": "pressure", "output": "reading"}.get(self.stage, f"{self.stage} side")
+        what = {"input": "pressure", "output": "reading", "structure": "free curvature"}.get(
+            self.stage, f"{self.stage} side"
+        )
         if self.stage == "load":
             what = "shear modulus" if self.against in RUN_AXES else "load"
         how = {"offset": "An offset on", "factor": "A factor on", "lag": "A lag of"}[self.form]
