@@ -74,7 +74,7 @@ def made_up_model(problem, effects, said, before=None, signature=None):
         said.deviance,
         fitted,
         unused,
-        unused,
+        np.ones(problem.spectrum.band_count),
         unused,
         unused,
         np.array(limits),

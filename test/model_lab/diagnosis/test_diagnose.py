@@ -97,12 +97,25 @@ def test_two_effects_are_both_named(tmp_path):
     assert {effect["name"] for effect in answer["effects"]} == set(hidden)
 
 
+def test_three_effects_are_named_and_their_story_is_told(tmp_path):
+    hidden = ["gent_stiffening", "temperature_modulus", "hysteresis"]
+    answer, _ = diagnosed(tmp_path, "uniaxial", hidden, seed=1, ratio=3.0, design="temperatures")
+    assert {effect["name"] for effect in answer["effects"]} == set(hidden)
+    story = answer["story"]
+    assert [step["name"] for step in story] == [effect["name"] for effect in answer["effects"]]
+    errors = [story[0]["rmse_before"], *(step["rmse_after"] for step in story)]
+    assert errors == sorted(errors, reverse=True)
+    assert (errors[0], errors[-1]) == (answer["rmse_before"], answer["rmse_after"])
+    assert answer["unexplained"]["against"] == () and answer["helps"] == ()
+
+
 @pytest.mark.parametrize("experiment", ["free_bending", "uniaxial", "valve_pulse"])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_nothing_is_named_in_noise(tmp_path, experiment, seed):
     answer, _ = diagnosed(tmp_path, experiment, [], seed=seed)
     assert answer["verdict"] == "adequate"
     assert not answer["effects"]
+    assert not answer["helps"] and not answer["notices"]
     assert answer["detectable"]
 
 
@@ -110,7 +123,7 @@ def test_nothing_is_named_in_noise(tmp_path, experiment, seed):
 def test_what_no_effect_explains_is_called_so_with_what_it_depends_on(tmp_path, law):
     answer, _ = diagnosed(tmp_path, "free_bending", [law], seed=1, ratio=5.0)
     assert answer["verdict"] == "unexplained"
-    assert not answer["effects"]
+    assert not answer["effects"] and not answer["story"] and not answer["helps"]
     assert answer["unexplained"]["against"]
     assert answer["unexplained"]["rms"] > 2.0 * answer["noise_floor"]
 

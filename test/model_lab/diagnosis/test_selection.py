@@ -3,8 +3,10 @@ are stated in units of the noise floor, and so is the answer.
 """
 
 from dataclasses import replace
+from itertools import combinations
 from types import SimpleNamespace
 
+import made_up_fits
 import numpy as np
 import pytest
 from made_up_fits import (
@@ -18,19 +20,17 @@ from made_up_fits import (
 from scipy.stats import chi2, kstest
 from toy_forward import toy_forward, toy_set
 
+from model_lab.diagnosis import growth as growing
 from model_lab.diagnosis import selection as module
+from model_lab.diagnosis.errors import error_of, excess, material, shape_error, share_left
 from model_lab.diagnosis.search import Signature
 from model_lab.diagnosis.selection import (
     detectable_effects,
-    error_of,
-    excess,
-    material,
     null_maxima,
     p_value,
     select,
-    shape_error,
-    share_left,
 )
+from model_lab.diagnosis.story import path
 from model_lab.fitting.noise_floor import make_spectrum
 
 EXCESS = 5.0  # of the model as it is
@@ -108,6 +108,7 @@ def choose(monkeypatch):
         monkeypatch.setattr(module, "score_base", landscape.base)
         monkeypatch.setattr(module, "score_all", landscape.all)
         monkeypatch.setattr(module, "score_without", landscape.without)
+        monkeypatch.setattr(growing, "score_without", landscape.without)
         names = effects or sorted({name for name in models if len(name) == 1})
         return select(problem, list(names), list(given), seed=0, jobs=1), landscape
 
@@ -262,6 +263,66 @@ def test_pairs_whose_parameters_mean_nothing_are_not_named(choose):
     assert named(choose, models) == "a"
 
 
+# ---------------------------------------------------------------- three and four
+def together(names, left_by_all=0.0, deviance=100.0):
+    """Models of effects that share the squared error evenly, and the likelihood too."""
+    models, count = {}, len(names)
+    for size in range(count + 1):
+        for some in combinations(names, size):
+            share = np.sqrt(1.0 - (1.0 - left_by_all**2) * size / count)
+            fall = (1000.0 - deviance) * size / count + order(some)
+            models["".join(some)] = Said(beyond(share * EXCESS), 1000.0 - fall)
+    return models
+
+
+def order(names):
+    """A little likelihood more for names that come early."""
+    return sum(2.0 - 0.1 * "abcd".index(name) for name in names) if len(names) < 4 else 0.0
+
+
+@pytest.mark.parametrize("names", ["ab", "abc", "abcd"])
+def test_up_to_four_effects_are_named_though_the_first_ones_take_little(choose, names):
+    assert named(choose, together(names)) == names
+
+
+def test_a_fifth_effect_is_not_sought(choose):
+    models = {**together("abcd", left_by_all=0.4), "e": leaves(0.9, 900.0)}
+    chosen, _ = choose(models)
+    assert max(len(s.effects) for models in chosen.growth.sizes for s in models) == 4
+
+
+@pytest.mark.parametrize(("left", "answer"), [(0.1, "abc"), (0.4, "")])
+def test_three_effects_must_explain_the_whole(choose, left, answer):
+    problem = made_up_problem(dof=1e6)
+    assert named(choose, together("abc", left), problem=problem) == answer
+
+
+def test_a_third_effect_is_not_sought_for_a_small_rest(choose):
+    models = {**pairs(0.19, 0.9), "c": leaves(0.9, 900.0), "abc": leaves(0.0, 50.0)}
+    assert named(choose, models) == "ab"
+
+
+def test_a_third_effect_is_not_sought_where_two_bring_nearly_nothing(choose):
+    models = {"": BASE, **{n: leaves(0.95, 900.0) for n in "abc"}}
+    models |= {n: leaves(0.92, 800.0) for n in ("ab", "ac", "bc")}
+    _, landscape = choose(models)
+    assert max(map(len, landscape.tried)) == 2
+
+
+def test_of_models_of_a_size_those_that_reach_the_floor_come_first(choose):
+    """Though another has more likelihood and leaves as much error as two effects do."""
+    models = {**together("abc"), "d": leaves(0.9, 990.0), "abd": leaves(0.55, 60.0)}
+    assert named(choose, models) == "abc"
+
+
+def test_the_error_falls_effect_by_effect_in_the_order_of_finding(choose):
+    chosen, _ = choose(together("abc"))
+    models = path(made_up_problem(), chosen.base, chosen.growth)
+    assert [scored.effects for scored in models] == [(), ("a",), ("a", "b"), ("a", "b", "c")]
+    errors = [scored.held_out.rmse for scored in models]
+    assert errors == sorted(errors, reverse=True)
+
+
 # ---------------------------------------------------------------- ties
 @pytest.mark.parametrize(("behind", "tied"), [(-2.0, ("b",)), (7.9, ("b",)), (8.1, ())])
 def test_an_effect_that_does_nearly_as_well_is_tied(choose, behind, tied):
@@ -277,6 +338,25 @@ def test_the_margin_of_ties_is_a_fiftieth_of_a_large_gain(choose, behind, tied):
     models = {"": Said(beyond(EXCESS), 1503.0), "a": leaves(0.1), "b": leaves(0.1, 500.0 + behind)}
     chosen, _ = choose(models)  # what the parameter costs is no gain: 1000
     assert chosen.ties == (tied,)
+
+
+@pytest.mark.parametrize(("spread", "tied"), [(0.3, ("b",)), (0.0, ())])
+def test_an_effect_that_predicts_as_well_within_the_scatter_of_protocols_is_tied(
+    choose, monkeypatch, spread, tied
+):
+    """Though it is far behind in likelihood; not if it is a little worse in each of them."""
+    original = made_up_fits.residual
+
+    def uneven(problem, shape, gain=0.0):
+        left = original(problem, shape, gain)
+        odd = problem.data.table.fold % 2 == 1
+        return left * np.where(odd & (shape == behind), 1.0 - spread, 1.0 + 0.02 * spread)
+
+    behind = beyond(0.1 * EXCESS) + 0.01
+    monkeypatch.setattr(made_up_fits, "residual", uneven)
+    models = {"": BASE, "a": leaves(0.1), "b": Said(behind, 560.0)}
+    chosen, _ = choose(models)
+    assert chosen.final.effects == ("a",) and chosen.ties == (tied,)
 
 
 def test_ties_come_nearest_first(choose):

@@ -1,7 +1,14 @@
+from dataclasses import replace
+
 import pytest
 
-from model_lab.diagnosis.result import Diagnosis, Estimate, NamedEffect, Unexplained
-from model_lab.report.sentences import tie_sentences, verdict_sentence
+from model_lab.diagnosis.result import Diagnosis, Estimate, Help, NamedEffect, Step, Unexplained
+from model_lab.report.sentences import (
+    notice_sentence,
+    story_sentence,
+    tie_sentences,
+    verdict_sentence,
+)
 
 GENT = NamedEffect("gent_stiffening", {"jm": Estimate(8.104, 0.31, (7.5, 8.7), "")})
 LAG = NamedEffect("tube_lag", {"time_constant": Estimate(0.25, 0.0123, (0.22, 0.28), "s")})
@@ -54,6 +61,40 @@ def test_an_effect_without_parameters_is_named_alone():
 )
 def test_errors_are_said_in_the_unit_that_people_read(unit, shown):
     assert f"its error is {shown} at" in verdict_sentence(diagnosis("unexplained", unit=unit))
+
+
+def test_what_helps_is_said_though_it_is_not_the_whole():
+    said = replace(
+        diagnosis("unexplained", unit="Pa", against=("pressure",)),
+        experiment="uniaxial",
+        rmse_before=438e3,
+        helps=(Help("yeoh_stiffening", 104e3), Help("hysteresis", 40e3)),
+    )
+    assert verdict_sentence(replace(said, helps=said.helps[:1])).endswith(
+        ". yeoh_stiffening takes it from 438 to 104 kPa and is not the whole; what is left varies "
+        "with the stretch."
+    )
+    assert (
+        "yeoh_stiffening takes it from 438 to 104 kPa and hysteresis takes the rest from 104 to "
+        "40 kPa and they are not the whole" in verdict_sentence(said)
+    )
+
+
+def test_the_story_of_several_effects_is_told_in_their_order():
+    steps = (Step("tube_lag", 0.1, 0.05), Step("gent_stiffening", 0.05, 0.0102))
+    said = replace(diagnosis("effects_missing", (LAG, GENT)), story=steps)
+    assert story_sentence(said) == (
+        "One after the other: 5.73 deg as it is, 2.86 deg with tube_lag, 0.584 deg with "
+        "gent_stiffening too."
+    )
+    assert story_sentence(replace(said, story=steps[:1])) == ""
+
+
+def test_what_is_odd_is_said_in_one_note():
+    assert (
+        notice_sentence(["repeats scatter", "a line runs"]) == "Note: repeats scatter; a line runs."
+    )
+    assert notice_sentence([]) == ""
 
 
 def test_what_is_unexplained_says_what_it_varies_with():

@@ -63,9 +63,9 @@ def stress_of(effects, stretch, mode):
 
 
 @pytest.mark.parametrize("mode", PRINCIPAL)
-@pytest.mark.parametrize(("case", "energy"), ENERGIES.items(), ids=str)
-def test_stress_is_the_derivative_of_the_energy(case, energy, mode):
-    name, value = case
+@pytest.mark.parametrize(("name", "value"), ENERGIES)
+def test_stress_is_the_derivative_of_the_energy(name, value, mode):
+    energy = ENERGIES[name, value]
 
     def of(stretch):
         principal = PRINCIPAL[mode](stretch)

@@ -13,6 +13,7 @@ from model_lab.diagnosis.result import calibration_of
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.noise_floor import NoiseFloor
+from model_lab.fitting.notices import Notice, notices
 from model_lab.fitting.problem import pose_problem
 from model_lab.localisation.input_relation import InputRelation, input_relation
 from model_lab.localisation.localise import Localisation, localise
@@ -146,7 +147,8 @@ class Part:
 class Comparison:
     """A model against a measurement set, in SI units.
 
-    runs, specimens, outputs: the errors in parts. localisation, relation: of the held-out residual.
+    runs, specimens, outputs: the errors in parts. localisation, relation, notices: of the held-out
+    residual.
     """
 
     data: MeasurementSet
@@ -156,6 +158,7 @@ class Comparison:
     outputs: tuple[Part, ...]
     localisation: Localisation
     relation: InputRelation | None
+    notices: tuple[Notice, ...]
 
 
 def compare(
@@ -179,6 +182,7 @@ def compare(
         _parts(errors, data.outputs, errors.table.output),
         found,
         input_relation(data, errors.residual),
+        notices(data, errors.floor, errors.residual),
     )
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +13,18 @@ import numpy as np
 
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
+from model_lab.diagnosis.errors import excess
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
     EFFECTS_MISSING,
+    LEFT_OVER,
     UNEXPLAINED,
     Diagnosis,
     Failure,
+    Help,
     NotVisible,
     Ranked,
+    Step,
     Unexplained,
     calibration_of,
     correlation_of,
@@ -27,9 +32,11 @@ from model_lab.diagnosis.result import (
     named_effect,
 )
 from model_lab.diagnosis.search import Scored
-from model_lab.diagnosis.selection import Selection, detectable_effects, excess, select
+from model_lab.diagnosis.selection import Selection, detectable_effects, select
+from model_lab.diagnosis.story import helping, path
 from model_lab.diagnosis.verdict import depends_on, verdict_of
 from model_lab.experiments.forward import not_searched
+from model_lab.fitting.notices import Notice, notices
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.localisation.localise import localise
 from model_lab.measurements.load import load_measurements
@@ -49,6 +56,7 @@ class Outcome:
     problem: FitProblem
     selection: Selection
     black_boxes: tuple[BlackBox, ...]
+    notices: tuple[Notice, ...] = ()
 
 
 def diagnose(
@@ -131,14 +139,25 @@ def _judged(
 ) -> Outcome:
     """The verdict, and all that the diagnosis says besides."""
     base, final = selection.base, selection.final
-    predicted = problem.data.table.value - base.fit.residual
-    black_boxes = tuple(fit_black_boxes(final.fit, problem.data, predicted))
+    black_boxes = _black_boxes(problem, base, final)
     verdict = verdict_of(problem, selection, black_boxes)
     named = final if verdict == EFFECTS_MISSING else base
+    helped = helping(problem, base, selection.growth) if verdict == UNEXPLAINED else ()
     added = [name for name in named.effects if name not in base.effects]
     floor = problem.floor
     rest = excess(problem, named)
+    odd = notices(problem.data, floor, named.held_out.residual)
     localised = localise(problem.data, base.held_out.residual, seed)
+    against: tuple[str, ...] = ()
+    if helped:
+        rest_of = helped[-1]
+        left = localise(problem.data, rest_of.held_out.residual, seed)
+        against = depends_on(problem.data, rest_of, _black_boxes(problem, base, rest_of), left)
+    elif verdict == UNEXPLAINED:
+        against = depends_on(problem.data, final, black_boxes, localised)
+    elif added and named.held_out.rmse > LEFT_OVER * floor.total:
+        left = localise(problem.data, named.held_out.residual, seed)
+        against = depends_on(problem.data, named, black_boxes, left)
     failures = tuple(
         Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
         for axis in localised.failures
@@ -163,11 +182,30 @@ def _judged(
         next_experiment=proposal(problem, named, selection.ties) if added else None,
         correlation=correlation_of(named),
         modulus=modulus_of(named, problem.data),
-        unexplained=Unexplained(
-            rest, depends_on(problem.data, final, black_boxes, localised, verdict)
-        ),
+        unexplained=Unexplained(rest, against),
+        story=_story(path(problem, base, selection.growth)) if added else (),
+        notices=tuple(notice.as_json() for notice in odd),
+        helps=tuple(Help(scored.added, scored.held_out.rmse) for scored in helped),
     )
-    return Outcome(diagnosis, problem, selection, black_boxes)
+    return Outcome(diagnosis, problem, selection, black_boxes, odd)
+
+
+def _black_boxes(problem: FitProblem, base: Scored, scored: Scored) -> tuple[BlackBox, ...]:
+    """What black boxes make of a model's rest, the best first."""
+    predicted = problem.data.table.value - base.fit.residual
+    return tuple(fit_black_boxes(scored.fit, problem.data, predicted))
+
+
+def _story(models: Sequence[Scored]) -> tuple[Step, ...]:
+    """How the error fell from model to model."""
+    return tuple(
+        Step(
+            " + ".join(name for name in after.effects if name not in before.effects),
+            before.held_out.rmse,
+            after.held_out.rmse,
+        )
+        for before, after in pairwise(models)
+    )
 
 
 def _ranked(problem: FitProblem, base: Scored, scored: Scored, selection: Selection) -> Ranked:

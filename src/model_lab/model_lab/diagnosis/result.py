@@ -16,6 +16,7 @@ from model_lab.measurements.measurement_set import MeasurementSet
 FORMAT = "softhand-diagnosis/1"
 ADEQUATE, EFFECTS_MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
 CONFIDENCE = 0.975
+LEFT_OVER = 2.0  # error after over the noise floor, from which the rest is worth a word
 
 
 @dataclass(frozen=True)
@@ -86,8 +87,32 @@ class Unexplained:
 
 
 @dataclass(frozen=True)
+class Step:
+    """How the held-out error fell when an effect was added; several that show only together are
+    joined by " + ".
+    """
+
+    name: str
+    rmse_before: float
+    rmse_after: float
+
+
+@dataclass(frozen=True)
+class Help:
+    """An effect that takes much of the error and leaves much: held-out error with it."""
+
+    name: str
+    rmse_after: float
+
+
+@dataclass(frozen=True)
 class Diagnosis:
-    """The verdict on a model and a measurement set, in SI units."""
+    """The verdict on a model and a measurement set, in SI units.
+
+    story: the named effects as they were found. helps: where nothing known explains the error,
+    effects that each take half of it or more, in order. notices: what is odd about the set whatever
+    the model, see `fitting.notices`.
+    """
 
     experiment: str
     verdict: str
@@ -108,6 +133,9 @@ class Diagnosis:
     unexplained: Unexplained
     next_experiment: Mapping[str, Any] | None = None
     correlation: Mapping[str, Mapping[str, float]] | None = None
+    story: tuple[Step, ...] = ()
+    helps: tuple[Help, ...] = ()
+    notices: tuple[Mapping[str, Any], ...] = ()
     modulus: Mapping[str, Estimate] | None = None
 
     def as_json(self) -> dict[str, Any]:

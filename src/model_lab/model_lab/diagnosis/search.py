@@ -16,12 +16,15 @@ import numpy as np
 from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, HeldOut, base_starts, hold_out
+from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect, Parameter
 
 GRID = {0: 1, 1: 7, 2: 4, 3: 3}  # trial values of each parameter, by their number
 LARGEST_GRID = 16
 ROUNDING = 1e-9
 SMALLEST_SIGNATURE = 0.25  # of the noise floor: what an effect must change to be seen at all
+LARGEST_PARTS = 2  # effects that are fitted for the part of the error that they promise
+UNRESOLVED = 0.5  # of the time between samples
 KNOWN, KNOWN_FACTOR = 0.6, 0.8  # standard error over a value, or of its logarithm
 
 
@@ -106,9 +109,33 @@ def starts(found: Signature, fit: Fit) -> Array:
     return found.values[list(best)]
 
 
-def promised_improvement(found: Signature, fit: Fit) -> float:
-    """Fall of the deviance that the best signature, made smaller or larger, would bring."""
-    return float(np.max(_improvements(found, fit)[1]))
+def promise(found: Signature, fit: Fit) -> tuple[float, float]:
+    """Fall of the deviance, and share of the mean square error, that the signatures promise.
+
+    Each is made as large as suits the banded noise best, and as large as suits the error itself. An
+    effect that tells runs apart shows in few coefficients: it brings little likelihood, and much of
+    the error.
+    """
+    spectrum = fit.likelihood.spectrum
+    change = found.change * np.sqrt(fit.variance)[spectrum.bands]
+    left = [
+        fit.coefficients - _amplitude(change, fit.coefficients, weight)[:, None] * change
+        for weight in (1.0 / fit.variance[spectrum.bands], np.ones(change.shape[1]))
+    ]
+    power = spectrum.power(np.concatenate(left))
+    values = np.broadcast_to(fit.values, (len(power), len(fit.values)))
+    fall = fit.deviance - fit.likelihood.deviance(power, values)
+    share = power.sum(axis=1) / max(float(np.sum(fit.coefficients**2)), 1e-300)
+    return float(np.max(fall)), 1.0 - float(np.min(share))
+
+
+def _amplitude(change: Array, coefficients: Array, weight: Array) -> Array:
+    """Factor (trials,) on each change (trials, samples) at which it meets coefficients (samples,)
+    best; not below 0.
+    """
+    square = (change**2) @ weight
+    along = (change * weight) @ coefficients
+    return np.maximum(along, 0.0) / np.where(square > 0.0, square, 1.0)
 
 
 def _improvements(found: Signature, fit: Fit) -> tuple[Array, Array]:
@@ -194,7 +221,8 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
     first = with_trials(likelihood, before.fit, effect, starts(found, before.fit))
     after = fit(likelihood, first)
     gained = before.fit.deviance - after.deviance
-    known = before.known and is_known(after, problem.classes[effect])
+    kind = problem.classes[effect]
+    known = before.known and is_known(after, kind) and is_resolved(problem.data, after, kind)
     return Scored(effects, after, hold_out(after), known, gained, found)
 
 
@@ -221,6 +249,19 @@ def score_without(problem: FitProblem, before: Scored, effect: str) -> Scored:
     values = dict(zip(before.fit.likelihood.names, before.fit.values, strict=True))
     start = np.array([values.get(p.name, p.start) for p in likelihood.parameters])
     return score_base(problem, kept, start)
+
+
+def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect]) -> bool:
+    """Whether the samples are near enough to each other to tell the times of an effect that has
+    other parameters besides: far below their distance only a product of both is told.
+    """
+    times = [p.name for p in effect.parameters if p.unit == "s"]
+    if not times or len(effect.parameters) < 2 or not data.has_time:
+        return True
+    apart = [np.median(np.diff(run.columns["time"])) for run in data.runs if run.samples > 1]
+    values = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))
+    shortest = UNRESOLVED * float(np.median(apart or [0.0]))
+    return all(values[f"{effect.name}.{name}"] >= shortest for name in times)
 
 
 def score_all(
@@ -253,12 +294,16 @@ def score_all(
 def _most_promising(
     problem: FitProblem, before: Scored, effects: Sequence[str], limit: int
 ) -> list[str]:
-    promise = {}
+    """The effects that promise most likelihood, and then those that promise most of the error."""
+    promised = {}
     for effect in effects:
         likelihood = problem.likelihood((*before.effects, effect))
         found = signature(likelihood, before.fit, problem.classes[effect])
-        promise[effect] = promised_improvement(found, before.fit)
-    return sorted(effects, key=lambda effect: -promise[effect])[:limit]
+        promised[effect] = promise(found, before.fit)
+    by_error = sorted(effects, key=lambda effect: -promised[effect][1])[:LARGEST_PARTS]
+    by_likelihood = sorted(effects, key=lambda effect: -promised[effect][0])
+    chosen = by_likelihood[: limit - LARGEST_PARTS]
+    return list(dict.fromkeys([*chosen, *by_error, *by_likelihood]))[:limit]
 
 
 _task: tuple[FitProblem, Scored] | None = (

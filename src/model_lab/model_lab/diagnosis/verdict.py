@@ -5,36 +5,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import f as variance_ratio
 
-from model_lab.aliases import Array
 from model_lab.diagnosis.black_boxes import BlackBox
-from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, UNEXPLAINED
-from model_lab.diagnosis.search import Scored
-from model_lab.diagnosis.selection import (
-    Selection,
+from model_lab.diagnosis.errors import (
+    NEAR_FLOOR,
+    SHAPE_MARGIN,
+    beyond_repeats,
     error_of,
     excess,
     has_few_folds,
+    is_noise,
     material,
     shape_error,
 )
+from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, UNEXPLAINED
+from model_lab.diagnosis.search import Scored
+from model_lab.diagnosis.selection import Selection
 from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import axes_of
 from model_lab.localisation.localise import Localisation
 from model_lab.measurements.measurement_set import MeasurementSet
 
-NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave
 LEFT_OVER_OF_KIND = 0.4  # the same where the rest depends on memory, or not, as the effect does
 LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
 MERE_REST = 0.2  # the same whatever the calibration
-BLACK_BOX_REST = 0.15  # error that such a black box may leave, over the error before
-STILL_NEAR = 5.0  # held-out error over the floor beyond which nothing counts as explained
+STILL_NEAR = 3.75  # held-out error over the floor beyond which nothing counts as explained
 BLACK_BOX_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
 BLACK_BOX_FAR = 0.65  # the same where the model is within the floor
-SHAPE_MARGIN = 1.25  # held-out error but for gains over a floor that knows nothing of gains
-LIKELY = 0.02  # chance from which on they are taken for it
+SESSION = ("time_in_run", "run_order")  # what no effect depends on by itself
 SURE = 5e-3  # chance at which errors are taken to exceed the scatter of repeats
 
 
@@ -43,19 +42,8 @@ def verdict_of(problem: FitProblem, selection: Selection, black_boxes: Sequence[
     base, final = selection.base, selection.final
     if final is base:
         return UNEXPLAINED if _fails(problem, base, black_boxes) else ADEQUATE
-    explained = _is_noise(problem, final) or _another_form(problem, base, final, black_boxes)
+    explained = is_noise(problem, final) or _another_form(problem, base, final, black_boxes)
     return EFFECTS_MISSING if explained else UNEXPLAINED
-
-
-def _is_noise(problem: FitProblem, scored: Scored) -> bool:
-    """Whether what a model leaves may be noise, as far as the floor is known."""
-    floor = problem.floor
-    if error_of(problem, scored) <= NEAR_FLOOR * floor.total:
-        return True
-    if floor.gain_known:
-        # of the fit: what is held out differs by what few runs do to the parameters
-        return _beyond_repeats(problem, scored.fit.residual) >= LIKELY
-    return shape_error(problem, scored) <= SHAPE_MARGIN * floor.total
 
 
 def _another_form(
@@ -73,13 +61,23 @@ def _another_form(
         return True
     if error > STILL_NEAR * floor or bool(np.any(final.fit.at_limit)):
         return False
+    if _of_the_session(problem, final, black_boxes):
+        return False
     remembers = any(problem.classes[name].has_memory for name in final.effects)
     if not black_boxes or black_boxes[0].remembers != remembers:
         return share <= LEFT_OVER
-    mended = black_boxes[0].rmse <= max(
-        NEAR_FLOOR * floor, BLACK_BOX_REST * error_of(problem, base)
-    )
+    mended = black_boxes[0].rmse <= NEAR_FLOOR * floor
     return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER_OF_KIND)
+
+
+def _of_the_session(problem: FitProblem, final: Scored, black_boxes: Sequence[BlackBox]) -> bool:
+    """Whether what is left goes with the time of a run or of the session, and little beside: no
+    other equation of an effect that knows nothing of them would take it.
+    """
+    if not black_boxes or black_boxes[0].name not in SESSION:
+        return False
+    best = black_boxes[0].rmse
+    return best <= max(NEAR_FLOOR * problem.floor.total, BLACK_BOX_FAR * error_of(problem, final))
 
 
 def _fails(problem: FitProblem, scored: Scored, black_boxes: Sequence[BlackBox]) -> bool:
@@ -96,22 +94,8 @@ def _fails(problem: FitProblem, scored: Scored, black_boxes: Sequence[BlackBox])
         return False
     if problem.floor.gain_known:
         lost = len(scored.fit.values) / max(len(problem.data.runs) - len(scored.fit.values), 1)
-        return _beyond_repeats(problem, scored.held_out.residual, lost) < SURE
+        return beyond_repeats(problem, scored.held_out.residual, lost) < SURE
     return shape_error(problem, scored) > SHAPE_MARGIN * problem.floor.total
-
-
-def _beyond_repeats(problem: FitProblem, residual: Array, lost: float = 0.0) -> float:
-    """Chance (p-value) at which a residual (samples,) exceeds the scatter of repeats, in any band.
-
-    lost: share by which the mean square of noise is larger in what was held out.
-    """
-    spectrum, floor = problem.spectrum, problem.floor
-    power = spectrum.power(spectrum.coefficients(residual[None]))[0]
-    counts = spectrum.counts()
-    seen = floor.dof > 0.0
-    ratio = power[seen] / counts[seen] / ((1.0 + lost) * floor.variance[seen])
-    chances = variance_ratio.sf(ratio, counts[seen], floor.dof[seen])
-    return float(min(np.min(chances) * len(chances), 1.0))
 
 
 def depends_on(
@@ -119,13 +103,10 @@ def depends_on(
     final: Scored,
     black_boxes: Sequence[BlackBox],
     localised: Localisation,
-    verdict: str,
 ) -> tuple[str, ...]:
     """What the rest varies with: the black boxes that beat the model, best first; else the axes
     against which the model fails, or the one that comes nearest to that.
     """
-    if verdict != UNEXPLAINED:
-        return ()
     varied = {axis.name for axis in axes_of(data)}
     beaten = [
         black_box.against

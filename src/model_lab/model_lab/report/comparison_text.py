@@ -13,7 +13,7 @@ from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
 from model_lab.localisation.axes import DRIVING
 from model_lab.localisation.localise import SIGNIFICANCE, Dependence
 from model_lab.measurements.units import Display, display_of
-from model_lab.report.sentences import counted
+from model_lab.report.sentences import counted, notice_sentence
 from model_lab.report.text import text_table
 
 FORMAT, LADDER_FORMAT = "softhand-comparison/1", "softhand-ladder/1"
@@ -33,6 +33,7 @@ def comparison_text(found: Comparison, model_name: str) -> str:
     sections = [
         _head(found, model_name),
         _errors(found),
+        notice_sentence([notice.text for notice in found.notices]),
         _failures(found),
         _parts("output", found.outputs, found) if len(found.outputs) > 1 else "",
         _parts("specimen", found.specimens, found) if len(found.specimens) > 1 else "",
@@ -75,6 +76,7 @@ def comparison_json(found: Comparison, model_name: str) -> dict[str, Any]:
         "failures": [_failure_json(axis) for axis in found.localisation.failures],
         "axes": [_axis_json(axis) for axis in found.localisation.axes],
         "input_relation": _relation_json(found),
+        "notices": [notice.as_json() for notice in found.notices],
     }
 
 

@@ -19,9 +19,18 @@ from model_lab.report import tables
 from model_lab.report.curves import curves
 from model_lab.report.drawing import COLOURS, Drawing, light_grid
 from model_lab.report.errors import ladder, ranking, rest
+from model_lab.report.oddities import oddities
 from model_lab.report.parameters import parameters
 from model_lab.report.residuals import residuals
-from model_lab.report.sentences import axis_words, counted, listed, tie_sentences, verdict_sentence
+from model_lab.report.sentences import (
+    axis_words,
+    counted,
+    listed,
+    notice_sentence,
+    story_sentence,
+    tie_sentences,
+    verdict_sentence,
+)
 from model_lab.report.view import View
 
 
@@ -49,6 +58,7 @@ def template(name: str) -> Template:
         "ladder": ladder,
         "curves": curves,
         "residuals": residuals,
+        "oddities": oddities,
         "ranking": ranking,
         "parameters": parameters,
         "rest": rest,
@@ -66,6 +76,8 @@ def page(view: View, commands: Sequence[str]) -> str:
         title=f"Model lab: {view.data.title}",
         verdict=verdict_sentence(view.diagnosis),
         ties=tie_sentences(view.diagnosis),
+        story=story_sentence(view.diagnosis),
+        notice=notice_sentence([notice.text for notice in view.outcome.notices]),
         facts=_facts(view),
         rest_words=_rest(view),
         commands=commands,
@@ -88,7 +100,7 @@ def _rest(view: View) -> str:
     rest_of, shown = view.diagnosis.unexplained, view.display.shown
     if not rest_of.rms > 0.0:
         return "Nothing above the noise floor."
-    against = listed([axis_words(name) for name in rest_of.against])
+    against = listed([axis_words(name, view.data.experiment) for name in rest_of.against])
     varies = f"; it varies with {against}" if against else ""
     floor = shown(view.diagnosis.noise_floor)
     return f"{shown(rest_of.rms)} (rms) above the noise floor of {floor}{varies}."

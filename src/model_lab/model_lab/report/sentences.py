@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, Diagnosis, NamedEffect
+from model_lab.diagnosis.result import (
+    ADEQUATE,
+    EFFECTS_MISSING,
+    LEFT_OVER,
+    Diagnosis,
+    NamedEffect,
+)
+from model_lab.localisation.axes import DRIVING
 from model_lab.measurements.units import display_of
 
 MOST_PARAMETERS = 4  # that a sentence bears
-LEFT_OVER = 2.0  # error after over the noise floor, from which the rest is worth a word
 WORDS = {
     "time_since_step": "the time since the last step",
     "time_in_run": "the time since a run began",
@@ -46,12 +52,47 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
             f"{_left_over(diagnosis)}."
         )
-    against = listed([axis_words(name) for name in diagnosis.unexplained.against])
-    depends = f"what is left varies with {against}" if against else "what is left follows no input"
-    return (
+    fails = (
         f"The model fails and no known effect explains it: its error is {before} at a noise floor "
-        f"of {floor}; {depends}."
+        f"of {floor}"
     )
+    helped = f". {_helps(diagnosis)}" if diagnosis.helps else ""
+    return f"{fails}{helped}; {_depends(diagnosis)}."
+
+
+def _depends(diagnosis: Diagnosis) -> str:
+    names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
+    return f"what is left varies with {listed(names)}" if names else "what is left follows no input"
+
+
+def _helps(diagnosis: Diagnosis) -> str:
+    """What takes much of the error and is not the whole."""
+    display = display_of(diagnosis.unit)
+    errors = [diagnosis.rmse_before, *(one.rmse_after for one in diagnosis.helps)]
+    falls = [
+        f"{one.name} takes {'it' if place == 0 else 'the rest'} from {display.number(before)} to "
+        f"{display.shown(one.rmse_after)}"
+        for place, (one, before) in enumerate(zip(diagnosis.helps, errors, strict=False))
+    ]
+    return f"{listed(falls)} and {'is' if len(falls) == 1 else 'they are'} not the whole"
+
+
+def story_sentence(diagnosis: Diagnosis) -> str:
+    """How the error fell, effect by effect, in the order in which they were found; nothing of one.
+
+    >>> from types import SimpleNamespace as Made
+    >>> steps = Made(name="tube_lag", rmse_after=0.02), Made(name="gravity", rmse_after=0.01)
+    >>> story_sentence(Made(story=steps, unit="N", rmse_before=0.05))
+    'One after the other: 0.05 N as it is, 0.02 N with tube_lag, 0.01 N with gravity too.'
+    """
+    if len(diagnosis.story) < 2:
+        return ""
+    shown = display_of(diagnosis.unit).shown
+    falls = [
+        f"{shown(step.rmse_after)} with {step.name}{' too' if place else ''}"
+        for place, step in enumerate(diagnosis.story)
+    ]
+    return f"One after the other: {shown(diagnosis.rmse_before)} as it is, {', '.join(falls)}."
 
 
 def _left_over(diagnosis: Diagnosis) -> str:
@@ -59,7 +100,14 @@ def _left_over(diagnosis: Diagnosis) -> str:
     if diagnosis.rmse_after <= LEFT_OVER * diagnosis.noise_floor:
         return ""
     rest = display_of(diagnosis.unit).shown(diagnosis.unexplained.rms)
-    return f"; {rest} of it nothing known explains"
+    names = [axis_words(name, diagnosis.experiment) for name in diagnosis.unexplained.against]
+    varies = f", which varies with {listed(names)}" if names else ""
+    return f"; {rest} of it nothing known explains{varies}"
+
+
+def notice_sentence(clauses: Sequence[str]) -> str:
+    """What is odd about a set, from the clauses of its notices; nothing without any."""
+    return f"Note: {'; '.join(clauses)}." if clauses else ""
 
 
 def tie_sentences(diagnosis: Diagnosis) -> list[str]:
@@ -80,9 +128,14 @@ def effect_words(effect: NamedEffect) -> str:
     return f"{effect.name} ({', '.join(values)})" if values else effect.name
 
 
-def axis_words(name: str) -> str:
-    """An axis or the input of a black box as one says it."""
-    return WORDS.get(name, f"the {name}")
+def axis_words(name: str, experiment: str = "") -> str:
+    """An axis or the input of a black box as one says it of an experiment.
+
+    >>> axis_words("pressure", "uniaxial")
+    'the stretch'
+    """
+    driving = DRIVING.get(experiment, (name,))[0] if name == "pressure" else name
+    return WORDS.get(name, f"the {driving}")
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:

@@ -22,7 +22,14 @@ from model_lab.measurements.save import (
     write_csv,
 )
 from model_lab.measurements.units import display_of
-from model_lab.report.sentences import effect_words, listed, tie_sentences, verdict_sentence
+from model_lab.report.sentences import (
+    effect_words,
+    listed,
+    notice_sentence,
+    story_sentence,
+    tie_sentences,
+    verdict_sentence,
+)
 
 ADDITION_FORMAT, PLAN_FORMAT = "softhand-addition/1", "softhand-plan/1"
 MOST_RANKED = 8
@@ -59,7 +66,8 @@ def _is_number(cell: str) -> bool:
 def diagnosis_text(diagnosis: Diagnosis) -> str:
     """What `diagnose` prints."""
     sections = [
-        "\n".join([verdict_sentence(diagnosis), *tie_sentences(diagnosis)]),
+        "\n".join(filter(None, [*_said(diagnosis), story_sentence(diagnosis)])),
+        notice_sentence([notice["text"] for notice in diagnosis.notices]),
         _effects(diagnosis),
         _failures(diagnosis),
         _ranking(diagnosis),
@@ -67,6 +75,10 @@ def diagnosis_text(diagnosis: Diagnosis) -> str:
         _next_experiment(diagnosis),
     ]
     return "\n\n".join(section for section in sections if section) + "\n"
+
+
+def _said(diagnosis: Diagnosis) -> list[str]:
+    return [verdict_sentence(diagnosis), *tie_sentences(diagnosis)]
 
 
 def _effects(diagnosis: Diagnosis) -> str:
@@ -173,7 +185,7 @@ def addition_json(addition: Addition, path: str) -> dict[str, Any]:
 
 def plan_text(diagnosis: Diagnosis) -> str:
     """What `plan` prints."""
-    said = [verdict_sentence(diagnosis), *tie_sentences(diagnosis)]
+    said = _said(diagnosis)
     if diagnosis.next_experiment is None:
         return "\n".join([*said, _nothing(diagnosis)]) + "\n"
     return "\n".join([*said, "", proposal_text(diagnosis.next_experiment)]) + "\n"

@@ -10,7 +10,7 @@ from model_lab.aliases import Array
 from model_lab.comparison.compare import Accuracy, accuracy
 from model_lab.diagnosis.diagnose import Outcome
 from model_lab.diagnosis.result import EFFECTS_MISSING, Diagnosis
-from model_lab.diagnosis.search import Scored, Unseen, score_with
+from model_lab.diagnosis.search import Scored
 from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import resting_share
 from model_lab.measurements.measurement_set import DEFLATE, INFLATE, MeasurementSet
@@ -48,7 +48,7 @@ class View:
     steps: tuple[Step, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        steps = _ladder(self.outcome.problem, self.before, self.after)
+        steps = _ladder(self.outcome.problem, self.before, self.diagnosis)
         object.__setattr__(self, "steps", steps)
 
     @property
@@ -161,19 +161,9 @@ def _signed(direction: Array, durations: Array) -> Array:
     return np.where(direction == DEFLATE, DEFLATE, INFLATE) * durations
 
 
-def _ladder(problem: FitProblem, before: Scored, after: Scored | None) -> tuple[Step, ...]:
-    """Errors of the model as it was and with each missing effect in turn."""
+def _ladder(problem: FitProblem, before: Scored, diagnosis: Diagnosis) -> tuple[Step, ...]:
+    """Errors of the model as it was and with each missing effect in turn, or with what helps."""
     naive = {"valve_pulse": "naive flow", "base_torque": "static chain"}
     base = naive.get(problem.data.experiment, "linear base" if problem.base == "linear" else "base")
-    steps = [Step(" + ".join([base, *before.effects]), before.held_out.rmse)]
-    if after is None:
-        return tuple(steps)
-    added = [name for name in after.effects if name not in before.effects]
-    between = before
-    for effect in added[:-1]:
-        scored = score_with(problem, between, effect)
-        if isinstance(scored, Unseen):  # seen only together with the next
-            return (*steps, Step("+ " + " + ".join(added), after.held_out.rmse))
-        between = scored
-        steps.append(Step(f"+ {effect}", between.held_out.rmse))
-    return (*steps, Step(f"+ {added[-1]}", after.held_out.rmse))
+    added = [Step(f"+ {one.name}", one.rmse_after) for one in diagnosis.story or diagnosis.helps]
+    return (Step(" + ".join([base, *before.effects]), before.held_out.rmse), *added)

@@ -18,10 +18,10 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from grasp_strategies.strategy.fitting import USUAL_OBJECT, choose_strategy, misfit
 from grasp_strategies.strategy import Strategy, load_strategy
-from grasp_strategies.trials import draw_placement
+from grasp_strategies.strategy.fitting import USUAL_OBJECT, choose_strategy, misfit
 from grasp_strategies.strategy.tried_with import TriedWith
+from grasp_strategies.trials import draw_placement
 from pneuflex_sim.scene.objects import load_object
 from pneuflex_sim.scene.scenes import load_scene
 from softhand_bringup.grasp_verdict import Verdict, verdict_from

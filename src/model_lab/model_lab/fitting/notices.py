@@ -1,0 +1,184 @@
+"""What is odd about a set whatever the model: scatter, a line, wild samples, a drift.
+
+Repeats that scatter excuse a model from what differs between them, a disturbance too. So what their
+scatter looks like is said beside every verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import gamma, linregress
+
+from model_lab.aliases import Array, IntArray
+from model_lab.fitting.noise_floor import REPEATS, NoiseFloor
+from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.preprocess import NORMAL_MEDIAN
+from model_lab.measurements.units import display_of
+
+SCATTERED = 5.0  # scatter of repeats over the stated noise
+FREQUENCIES = 240  # at which a line is sought
+SLOWEST = 5.0  # periods in the shortest run
+SHORTEST = 32  # samples of a run that has a spectrum
+LONGEST = 4000  # samples of a run of which the spectrum is taken
+IN_INPUT = 0.05  # share of the input at a frequency, from which on a line may be its answer
+LINE_SHARE = 0.1  # of the error of most runs, that a line must make up
+MOST = 2 / 3  # of the runs
+LOBE, FARTHEST = 3.0, 3.0  # periods in a run less, and factor, of frequencies to compare with
+CHANCE = 1e-4
+WILD = 8.0  # standard deviations by which a sample leaves both its neighbours
+DRIFTED = 1.0  # change of the error's mean over the session, over the noise floor
+FEWEST_RUNS = 6
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Something odd: `repeats`, `line`, `wild_samples` or `drift`.
+
+    value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
+    unit of the outputs. size: root mean square, or mean of absolute values, in that unit. text: a
+    clause that says it. x, y: the points that show it; marked: indices of those that stand out.
+    """
+
+    kind: str
+    value: float
+    size: float
+    text: str
+    x: Array
+    y: Array
+    marked: IntArray
+
+    def as_json(self) -> dict[str, Any]:
+        """What is said of it, without the points."""
+        return {"kind": self.kind, "value": self.value, "size": self.size, "text": self.text}
+
+
+def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[Notice, ...]:
+    """What is odd in the residual (samples,) of a model, which has its repeats."""
+    found = (
+        _scattered(data, floor),
+        _line(data, residual),
+        _wild(residual, data),
+        _drift(data, floor, residual),
+    )
+    return tuple(notice for notice in found if notice is not None)
+
+
+def _scattered(data: MeasurementSet, floor: NoiseFloor) -> Notice | None:
+    """Repeats that differ by far more than the stated noise."""
+    stated = [data.noise.get(name) for name in data.outputs]
+    if floor.source != REPEATS or any(level is None for level in stated):
+        return None
+    counts = np.bincount(data.table.output)
+    noise = float(np.sqrt(counts @ np.square(np.array(stated, float)) / counts.sum()))
+    if not floor.total > SCATTERED * noise > 0.0:
+        return None
+    levels = np.array([noise, floor.within, floor.total])
+    times = floor.total / noise
+    shown = display_of(data.unit).shown(floor.total)
+    text = f"repeats scatter by {shown}, {times:.2g} times the stated noise"
+    return Notice("repeats", times, floor.total, text, np.arange(3.0), levels, np.array([2]))
+
+
+# ---------------------------------------------------------------------- a line
+def _line(data: MeasurementSet, residual: Array) -> Notice | None:
+    """A frequency at which the error of most runs has a line that the input has not."""
+    if not data.has_time or data.experiment == "valve_pulse":
+        return None
+    courses = [c for c in data.table.courses if c.length >= SHORTEST]
+    if len(courses) < len(data.table.courses) or not courses:
+        return None
+    times = [data.runs[c.run].columns["time"][:LONGEST] for c in courses]
+    if min(float(np.ptp(time)) for time in times) <= 0.0:
+        return None
+    grid = _grid(times)
+    errors = [residual[c.samples][:LONGEST] for c in courses]
+    shares = np.stack([_shares(t, e, grid) for t, e in zip(times, errors, strict=True)])
+    inputs = [data.driving(data.runs[c.run])[:LONGEST] for c in courses]
+    driven = np.stack([_shares(t, u, grid) for t, u in zip(times, inputs, strict=True)])
+    free = np.max(driven, axis=0) < IN_INPUT
+    many = np.mean(shares >= LINE_SHARE, axis=0) >= MOST
+    mean = shares.mean(axis=0)
+    best = int(np.argmax(np.where(free & many, mean, -1.0)))
+    if not (free & many)[best] or not _stands_out(mean, grid, best, len(courses)):
+        return None
+    size = float(np.sqrt(np.mean(residual**2) * mean[best]))
+    shown = display_of(data.unit).shown(size)
+    text = f"a line of {grid[best]:.3g} Hz runs through the error of most runs, {shown} (rms)"
+    return Notice("line", float(grid[best]), size, text, grid, mean, np.array([best]))
+
+
+def _grid(times: Sequence[Array]) -> Array:
+    """Frequencies [Hz] from a few periods in the shortest run up to what its samples resolve."""
+    low = SLOWEST / min(float(np.ptp(time)) for time in times)
+    high = 0.4 / max(float(np.median(np.diff(time))) for time in times)
+    return np.geomspace(low, max(high, 1.01 * low), FREQUENCIES)
+
+
+def _shares(time: Array, values: Array, grid: Array) -> Array:
+    """Share (frequencies,) of the mean square of values (n,) that a sine of any phase makes up."""
+    about = values - values.mean()
+    window = np.hanning(len(time))
+    rows = np.exp(-2j * np.pi * np.outer(grid, time - time[0]))
+    power = np.abs(rows @ (window * about)) ** 2
+    total = float(window @ about**2) * float(window.sum())
+    return np.asarray(2.0 * power / total if total > 0.0 else 0.0 * power)
+
+
+def _stands_out(mean: Array, grid: Array, best: int, courses: int) -> bool:
+    """Whether the mean share (frequencies,) of some runs exceeds that of others beyond chance.
+
+    The others are not so near that they are of the same line, nor so far that noise differs.
+    """
+    apart = np.abs(grid - grid[best]) > LOBE / SLOWEST * grid[0]
+    others = mean[apart & (np.abs(np.log(grid / grid[best])) < np.log(FARTHEST))]
+    if not len(others):
+        return False
+    ratio = float(mean[best]) / max(float(np.median(others)), 1e-300)
+    return bool(len(mean) * gamma.sf(courses * ratio, courses) < CHANCE)
+
+
+# ---------------------------------------------------------------------- samples and sessions
+def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
+    """Single samples far from both their neighbours, which are near each other."""
+    marked = []
+    for course in data.table.courses:
+        values = residual[course.samples]
+        if data.experiment == "valve_pulse" or len(values) < SHORTEST:
+            continue
+        steps = np.diff(values)
+        level = NORMAL_MEDIAN * float(np.median(np.abs(steps))) / np.sqrt(2.0)
+        before, after = steps[:-1], -steps[1:]
+        far = np.minimum(np.abs(before), np.abs(after)) > WILD * level
+        alone = far & (before * after > 0.0)
+        alone &= np.abs(before - after) < 0.5 * np.abs(before + after)
+        marked.append(course.start + 1 + np.flatnonzero(alone & (level > 0.0)))
+    found = np.concatenate([*marked, np.zeros(0, np.int64)]).astype(np.int64)
+    if not len(found):
+        return None
+    order = np.arange(len(residual), dtype=float)
+    size = float(np.mean(np.abs(residual[found])))
+    many = f"{len(found)} single sample{'s lie' if len(found) > 1 else ' lies'}"
+    text = f"{many} far from both neighbours, with errors of {display_of(data.unit).shown(size)}"
+    return Notice("wild_samples", float(len(found)), size, text, order, residual, found)
+
+
+def _drift(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice | None:
+    """Means of the error that rise or fall from run to run beyond chance."""
+    runs = data.table.runs
+    if runs < FEWEST_RUNS or len(data.outputs) > 1:
+        return None
+    means = np.bincount(data.table.run, residual) / np.bincount(data.table.run)
+    order = np.arange(runs, dtype=float)
+    line = linregress(order, means)
+    change = float(line.slope) * (runs - 1)
+    if line.pvalue > CHANCE or abs(change) < DRIFTED * floor.total:
+        return None
+    marked = np.zeros(0, np.int64)
+    shown = display_of(data.unit).shown(change)
+    text = f"the error drifts by {shown} from the first run to the last"
+    size = float(np.sqrt(np.mean(means**2)))
+    return Notice("drift", change, size, text, order, means, marked)

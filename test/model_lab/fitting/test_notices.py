@@ -1,0 +1,80 @@
+"""What is odd about sets that are made so: each oddity is said, and none where nothing is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from toy_forward import toy_set
+
+from model_lab.fitting.noise_floor import make_spectrum, noise_floor
+from model_lab.fitting.notices import notices
+
+LEVEL = 0.02  # of the noise
+
+
+def noticed(change=None, data=None, seed=1, stated=None):
+    """Notices by kind of a set whose residual is noise and a change(run, time, random)."""
+    random = np.random.default_rng(seed)
+    data = data or toy_set(random)
+    data = replace(data, noise={} if stated is None else {"tip_angle": stated})
+    residual = LEVEL * random.standard_normal(data.table.samples)
+    for course in data.table.courses if change else ():
+        time = data.runs[course.run].columns["time"]
+        residual[course.samples] += change(course.run, time, random)
+    spectrum = make_spectrum(data.table, data.table.value - residual)
+    floor = noise_floor(data, spectrum, residual)
+    return {notice.kind: notice for notice in notices(data, floor, residual)}
+
+
+def hum(run, time, random):
+    return 5.0 * LEVEL * np.sin(2.0 * np.pi * 1.37 * time + random.uniform(0.0, 2.0 * np.pi))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_noise_is_not_odd(seed):
+    assert noticed(seed=seed, stated=LEVEL) == {}
+
+
+def test_slow_noise_is_no_line():
+    def slow(run, time, random):
+        return 0.2 * LEVEL * np.cumsum(random.standard_normal(len(time)))
+
+    assert "line" not in noticed(slow)
+
+
+def test_a_hum_of_another_phase_in_each_run_is_a_line_and_scatters_repeats():
+    found = noticed(hum, stated=0.5 * LEVEL)
+    assert found["line"].value == pytest.approx(1.37, rel=0.02)
+    assert found["line"].size == pytest.approx(5.0 * LEVEL / np.sqrt(2.0), rel=0.25)
+    assert found["repeats"].value > 5.0
+    assert "1.37 Hz" in found["line"].text and "times the stated noise" in found["repeats"].text
+
+
+def test_what_the_input_does_itself_is_no_line():
+    data = toy_set(np.random.default_rng(0))
+    for run in data.runs:
+        run.columns["pressure"] += np.sin(2.0 * np.pi * 1.37 * run.columns["time"])
+    assert "line" not in noticed(hum, data=data)
+
+
+def test_wild_samples_are_counted_and_marked():
+    def wild(run, time, random):
+        return np.where(np.arange(len(time)) % 50 == 20, 0.8, 0.0)
+
+    found = noticed(wild)["wild_samples"]
+    assert found.value == 24.0 == len(found.marked)
+    assert found.size == pytest.approx(0.8, rel=0.1)
+
+
+def test_steps_are_not_wild():
+    assert noticed(lambda run, time, random: np.where(time > 5.0, 0.8, 0.0)).keys() <= {"repeats"}
+
+
+def test_a_drift_over_the_session_is_said_with_its_size():
+    found = noticed(lambda run, time, random: 0.05 * run)["drift"]
+    assert found.value == pytest.approx(0.55, rel=0.1)
+
+
+def test_what_is_said_holds_no_points():
+    said = noticed(hum)["line"].as_json()
+    assert said.keys() == {"kind", "value", "size", "text"}
