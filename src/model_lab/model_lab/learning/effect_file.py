@@ -222,7 +222,10 @@ def _body(shape: Shape, stage: str, given: str) -> tuple[list[str], list[str]]:
         helpers.append("course")
         lines.append(f"so_far = course({given}, memory, dt, {shape.over:.4g}, {shape.slow:.4g})")
     if shape.form == "lag":
-        return [*lines, f"return lagged({given}, memory, dt, self.curve({place}))"], helpers
+        return [
+            *lines,
+            f"return lagged({given}, memory, dt, np.maximum(self.curve({place}), {TIMES[0]}))",
+        ], helpers
     sign = {"offset": f"{given} + ", "factor": f"{given} * " if given else ""}[shape.form]
     return [*lines, f"return {sign}self.curve({place})"], helpers
 
