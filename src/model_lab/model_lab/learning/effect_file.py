@@ -24,7 +24,7 @@ COURSE_AXES = {"pressure_rate": "rate", "direction": "direction", "time_since_st
 COURSE_AXES |= {"time_in_run": "time"}
 NAMED_AXES = ("mount", "specimen")
 RUN_AXES = ("run_order", "temperature", "wall", *NAMED_AXES)
-ODD, RARE = 15.0, 6.0  # surprise
+ODD, RARE = 20.0, 6.0  # surprise
 NOUNS = {
     "pressure_rate": "rate",
     "direction": "direction (-1 falls, 0 rests, 1 rises)",
