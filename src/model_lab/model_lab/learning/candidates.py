@@ -22,7 +22,7 @@ from softhand_model.effects.stages import Memory, Strain
 
 FEWEST_RUNS = 4  # for what changes from run to run
 MOST_NAMES = 6
-SAMPLES_SMOOTHED = 4.0  # steps over which a rate is smoothed
+SAMPLES_SMOOTHED = 0.7  # steps over which a rate is smoothed: more would come late
 MARGIN = 1.05  # of the largest value, up to which knots go
 
 # stage: (form, against) in the order in which they are tried

@@ -24,7 +24,7 @@ COURSE_AXES = {"pressure_rate": "rate", "direction": "direction", "time_since_st
 COURSE_AXES |= {"time_in_run": "time"}
 NAMED_AXES = ("mount", "specimen")
 RUN_AXES = ("run_order", "temperature", "wall", *NAMED_AXES)
-ODD, RARE = 15.0, 6.0  # surprise
+ODD, RARE = 20.0, 6.0  # surprise
 NOUNS = {
     "pressure_rate": "rate",
     "direction": "direction (-1 falls, 0 rests, 1 rises)",
@@ -128,7 +128,9 @@ class Shape:
     @property
     def title(self) -> str:
         """One sentence."""
-        what = {"input": "pressure", "output": "reading"}.get(self.stage, f"{self.stage} side")
+        what = {"input": "pressure", "output": "reading", "structure": "free curvature"}.get(
+            self.stage, f"{self.stage} side"
+        )
         if self.stage == "load":
             what = "shear modulus" if self.against in RUN_AXES else "load"
         how = {"offset": "An offset on", "factor": "A factor on", "lag": "A lag of"}[self.form]
@@ -220,7 +222,10 @@ def _body(shape: Shape, stage: str, given: str) -> tuple[list[str], list[str]]:
         helpers.append("course")
         lines.append(f"so_far = course({given}, memory, dt, {shape.over:.4g}, {shape.slow:.4g})")
     if shape.form == "lag":
-        return [*lines, f"return lagged({given}, memory, dt, self.curve({place}))"], helpers
+        return [
+            *lines,
+            f"return lagged({given}, memory, dt, np.maximum(self.curve({place}), {TIMES[0]}))",
+        ], helpers
     sign = {"offset": f"{given} + ", "factor": f"{given} * " if given else ""}[shape.form]
     return [*lines, f"return {sign}self.curve({place})"], helpers
 

@@ -229,11 +229,13 @@ def _refined(problem: FitProblem, base: Scored, scene: Scene, found: Candidate) 
 
 
 def _judged(problem: FitProblem, base: Scored, found: list[Candidate]) -> Learning:
-    reason = ""
+    """The first candidate that takes off enough of the error, or the reason why there is none."""
+    allowed = (1.0 - REMOVED) * excess(problem, base)
+    helping = [one for one in found if excess(problem, one.scored) <= allowed]
+    if material(problem, base) and helping:
+        others = tuple(one for one in found if one is not helping[0])
+        return Learning(problem, base, helping[0], others, "")
+    reason = "no curve takes off half of the error on held-out data"
     if not material(problem, base):
         reason = f"the model is adequate: its held-out error is within {MATERIAL:g} times the floor"
-    elif not found or excess(problem, found[0].scored) > (1.0 - REMOVED) * excess(problem, base):
-        reason = "no curve takes off half of the error on held-out data"
-    if reason:
-        return Learning(problem, base, None, tuple(found), reason)
-    return Learning(problem, base, found[0], tuple(found[1:]), "")
+    return Learning(problem, base, None, tuple(found), reason)
