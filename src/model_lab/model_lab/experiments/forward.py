@@ -29,6 +29,7 @@ Calibration = Mapping[str, float | Mapping[str, float]]
 MODULUS_RANGE, USUAL_MODULUS = (0.85, 1.15), (0.9, 1.1)
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
 FREE_MODULUS, USUAL_FREE = (0.02, 50.0), (0.5, 2.0)  # where the modulus is what is sought
+STRAIGHT, ONE_RATE = 0.05, 3.0  # departure of a ramp from a line over its span; factor of rates
 WIDEST, USUAL = 4.0, 0.2  # of coefficients about their least-squares start, over their size
 
 
@@ -184,7 +185,27 @@ def not_searched(effect: type[Effect], data: MeasurementSet, base: str) -> str |
     """Why the search for what is missing leaves out an effect; None if it takes part."""
     if effect.refines and not data.stretched:
         return f"a finer form of {effect.refines[0]}: tests of the rubber alone tell them apart"
-    return inapplicable(effect, data, base)
+    reason = inapplicable(effect, data, base)
+    if reason is None and effect.has_memory and _is_clock(data):
+        return "the input rises evenly, at one rate: time and input are one"
+    return reason
+
+
+def _is_clock(data: MeasurementSet) -> bool:
+    """Whether the input tells the time: it rises in straight lines of about one rate."""
+    rates = []
+    if data.experiment == "base_torque":  # which the tip's pose drives too
+        return False
+    for run in data.runs:
+        time, driving = run.columns["time"], data.driving(run)
+        duration, span = float(np.ptp(time)), float(np.ptp(driving))
+        if not duration * span > 0.0:
+            return False
+        line = driving[0] + (driving[-1] - driving[0]) * (time - time[0]) / duration
+        if driving[-1] <= driving[0] or np.max(np.abs(driving - line)) > STRAIGHT * span:
+            return False
+        rates.append(span / duration)
+    return max(rates) < ONE_RATE * min(rates)
 
 
 def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> None:

@@ -13,8 +13,8 @@ import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import held_out_with
-from model_lab.diagnosis.search import Scored, score_base
 from model_lab.diagnosis.errors import MATERIAL, error_of, excess, material
+from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
