@@ -28,7 +28,7 @@ One small Python file: [`own_effect.py`](../../examples/own_effect.py) is a whol
 It holds a class that derives from the class of its stage (`softhand_model.effects`) and has
 
 * `name`, and `experiments`: those in which it can be seen, of `free_bending`, `blocked_tip`,
-  `uniaxial`, `valve_pulse`, `base_torque`;
+  `uniaxial`, `rubber`, `valve_pulse`, `base_torque`;
 * `parameters`: for each a name, a unit, bounds that make physical sense, a description, the usual
   range (`typical`), whether it spans decades (`logarithmic`), the value that does nothing
   (`neutral`), if there is one, and where it goes by what a set measures, that range over the

@@ -152,7 +152,7 @@ def _draw_set(axes: Axes, comparison: Comparison) -> None:
         predicted = measured - display.factor * errors.residual_as_is[mine]
         axes.plot(at, measured, ".", color="0.45", markersize=2)
         axes.plot(at, predicted, color="#D55E00", linewidth=1.0)
-    stretched = data.experiment == "uniaxial"
+    stretched = data.stretched
     axes.set_xlabel("time [s]" if over_time else "stretch" if stretched else "pressure [kPa]")
     axes.set_ylabel(f"{data.outputs[0].replace('_', ' ')} [{display.unit}]")
 

@@ -72,7 +72,7 @@ CASES = (
     _case("orifice_tube", BENDING, "input", "pressure_rate"),
     _case("creeping_reading", BENDING, "output", "time_since_step"),
     _case("warming_sensor", BENDING, "output", "time_since_step"),
-    _case("gain_step", BENDING, "output", "pressure", **WALLS),
+    _case("gain_step", BENDING, "output structure", "pressure", **WALLS),
     _case(None, BENDING, "", ""),
     _case(None, BENDING, "", "", **WALLS),
     _case(None, TENSION, "", "", **WARM),

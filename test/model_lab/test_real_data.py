@@ -13,6 +13,7 @@ import pytest
 import yaml
 
 from model_lab.cli.main import main
+from model_lab.comparison.add import add_effect
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
@@ -108,6 +109,30 @@ def test_ecoflex_is_stiffened_as_a_yeoh_or_gent_rubber():
     best = found.ranking[0]
     assert best.name in ("yeoh_stiffening", "gent_stiffening") and best.plausible
     assert best.rmse_heldout < 0.1 * found.rmse_before
+
+
+@pytest.mark.parametrize(
+    ("name", "effects"),
+    [
+        ("epfl_c5_w7_bending", ["ballooning"]),
+        ("epfl_c5_w7_blocked", ["ballooning", "tube_lag"]),
+    ],
+)
+def test_chambers_that_balloon_take_off_two_thirds_of_the_error_of_bellows(name, effects):
+    path = next((path for path in SETS if path.name == name), None)
+    if path is None:
+        pytest.skip(f"no set {name}")
+    data, model = load_measurements(path), load_model("linear")
+    runs = tuple(
+        replace(run, columns={key: value[::12] for key, value in run.columns.items()})
+        for run in data.runs
+    )
+    data, additions = replace(data, runs=runs), []
+    for effect in effects:
+        additions.append(add_effect(effect, data, model, effect_classes()))
+        model = additions[-1].model
+    before, after = additions[0].before.held_out.rmse, additions[-1].after.held_out.rmse
+    assert after < before / 3.0
 
 
 def test_what_takes_most_of_the_error_of_real_rubber_is_said_though_much_is_left():

@@ -8,6 +8,8 @@ from pneuflex_sim.hand import bodies as hand_bodies
 from pneuflex_sim.scene.contacts import normal_forces
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import Diverged
+from softhand_model.effects import effect_classes
+from softhand_model.model_file import Model
 
 POSE = np.array([-0.057, 0.0, 0.146]), np.array([0.0, 0.92388, 0.0, 0.38268])
 MASSES = np.array([7.1e-5, 2.4e-5, 5.3e-5, 4.3e-5])
@@ -205,6 +207,10 @@ def contact_forces(simulation, base, link):
         ({"object_offset": (0.3,)}, "object_offset: expected two or three finite"),
         ({"segments": 0}, "segments: expected 1 or more, got 0"),
         ({"segments": 16}, "at most 30 joints in one body"),
+        (
+            {"model": Model(effects=(effect_classes()["clock_offset"](offset=0.1, drift=0.0),))},
+            "model: effects: clock_offset: it parts two clocks of a recording",
+        ),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_what_is_there(config, named):

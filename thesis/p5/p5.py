@@ -31,6 +31,7 @@ SILICONE = {  # Dragon Skin 10, one pull, up to this stretch: modulus [Pa] and c
     3.0: (50.1e3, 0.0724),
     4.5: (67.3e3, 0.0250),
 }
+OGDEN = (55.1e3, 2.73)  # [Pa] and exponent of the lab's law for that pull, with a free modulus
 STIFFENING = SILICONE[3.0][1]  # to the stretch up to which section 3.4.6 counts
 MAKERS_STRESS = 151.7e3  # [Pa] at 100 % elongation: 22 psi, of which Table 3.2 takes a third
 FIBRES = 0.02  # of the volume, Table 3.1
@@ -42,6 +43,7 @@ FLOOR = 1.5e-3  # [m], the middle of 1 to 2 mm of section 3.2.2, for the fingers
 SHOWN = 46.3e3  # [Pa] up to which they were inflated
 CURVE = 24  # points of a curve
 
+WITH_OWN = ("Gent", "Yeoh with", "Ogden with", "all", "ring, ")  # modulus
 SHIPPED = "model file rbo_hand_1"
 DRAWN = {
     "bare model, 67 kPa": "bare model",
@@ -60,6 +62,7 @@ class Parameters:
     """Options of the experiment."""
 
     pressure: float = option(210e3, "of the flexed fingers, gauge [Pa]")
+    model: str = option("", "model file that is tried too, such as of a rubber that was tested")
 
     def __post_init__(self) -> None:
         if not 0.0 < self.pressure <= P5.max_pressure:
@@ -164,6 +167,12 @@ def candidates() -> dict[str, tuple[str, Callable[[float], float]]]:
             "-",
             by_effect("yeoh_stiffening", modulus / NOMINAL, c2=c2),
         )
+    modulus, exponent = OGDEN
+    named = f"Ogden with its modulus, silicone to stretch 4.5: {modulus / 1e3:g} kPa"
+    by_ogden = by_model(
+        Model("pneuflex", {"modulus": modulus}, (EFFECTS["ogden"](exponent=exponent),))
+    )
+    found[f"{named}, exponent {exponent:g}"] = ("-", by_ogden)
     return found | {
         f"Yeoh at 67 kPa, c2 = {STIFFENING:g}": ("-", by_effect("yeoh_stiffening", c2=STIFFENING)),
         "Dragon Skin 20, 113 kPa": ("Table 3.2", by_scale(113e3 / NOMINAL)),
@@ -231,6 +240,8 @@ def run(given: Parameters, job: Job) -> Results:
     curves: dict[str, list[float]] = {}
     pressures = given.pressure * np.arange(1, CURVE + 1) / CURVE
     everything = candidates()
+    if given.model:
+        everything[f"model file {given.model}"] = ("-", by_model(load_model(given.model)))
     for name, (source, curvature) in everything.items():
         job.progress(name, len(found) / len(everything))
         found[name] = {"source": source, "curvature": curvature(given.pressure)}
@@ -308,7 +319,7 @@ def report(results: Results, given: Parameters) -> Report:
 def conclude(results: Results) -> str:
     """What came out."""
     wide = {name: 2e3 / entry["curvature"] for name, entry in results["candidates"].items()}
-    alone = [wide[name] for name in wide if name.startswith(("Gent", "Yeoh with", "all", "ring, "))]
+    alone = [wide[name] for name in wide if name.startswith(WITH_OWN)]
     return (
         f"The bare model gives {wide['bare model, 67 kPa']:.1f} mm. Neither the rubber's law, with "
         f"its own modulus, nor the thick hull brings it to 17 mm alone (at best {max(alone):.1f} "

@@ -238,14 +238,14 @@ def camera_perspective(plant: Plant, foreshortening: float) -> None:
 @law(
     "sensor_drift",
     ("rate", 1e-5, 1.0),
-    lambda rng: {"fading": rng.uniform(0.03, 0.15), "per_run": 0.0},
+    lambda rng: {"settling_time": log_uniform(rng, 6.0, 30.0), "per_run": 0.0},
     signed=True,
 )
-def sensor_drift(plant: Plant, rate: float, fading: float, per_run: float) -> None:
+def sensor_drift(plant: Plant, rate: float, settling_time: float, per_run: float) -> None:
     """The zero drifts in every run and from run to run."""
 
     def shown(t: np.ndarray, y: np.ndarray, p: np.ndarray) -> np.ndarray:
-        within = -rate / fading * np.expm1(-fading * (t - t[:, :1]))
+        within = -rate * settling_time * np.expm1(-(t - t[:, :1]) / settling_time)
         return y + within + per_run * np.arange(len(y))[:, None]
 
     plant.sensors.append(shown)

@@ -128,22 +128,10 @@ def stuck_encoder(plant: Plant, width: float, at: float) -> None:
     plant.sensors.append(lambda t, y, p: sensing.stuck(y, at * y.max(), (at + width) * y.max()))
 
 
-@law("delamination", ("loss", 0.005, 0.8), lambda rng: {"seed": _seed(rng)})
-def delamination(plant: Plant, loss: float, seed: float) -> None:
-    """The glue gives way in two runs in a row, and is mended."""
-
-    def factor(before: Array) -> Array:
-        at = np.random.default_rng(int(seed)).integers(2, max(len(before) - 3, 3))
-        place = np.arange(len(before))
-        return 1 - loss * ((place == at) | (place == at + 1))
-
-    plant.ageing.append(factor)
-
-
 @law(
     "ringing",
-    ("share", 0.01, 0.9),
-    lambda rng: {"frequency": rng.uniform(1.2, 2.5), "damping": rng.uniform(0.05, 0.15)},
+    ("share", 0.01, 1.0),
+    lambda rng: {"frequency": rng.uniform(0.5, 0.9), "damping": rng.uniform(0.05, 0.15)},
 )
 def ringing(plant: Plant, share: float, frequency: float, damping: float) -> None:
     """Part of the finger swings like a mass on a spring."""

@@ -13,6 +13,7 @@ from bench.hidden.laws import catalogue, curves, other_forms, outside  # noqa: F
 from bench.hidden.laws.registry import LAWS, build
 from bench.hidden.measure import BaseFit, Shown, floor_of, measure, mode_of, strength_for
 from bench.hidden.sets.pulses import make_pulse_set
+from bench.hidden.sets.stretches import make_rubber_set
 from bench.hidden.sets.torques import make_torque_set
 from bench.hidden.sets.writing import write_set
 
@@ -75,7 +76,11 @@ def make_set(
     over floor, together), ratios (each alone), reached (whether each ratio was).
     """
     chosen = Options(**options)
-    apart = {"valve_pulse": make_pulse_set, "base_torque": make_torque_set}
+    apart = {
+        "valve_pulse": make_pulse_set,
+        "base_torque": make_torque_set,
+        "rubber": make_rubber_set,
+    }
     if experiment in apart:
         return apart[experiment](
             Path(folder),

@@ -190,3 +190,26 @@ def test_a_sensor_for_some_of_the_actuators_is_enough():
 def test_a_base_that_has_no_chains_is_refused():
     with pytest.raises(ValueError, match="pneuflex"):
         LivePrediction(HAND, Model(base="linear"))
+
+
+@pytest.mark.parametrize("offset", [0.1, -0.06])
+def test_angles_of_another_clock_are_compared_with_the_pressures_of_their_time(offset):
+    late = with_effect("clock_offset", offset=offset, drift=0.01)
+    found = predict(late, lambda t: 20e3 * t, 1000 * MS)
+    assert len(found) == 1 + round((1.0 - abs(offset)) / 0.02)
+    time = np.array([one.stamp for one in found]) * 1e-9
+    predicted = [one.predicted[0] for one in found]
+    assert predicted == pytest.approx(FINGER.tip_angle(20e3 * (time - offset)), rel=1e-6, abs=1e-9)
+
+
+def test_a_delay_beyond_what_is_kept_of_the_pressures_is_refused():
+    with pytest.raises(ValueError, match="expected a delay .* of 5 s at most, got 7 s"):
+        with_effect("clock_offset", offset=7.0, drift=0.0)
+
+
+def test_a_sensor_that_drifts_does_so_from_the_reset_on():
+    drifting = with_effect("sensor_drift", rate=0.05, settling_time=1e6, per_run=0.3)
+    for _ in range(2):
+        found = predict(drifting, lambda t: 0.0, 400 * MS)
+        assert found[-1].predicted == pytest.approx([0.05 * 0.4], abs=1e-6)
+        drifting.reset()

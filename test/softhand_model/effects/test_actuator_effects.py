@@ -97,18 +97,22 @@ def drifting(steps, value=0.0, age=None, **values):
 
 def test_a_drift_goes_on_or_comes_to_rest():
     steps = [0.0, 1.0, 2.0, 7.0]
-    going_on = drifting(steps, value=1.0, rate=0.01, fading=0.0, per_run=0.0)
-    assert np.array(going_on) == pytest.approx([1.0, 1.01, 1.03, 1.1])
-    ending = drifting(steps, rate=0.01, fading=0.5, per_run=0.0)
+    going_on = drifting(steps, value=1.0, rate=0.01, settling_time=1e6, per_run=0.0)
+    assert np.array(going_on) == pytest.approx([1.0, 1.01, 1.03, 1.1], rel=1e-4)
+    ending = drifting(steps, rate=0.01, settling_time=2.0, per_run=0.0)
     assert np.array(ending) == pytest.approx(0.02 * (1 - np.exp(-0.5 * np.cumsum(steps))))
 
 
 def test_a_drift_goes_on_from_run_to_run_and_a_long_rest_before_a_run_is_none():
     late = drifting(
-        [1e12, 2.0], rate=0.01, fading=0.0, per_run=-0.1, age=Age(session=np.array([0.0, 3.0]))
+        [1e12, 2.0],
+        rate=0.01,
+        settling_time=1e6,
+        per_run=-0.1,
+        age=Age(session=np.array([0.0, 3.0])),
     )
     assert late[0] == pytest.approx([0.0, -0.3])
-    assert late[1] == pytest.approx([0.02, -0.28])
+    assert late[1] == pytest.approx([0.02, -0.28], rel=1e-4)
 
 
 def test_a_sensor_that_saturates_ends_at_its_limit():

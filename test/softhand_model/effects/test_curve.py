@@ -43,6 +43,7 @@ def test_lanes_have_curves_of_their_own():
     found = smooth_curve((0.0, 1.0), values, np.full((1, 3, 1), 0.5))
     assert found.shape == (2, 3, 1)
     assert found[:, 0, 0].tolist() == [1.0, 3.0]
+    assert smooth_curve((0.0, 1.0), values, 0.5).shape == (2, 1, 1)
 
 
 def test_one_number_stays_one():

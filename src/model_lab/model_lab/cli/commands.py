@@ -48,6 +48,7 @@ def compare(arguments: argparse.Namespace) -> None:
 def diagnose(arguments: argparse.Namespace) -> None:
     """Diagnose, print the verdict, and write JSON and report."""
     from model_lab.diagnosis.diagnose import diagnose
+    from model_lab.diagnosis.result import UNEXPLAINED
     from model_lab.report.text import diagnosis_text
     from softhand_model.documents.output_file import check_new
 
@@ -60,6 +61,9 @@ def diagnose(arguments: argparse.Namespace) -> None:
     with Progress("diagnosing") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     print(diagnosis_text(outcome.diagnosis), end="")
+    if outcome.diagnosis.verdict == UNEXPLAINED:
+        again = shlex.join(["model-lab", "learn", str(arguments.data), "--model", arguments.model])
+        print(f"\nWhere it acts, and its curve: {again} --out my_effect.py")
     options.save_json(arguments, outcome.diagnosis.as_json())
     if arguments.report is not None:
         from model_lab.report import write_report
@@ -142,6 +146,8 @@ def learn(arguments: argparse.Namespace) -> None:
 def _learned_again(arguments: argparse.Namespace) -> list[object]:
     """The words that make the effect file and the report again."""
     words: list[object] = ["learn", arguments.data, "--model", arguments.model]
+    if arguments.free_modulus:
+        words.append("--free-modulus")
     for path in arguments.effects:
         words += ["--effects", path]
     if arguments.allow_effect_files:
@@ -312,6 +318,7 @@ COMMANDS: Mapping[str, Command] = {
         (
             options.DATA,
             options.MODEL,
+            options.FREE_MODULUS,
             argument(
                 "--out", type=Path, required=True, metavar="NAME.py", help="effect file to write"
             ),

@@ -28,7 +28,9 @@ def error_of(problem: FitProblem, scored: Scored) -> float:
 
 
 def shape_error(problem: FitProblem, scored: Scored) -> float:
-    """The same but for the gains of runs, in which they scatter most."""
+    """The same but for the gains of runs, in which they scatter most, unless that has a bound."""
+    if problem.floor.gain_assumed:
+        return error_of(problem, scored)
     residual = scored.fit.residual if has_few_folds(problem) else scored.held_out.residual
     spectrum = problem.spectrum
     power = spectrum.power(spectrum.coefficients(residual[None]))[0]

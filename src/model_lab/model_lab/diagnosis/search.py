@@ -258,7 +258,7 @@ def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect]) -> bool:
     times = [p.name for p in effect.parameters if p.unit == "s"]
     if not times or len(effect.parameters) < 2 or not data.has_time:
         return True
-    apart = [np.median(np.diff(run.columns["time"])) for run in data.runs if run.samples > 1]
+    apart = [float(np.median(np.diff(run.columns["time"]))) for run in data.runs if run.samples > 1]
     values = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))
     shortest = UNRESOLVED * float(np.median(apart or [0.0]))
     return all(values[f"{effect.name}.{name}"] >= shortest for name in times)

@@ -179,7 +179,7 @@ def _weakest(scored: Scored, threshold: float, material_size: float) -> float | 
     if not len(shown):
         return None
     weakest = int(shown[np.argmin(strength[shown])])
-    hidden = np.flatnonzero(strength < 1.0)
+    hidden = np.flatnonzero((strength > 0.0) & (strength < 1.0))
     if not len(hidden):
         return float(values[weakest])
     other = int(hidden[np.argmax(strength[hidden])])

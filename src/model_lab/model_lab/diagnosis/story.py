@@ -44,4 +44,5 @@ def helping(base: Scored, growth: Growth) -> tuple[Scored, ...]:
 def _helps(after: Scored, before: Scored) -> bool:
     """Whether an effect that is proven helps."""
     lower = after.held_out.mean_square < HALF**2 * before.held_out.mean_square
-    return after.held_out.rmse <= HALF * before.held_out.rmse and np.mean(lower) >= MOST_FOLDS
+    most = bool(np.mean(lower) >= MOST_FOLDS)
+    return most and after.held_out.rmse <= HALF * before.held_out.rmse

@@ -176,6 +176,8 @@ def inapplicable(effect: type[Effect], data: MeasurementSet, base: str) -> str |
         return f"does not act in {data.experiment}"
     if effect.has_memory and not data.has_time:
         return "the set has no time column, and it depends on what was before"
+    if len(data.runs) < effect.fewest_runs:
+        return "in a single run its time is one with what the input does"
     if base not in effect.bases:
         return f"has no meaning beside the base {base}"
     return None

@@ -133,18 +133,21 @@ class Likelihood:
                         power[:, mine[1:]].sum(axis=1) / counts[mine[0]],
                     ),
                 )
-            far = self._beyond_noise(power[:, mine], counts[mine], self.floor[mine])
+            far, left = self._beyond_noise(power[:, mine], counts[mine], self.floor[mine])
             for lane, row in enumerate(raw):
-                result[lane, mine] = falling(row[mine] + far[lane], counts[mine])
+                result[lane, mine] = falling(left[lane] * row[mine] + far[lane], counts[mine])
         return result
 
     @staticmethod
-    def _beyond_noise(power: Array, counts: Array, floor: Array) -> Array:
-        """Mean square (lanes,) of errors that no noise makes, which is in no band alone: else a
-        model that is far off would be fitted where its error has many coefficients, its edges.
+    def _beyond_noise(power: Array, counts: Array, floor: Array) -> tuple[Array, Array]:
+        """Mean square (lanes,) of errors that no noise makes, and the share (lanes,) of the others.
+
+        Such an error is in no band alone: else a model that is far off would be fitted where its
+        error has many coefficients, at its edges.
         """
         mean_square = power.sum(axis=1) / counts.sum()
-        return np.maximum(mean_square - FAR_OFF**2 * (counts @ floor) / counts.sum(), 0.0)
+        far = np.maximum(mean_square - FAR_OFF**2 * (counts @ floor) / counts.sum(), 0.0)
+        return far, 1.0 - far / np.where(far > 0.0, mean_square, 1.0)
 
     def deviance(self, power: Array, values: Array) -> Array:
         """Minus twice the log likelihood (lanes,), but for a constant."""

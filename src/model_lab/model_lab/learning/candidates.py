@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,9 @@ from model_lab.learning.effect_file import NAMED_AXES, NOUNS, RUN_AXES, Shape, e
 from model_lab.localisation.axes import DRIVING, RESTING, input_rate
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.bending.balance import rough_stretch
-from softhand_model.effects import LoadEffect, SectionShape
+from softhand_model.effects import ElasticEffect, LoadEffect, SectionShape
 from softhand_model.effects.effect import BENDING
+from softhand_model.effects.stages import Memory, Strain
 
 FEWEST_RUNS = 4  # for what changes from run to run
 MOST_NAMES = 6
@@ -32,7 +34,7 @@ KINDS = {
     ),
     "load": (("factor", "pressure"), *(("factor", axis) for axis in RUN_AXES)),
     "elastic": (("factor", "output"), ("offset", "output")),
-    "structure": (("factor", "output"),),
+    "structure": (("factor", "output"), ("factor", "pressure")),
     "output": (
         *(("offset", axis) for axis in ("output", "pressure", *ALONG_RUN)),
         *(("offset", axis) for axis in RUN_AXES),
@@ -107,6 +109,9 @@ class Scene:
             return None
         if stage == "structure" and experiment == "blocked_tip":
             return None
+        bends = experiment == "free_bending" and self.base == "pneuflex"
+        if bends and (stage, form, against) == ("output", "factor", "pressure"):
+            return None  # one with that of the structure, which needs no sensor to know pressures
         if imposed and stage == "elastic" and against == "output":
             against = "pressure"  # the stretch is what drives it
         names = tuple(dict.fromkeys(self.data.of_runs(against))) if against in NAMED_AXES else ()
@@ -134,7 +139,8 @@ class Scene:
         """What the knots are, with unit."""
         noun, unit = DRIVING.get(self.data.experiment, ("pressure", "Pa"))
         if stage == "elastic":
-            return "stretch [-]"
+            rubber = self.data.experiment == "rubber"
+            return "root of the invariant J1 [-]" if rubber else "stretch [-]"
         if against == "pressure":
             return f"{noun} [{unit or '-'}]"
         if against == "output":
@@ -160,6 +166,8 @@ class Scene:
 
     def _range(self, stage: str, against: str) -> tuple[float, float]:
         if stage == "elastic" and against == "pressure":
+            if self.data.experiment == "rubber":
+                return 0.0, self.largest[0]
             linear = self.base == "linear"
             return (1.0, 2.0) if linear else (float(self.driving.min()), float(self.driving.max()))
         if stage == "elastic" or (stage, against) == ("structure", "output"):
@@ -210,26 +218,36 @@ def _even(low: float, high: float, knots: int) -> tuple[float, ...] | None:
 
 
 def _largest_load(problem: FitProblem, base: Fit) -> tuple[float, float]:
-    """Largest load [-] in a set under a fitted model, and the height [m] of the sections there."""
-    seen = [(0.0, 1.0)]
+    """Largest load [-] in a set under a fitted model, and the height [m] of the sections there.
 
-    class Seen(LoadEffect):
-        name = "seen"
-        experiments = frozenset({problem.data.experiment})
+    Where the strain is imposed: the root of the largest invariant J1 [-].
+    """
+    seen = [(0.0, 1.0)]
+    only = frozenset({problem.data.experiment})
+
+    class Load(LoadEffect):
+        name = "seen_load"
+        experiments = only
 
         def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
             seen.append((float(np.max(load)), float(np.min(shape.height))))
             return load
 
+    class Stretch(ElasticEffect):
+        name = "seen_stretch"
+        experiments = only
+
+        def stress(
+            self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Any
+        ) -> Array:
+            seen.append((float(np.max(strain.invariant)) ** 0.5, 1.0))
+            return stress
+
     likelihood = base.likelihood
-    free = [problem.classes[name] for name in dict.fromkeys(
-        p.effect for p in likelihood.parameters if p.effect
-    )]  # fmt: skip
-    forward = Forward(
-        problem.data, problem.base, free, (*problem.fixed, Seen()), joints=problem.joints
-    )
+    named = dict.fromkeys(p.effect for p in likelihood.parameters if p.effect)
+    free = [problem.classes[name] for name in named]
+    probe = Load() if problem.data.experiment in BENDING else Stretch()
+    fixed = (*problem.fixed, probe)
+    forward = Forward(problem.data, problem.base, free, fixed, joints=problem.joints)
     forward.predict(base.values[None])
-    if len(seen) == 1:  # the strain is imposed
-        stretch = max(float(problem.data.driving(run).max()) for run in problem.data.runs)
-        return stretch, 1.0
     return max(seen)

@@ -237,9 +237,9 @@ def _place(shape: Shape, stage: str, given: str) -> str:
         return f'self.around.get("{shape.against}", KNOTS[-1])'
     if (stage, shape.against) == ("output", "pressure"):
         return 'self.around.get("pressure", 0.0)'
-    if shape.against == "pressure":
-        return "strain.stretch" if stage == "elastic" else "pressure"
-    return {"elastic": "strain.stretch"}.get(stage, given)
+    if stage == "elastic":  # one law for all modes goes by the invariant
+        return "strain.invariant**0.5" if shape.experiment == "rubber" else "strain.stretch"
+    return "pressure" if shape.against == "pressure" else given
 
 
 def check_name(path: Path, force: bool) -> None:

@@ -31,7 +31,8 @@ KNOTS = (3, 5, 8, 12)  # tried for the best
 NEAR = 1.5  # held-out error over the best one's, up to which they are
 SAMPLES, OF_A_RUN = 12000, 250  # that are searched, at least so many of each run
 FITTED = 8  # candidates that are fitted as a whole
-ALIKE = 1.05  # held-out error over the best one's, within which a candidate is tied
+GOOD = 1.4  # held-out error over the best one's, up to which the simplest curve is chosen
+ALIKE = 1.05  # held-out error over that of the chosen one, up to which another is tied
 REMOVED = 0.5  # share of the excess error that a curve must remove
 
 
@@ -133,13 +134,11 @@ def _searched(problem: FitProblem, base: Scored, tell: Tell) -> list[Candidate]:
 
 
 def _in_order(found: list[Candidate]) -> list[Candidate]:
-    """The simplest of those that predict best, then the others by their error."""
-    if not found:
-        return []
-    best = min(one.error for one in found)
-    alike = [one for one in found if one.error <= ALIKE * best]
-    others = [one for one in found if one.error > ALIKE * best]
-    return sorted(alike, key=lambda one: one.cost) + sorted(others, key=lambda one: one.error)
+    """The simplest of those that predict well, then the others by their error."""
+    best = min((one.error for one in found), default=0.0)
+    good = [one for one in found if one.error <= GOOD * best]
+    others = [one for one in found if one.error > GOOD * best]
+    return sorted(good, key=lambda one: one.cost) + sorted(others, key=lambda one: one.error)
 
 
 def _words(shape: Shape) -> str:

@@ -40,8 +40,8 @@ def smooth_curve(knots: Sequence[float], values: Mapping[str, Any], place: Array
     slope[:, -1] = rise[:, -1] if len(at) < 3 else 2.0 * rise[:, -1] - slope[:, -2]
     where = np.clip(place, at[0], at[-1])
     piece = np.clip(np.searchsorted(at, where, side="right") - 1, 0, len(width) - 1)
-    lanes = np.arange(len(heights))
-    lane = lanes.reshape(-1, *[1] * (np.ndim(place) - 1)) if len(lanes) > 1 else 0
+    lanes, axes = np.arange(len(heights)), max(map(np.ndim, [place, *values.values()]))
+    lane = lanes.reshape(-1, *[1] * (axes - 1)) if len(lanes) > 1 else 0
     span = width[piece]
     x = (where - at[piece]) / span
     low, high = heights[lane, piece], heights[lane, piece + 1]

@@ -105,6 +105,7 @@ class Effect:
     arrays (1, rows, 1). Where there are no runs, as in the simulator, `around` may lack them.
     refines: the plain effects of which it is a finer form. The lab adds it on request anywhere, but
     searches it only where a stretch is imposed and only after these have fallen short.
+    fewest_runs: of a set in which it can be told from what the input does.
     not_simulated: why the simulator refuses it; empty where it acts.
     """
 
@@ -120,6 +121,7 @@ class Effect:
     physical: ClassVar[bool] = True
     axes: ClassVar[tuple[str, ...]] = ()
     refines: ClassVar[tuple[str, ...]] = ()
+    fewest_runs: ClassVar[int] = 1
     not_simulated: ClassVar[str] = ""
 
     around: Mapping[str, Any] = MappingProxyType({})

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter
+from softhand_model.effects.effect import BENDING, NO_PRESSURE, Parameter, unseen_when_stretched
 from softhand_model.effects.stages import InputEffect, Memory, lagged
 from softhand_model.numerics.arrays import Array
 
@@ -128,7 +128,8 @@ class ClockOffset(InputEffect):
     delay = offset + drift*(t - start of the run).
 
     A video that runs 0.3 s late has an offset of 0.3 s, one that runs early one below 0. Between
-    samples the pressure is a straight line; a run that does not start steady was at 0 before.
+    samples the pressure is smooth and goes up or down; a run that does not start steady was at 0
+    before.
     """
 
     name = "clock_offset"
@@ -142,7 +143,7 @@ class ClockOffset(InputEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = {
-        "uniaxial": "a testing machine has one clock for stretch and stress",
+        **unseen_when_stretched("a testing machine has one clock for stretch and stress"),
         "base_torque": "pressure, pose and torque have three clocks",
     }
     confounded_with: ClassVar[Mapping[str, str]] = {

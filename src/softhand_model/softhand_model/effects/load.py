@@ -194,6 +194,7 @@ class Ageing(LoadEffect):
 
     name = "ageing"
     experiments = RUBBER
+    fewest_runs = 2
     parameters = (
         Parameter(
             "per_run",

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from softhand_model.effects.effect import OUTPUT_UNIT, RUBBER, Parameter
+from softhand_model.effects.effect import OUTPUT_UNIT, RUBBER, STRETCHED, Parameter
 from softhand_model.effects.stages import (
     ElasticEffect,
     Memory,
@@ -19,6 +19,8 @@ from softhand_model.effects.stages import (
 )
 from softhand_model.numerics.arrays import Array
 
+ONE_SENSOR = STRETCHED | {"free_bending", "blocked_tip"}
+THREE_SENSORS: Mapping[str, str] = {"base_torque": "three torques have three sensors"}
 MEASURED = ("tip_angle", "tip_force", "stress")
 KNOTS = (1.0, 1.05, 1.12, 1.22, 1.36, 1.55, 2.0, 3.0)  # stretches
 GROWING = 0.9  # of the fall at which the elastic side would no longer grow
@@ -130,7 +132,7 @@ class CameraPerspective(OutputEffect):
         ),
     )
     unseen_in: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("blocked_tip", "uniaxial"), "no angle is measured"
+        ("blocked_tip", *sorted(STRETCHED)), "no angle is measured"
     )
     confounded_with: ClassVar[Mapping[str, str]] = {
         "modulus_scale": "alike at small angles",
@@ -148,18 +150,19 @@ class CameraPerspective(OutputEffect):
 
 
 class SensorDrift(OutputEffect):
-    """The zero of the output's sensor drifts: y_read = y + per_run*n + rate*(1 - exp(-f*t))/f.
+    """The zero of the output's sensor drifts: y_read = y + per_run*n + rate*tau*(1 - exp(-t/tau)).
 
-    f = fading, t: since the run began, n: runs of the session before it. A drift that goes on has
-    f = 0, one of a sensor that warms up f = 1 over the time it takes. A sensor that drifts on
-    between runs has its part from run to run in per_run; one that is tared before each has none.
-    Simulator and monitor are in the first run since their reset.
+    tau = settling_time, t: since the run began, n: runs of the session before it. A sensor that
+    warms up comes to rest, a drift that goes on has a tau far beyond the runs. What drifts on
+    between runs is in per_run; a sensor that is tared before each has none. Simulator and monitor
+    are in the first run since their reset.
     """
 
     name = "sensor_drift"
-    experiments = frozenset({"free_bending", "blocked_tip", "uniaxial"})
+    experiments = ONE_SENSOR
     quantity = MEASURED
     by_session = True
+    fewest_runs = 2
     parameters = (
         Parameter(
             "rate",
@@ -171,7 +174,15 @@ class SensorDrift(OutputEffect):
             neutral=0.0,
             relative=("output", -0.02, 0.02),
         ),
-        Parameter("fading", "1/s", -0.1, 10.0, "rate at which it comes to rest", (0.0, 0.3)),
+        Parameter(
+            "settling_time",
+            "s",
+            0.05,
+            1e6,
+            "time in which it comes to rest",
+            (3.0, 100.0),
+            logarithmic=True,
+        ),
         Parameter(
             "per_run",
             OUTPUT_UNIT,
@@ -183,7 +194,7 @@ class SensorDrift(OutputEffect):
             relative=("output", -0.01, 0.01),
         ),
     )
-    unseen_in: ClassVar[Mapping[str, str]] = {"base_torque": "three torques have three sensors"}
+    unseen_in: ClassVar[Mapping[str, str]] = THREE_SENSORS
     confounded_with: ClassVar[Mapping[str, str]] = {
         "angle_offset": "one with it where it has come to rest at once",
         "force_offset": "one with it where it has come to rest at once",
@@ -197,10 +208,8 @@ class SensorDrift(OutputEffect):
         """Reading in the output's unit; what was before the first sample counts as no time."""
         elapsed = memory["elapsed"] + dt if "elapsed" in memory else 0.0 * np.asarray(dt)
         memory["elapsed"] = elapsed
-        faded = self.values["fading"] * elapsed
-        small = np.abs(faded) < 1e-6
-        share = np.where(small, 1.0 - 0.5 * faded, -np.expm1(-faded) / np.where(small, 1.0, faded))
-        within = self.values["rate"] * elapsed * share
+        settling = self.values["settling_time"]
+        within = -self.values["rate"] * settling * np.expm1(-elapsed / settling)
         return np.asarray(value + within + self.values["per_run"] * memory.get("runs", 0.0))
 
 
@@ -208,7 +217,7 @@ class Saturation(OutputEffect):
     """The output's sensor ends at a limit: y_read = min(y, limit)."""
 
     name = "saturation"
-    experiments = frozenset({"free_bending", "blocked_tip", "uniaxial"})
+    experiments = ONE_SENSOR
     quantity = MEASURED
     parameters = (
         Parameter(
@@ -222,7 +231,7 @@ class Saturation(OutputEffect):
             relative=("output", 0.6, 1.0),
         ),
     )
-    unseen_in: ClassVar[Mapping[str, str]] = {"base_torque": "three torques have three sensors"}
+    unseen_in: ClassVar[Mapping[str, str]] = THREE_SENSORS
     confounded_with: ClassVar[Mapping[str, str]] = {
         "gent_stiffening": "both level the curve off, that one smoothly"
     }
