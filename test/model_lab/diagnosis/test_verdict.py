@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from scipy.stats import f as variance_ratio
 
 from model_lab.diagnosis.black_boxes import BlackBox
+from model_lab.diagnosis.errors import is_noise
 from model_lab.diagnosis.growth import Growth
 from model_lab.diagnosis.selection import Selection
 from model_lab.diagnosis.verdict import depends_on, verdict_of
@@ -140,6 +141,15 @@ def test_without_repeats_the_shape_must_come_near_the_floor(shape, answer):
     base = Said(1.3, gain=3.2)
     given = verdict(Said(shape, gain=3.0), [GENT], base, gain_known=False)
     assert (given == MISSING) == answer
+
+
+def test_gains_of_blocks_of_a_run_are_no_scatter_of_runs():
+    problem = made_up_problem(level=FLOOR, gain_known=False)
+    final = model(problem, (), Said(1.2, gain=3.0))
+    runs = tuple(replace(run, protocol="p") for run in problem.data.runs)
+    blocks = replace(problem, data=replace(problem.data, runs=runs))
+    assert blocks.data.table.holdout == "blocks"
+    assert is_noise(problem, final) and not is_noise(blocks, final)
 
 
 @pytest.mark.parametrize(("share", "answer"), [(0.34, True), (0.36, False)])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from model_lab.experiments.forward import Forward
+from model_lab.experiments.forward import Forward, not_searched
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen
 from softhand_model.effects import effect_classes
 
@@ -95,3 +95,31 @@ def test_specimen_without_a_size_is_named():
     lacking = MeasurementSet("free_bending", "", broken, data.runs)
     with pytest.raises(ValueError, match=r"specimens.b: expected the key wall \[m\]"):
         Forward(lacking)
+
+
+def pulled(*courses):
+    """A set of strips that are pulled along such stretches over times (time, stretch)."""
+    runs = tuple(
+        Run(f"r{k}", "s", f"p{k}", 293.15, {"time": t, "stretch": x, "stress": 0.0 * t})
+        for k, (t, x) in enumerate(courses)
+    )
+    return MeasurementSet("uniaxial", "", {"s": Specimen("s")}, runs)
+
+
+TIME = np.linspace(0.0, 10.0, 101)
+RAMP = (TIME, 1.0 + 0.2 * TIME)
+
+
+@pytest.mark.parametrize(
+    ("courses", "searched"),
+    [
+        ([RAMP, RAMP], False),
+        ([RAMP, (4.0 * TIME, RAMP[1])], True),  # another rate
+        ([(TIME, 1.0 + 0.2 * np.minimum(TIME, 5.0))], True),  # it rests
+        ([(TIME, 2.0 - 0.2 * np.abs(TIME - 5.0))], True),  # it returns
+    ],
+)
+def test_what_depends_on_time_is_not_sought_where_the_input_tells_the_time(courses, searched):
+    data = pulled(*courses)
+    assert (not_searched(EFFECTS["viscoelasticity"], data, "pneuflex") is None) == searched
+    assert not_searched(EFFECTS["yeoh_stiffening"], data, "pneuflex") is None

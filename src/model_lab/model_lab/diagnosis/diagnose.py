@@ -142,7 +142,7 @@ def _judged(
     black_boxes = _black_boxes(problem, base, final)
     verdict = verdict_of(problem, selection, black_boxes)
     named = final if verdict == EFFECTS_MISSING else base
-    helped = helping(problem, base, selection.growth) if verdict == UNEXPLAINED else ()
+    helped = helping(base, selection.growth) if verdict == UNEXPLAINED else ()
     added = [name for name in named.effects if name not in base.effects]
     floor = problem.floor
     rest = excess(problem, named)

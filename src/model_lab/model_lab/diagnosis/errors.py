@@ -8,6 +8,7 @@ from scipy.stats import f as variance_ratio
 from model_lab.aliases import Array, Mask
 from model_lab.diagnosis.search import Scored
 from model_lab.fitting.problem import FitProblem
+from model_lab.measurements.sample_table import BLOCKS
 
 FEWEST_FOLDS = 3
 MATERIAL = 1.12  # held-out error over the floor beyond which something is worth looking for
@@ -75,6 +76,8 @@ def is_noise(problem: FitProblem, scored: Scored) -> bool:
     if floor.gain_known:
         # of the fit: what is held out differs by what few runs do to the parameters
         return beyond_repeats(problem, scored.fit.residual) >= LIKELY
+    if problem.data.table.holdout == BLOCKS:  # of one run, whose gain is no scatter
+        return False
     return shape_error(problem, scored) <= SHAPE_MARGIN * floor.total
 
 

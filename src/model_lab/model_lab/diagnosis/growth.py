@@ -10,7 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from model_lab.diagnosis.errors import excess, is_noise, material, share_left
+from model_lab.diagnosis.errors import (
+    NEAR_FLOOR,
+    error_of,
+    excess,
+    is_noise,
+    material,
+    share_left,
+)
 from model_lab.diagnosis.search import Scored, Unseen, score_without
 from model_lab.fitting.problem import FitProblem
 
@@ -126,7 +133,8 @@ def _best(problem: FitProblem, models: Sequence[Scored]) -> Scored:
 
     Likelihood hangs on shapes; an effect that tells runs apart shows in the error.
     """
-    return next((scored for scored in models if not material(problem, scored)), models[0])
+    near = NEAR_FLOOR * problem.floor.total
+    return next((scored for scored in models if error_of(problem, scored) <= near), models[0])
 
 
 def _is_better(problem: FitProblem, larger: Scored, smaller: Scored, threshold: float) -> bool:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from model_lab.aliases import Array
 from model_lab.diagnosis.growth import Growth
 from model_lab.diagnosis.search import Scored, score_with
 from model_lab.fitting.problem import FitProblem
 
 HALF = 0.5  # held-out error after an effect over the error before, at which it helps
 MOST_FOLDS = 2 / 3  # in which it must do so
-RETURNED = 0.1  # of its range, by which an input falls that comes back
 
 
 def path(problem: FitProblem, base: Scored, growth: Growth) -> tuple[Scored, ...]:
@@ -29,33 +27,18 @@ def path(problem: FitProblem, base: Scored, growth: Growth) -> tuple[Scored, ...
     return (*found, growth.final)
 
 
-def helping(problem: FitProblem, base: Scored, growth: Growth) -> tuple[Scored, ...]:
+def helping(base: Scored, growth: Growth) -> tuple[Scored, ...]:
     """Models with the effects that, in this order, each lower the held-out error by half or more
     beyond chance and in most folds, though much is left.
-
-    Where the input only rises, an effect with memory is a mere curve, and stands for nothing.
     """
     found, before = [], base
-    returns = any(_returns(problem.data.driving(run)) for run in problem.data.runs)
     for models in growth.sizes:
-        better = [
-            s
-            for s in models
-            if s.effects[:-1] == before.effects
-            and _helps(s, before)
-            and (returns or not problem.classes[s.added].has_memory)
-        ]
+        better = [s for s in models if s.effects[:-1] == before.effects and _helps(s, before)]
         if not better:
             break
         before = better[0]
         found.append(before)
     return tuple(found)
-
-
-def _returns(driving: Array) -> bool:
-    """Whether an input (samples,) falls again after it has risen."""
-    fall = float(np.max(np.maximum.accumulate(driving) - driving, initial=0.0))
-    return fall > RETURNED * float(np.ptp(driving))
 
 
 def _helps(after: Scored, before: Scored) -> bool:

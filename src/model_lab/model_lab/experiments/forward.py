@@ -28,8 +28,8 @@ Calibration = Mapping[str, float | Mapping[str, float]]
 
 MODULUS_RANGE, USUAL_MODULUS = (0.85, 1.15), (0.9, 1.1)
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
-ALIKE, ONE_RATE = 0.05, 0.3  # of a stretch's range and rate, within which it goes one way, evenly
 FREE_MODULUS, USUAL_FREE = (0.02, 50.0), (0.5, 2.0)  # where the modulus is what is sought
+STRAIGHT, ONE_RATE = 0.05, 3.0  # departure of a ramp from a line over its span; factor of rates
 WIDEST, USUAL = 4.0, 0.2  # of coefficients about their least-squares start, over their size
 
 
@@ -187,29 +187,27 @@ def not_searched(effect: type[Effect], data: MeasurementSet, base: str) -> str |
     """Why the search for what is missing leaves out an effect; None if it takes part."""
     if effect.refines and not data.stretched:
         return f"a finer form of {effect.refines[0]}: tests of the rubber alone tell them apart"
-    if effect.has_memory and data.stretched and data.has_time and _goes_one_way(data):
-        return "the stretch goes one way, at one rate: memory would pass for a law of the rubber"
-    return inapplicable(effect, data, base)
+    reason = inapplicable(effect, data, base)
+    if reason is None and effect.has_memory and _is_clock(data):
+        return "the input rises evenly, at one rate: time and input are one"
+    return reason
 
 
-def _goes_one_way(data: MeasurementSet) -> bool:
-    """Whether nothing is stretched back, nor faster than anything else."""
-    rates = []
+def _is_clock(data: MeasurementSet) -> bool:
+    """Whether the input tells the time: it rises in straight lines of about one rate."""
+    if data.experiment == "base_torque":  # which the tip's pose drives too
+        return False
+    rest, rates = 1.0 if data.stretched else 0.0, []
     for run in data.runs:
-        time, stretch = run.columns["time"], np.abs(run.columns["stretch"] - 1.0)
-        back = np.max(np.maximum.accumulate(stretch) - stretch)
-        if run.steady or back > ALIKE * np.ptp(stretch):
+        time, driving = run.columns["time"], np.abs(data.driving(run) - rest)
+        duration, span = float(np.ptp(time)), float(np.ptp(driving))
+        if not duration * span > 0.0:
             return False
-        rates += [np.ptp(part) / np.ptp(when) for part, when in _halves(stretch, time)]
-    return bool(max(rates) <= (1.0 + ONE_RATE) * min(rates))
-
-
-def _halves(stretch: Array, time: Array) -> list[tuple[Array, Array]]:
-    """Two halves of a run, of stretch and time; the whole if it has too few readings."""
-    middle = len(time) // 2
-    if middle < 2:
-        return [(stretch, time)]
-    return [(stretch[:middle], time[:middle]), (stretch[middle:], time[middle:])]
+        line = driving[0] + (driving[-1] - driving[0]) * (time - time[0]) / duration
+        if driving[-1] <= driving[0] or np.max(np.abs(driving - line)) > STRAIGHT * span:
+            return False
+        rates.append(span / duration)
+    return max(rates) < ONE_RATE * min(rates)
 
 
 def check_applicable(effect: type[Effect], data: MeasurementSet, base: str) -> None:
