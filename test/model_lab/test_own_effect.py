@@ -92,7 +92,7 @@ BROKEN = {
     "no class": ("x = 1\n", "with a name, got none"),
     "no method": (
         "name = 'odd'",
-        "expected a method of its stage, act_on_load, modulus_factor or age_factor",
+        "expected a method of its stage, act_on_load or modulus_factor",
     ),
     "no experiment": (
         "name = 'odd'\n    def modulus_factor(self, t): return 1.0",

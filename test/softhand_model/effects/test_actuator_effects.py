@@ -6,7 +6,7 @@ from scipy.integrate import quad
 
 from softhand_model.effects import Parameter, effect_classes
 from softhand_model.effects.pipeline import StagedEffects
-from softhand_model.effects.stages import Age, Strain
+from softhand_model.effects.stages import Strain
 
 EFFECTS = effect_classes()
 PRESSURE = np.array([-5e3, 0.0, 10e3, 20e3, 40e3])
@@ -32,11 +32,10 @@ def test_ballooning_multiplies_the_load_about_its_onset_and_levels_off():
 
 def test_rubber_ages_from_run_to_run_and_never_to_nothing():
     ageing = effect("ageing", per_run=-0.03)
-    assert ageing.age_factor(np.array([0.0, 10.0, 100.0])) == pytest.approx([1.0, 0.7, 0.01])
-    warm = effect("temperature_modulus", coefficient=0.01)
-    staged = StagedEffects([ageing, warm], Age(specimen=np.array([0.0, 10.0])))
-    assert staged.modulus_factor(np.array(303.15)) == pytest.approx([1.1, 0.77])
-    assert float(StagedEffects([ageing]).modulus_factor(np.array(293.15))) == 1.0
+    staged = StagedEffects([ageing, effect("temperature_modulus", coefficient=0.01)])
+    assert float(staged.modulus_factor(np.array(293.15))) == 1.0  # in the first run, if not told
+    ageing.around = {"run_order": np.array([1.0, 11.0, 101.0])}
+    assert staged.modulus_factor(np.array(303.15)) == pytest.approx([1.1, 0.77, 0.011])
 
 
 def test_creep_under_a_held_stretch_is_a_logarithm_of_time():
@@ -89,9 +88,10 @@ def test_a_camera_aslant_sees_a_direction_projected_and_right_angles_as_they_are
     assert camera.reading(right, {}, 0.0) == pytest.approx(right)
 
 
-def drifting(steps, value=0.0, age=None, **values):
-    """Readings of a sensor that drifts, after each of the steps [s]."""
-    staged = StagedEffects([effect("sensor_drift", **values)], age)
+def drifting(steps, value=0.0, before=0.0, **values):
+    """Readings of a sensor that drifts, after each of the steps [s], with so many runs before."""
+    staged = StagedEffects([effect("sensor_drift", **values)])
+    staged.output[0].around = {"session": np.asarray(before)}
     return [np.asarray(staged.reading("tip_force", np.asarray(value), dt)) for dt in steps]
 
 
@@ -109,7 +109,7 @@ def test_a_drift_goes_on_from_run_to_run_and_a_long_rest_before_a_run_is_none():
         rate=0.01,
         settling_time=1e6,
         per_run=-0.1,
-        age=Age(session=np.array([0.0, 3.0])),
+        before=[0.0, 3.0],
     )
     assert late[0] == pytest.approx([0.0, -0.3])
     assert late[1] == pytest.approx([0.02, -0.28], rel=1e-4)

@@ -72,7 +72,7 @@ class BaseTorque:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Torques (lanes, samples) [N m]: calibration (lanes,) by name, effects in lanes."""
-        staged = StagedEffects(effects, self._rows.age)
+        staged = StagedEffects(effects)
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * self._rows.modulus_factor(staged)
         pressure = self._rows.chamber_pressure(staged, self._pressure)

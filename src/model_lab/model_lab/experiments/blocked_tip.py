@@ -48,7 +48,7 @@ class BlockedTip:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Tip forces (lanes, samples) [N]: calibration (lanes,) by name, effects in lanes."""
-        staged, rows = StagedEffects(effects, self._rows.age), self._rows
+        staged, rows = StagedEffects(effects), self._rows
         modulus = modulus_of_runs(self._data, calibration)
         modulus = modulus * rows.modulus_factor(staged)
         force = self._force(staged, modulus, rows.chamber_pressure(staged, self._pressure))

@@ -67,7 +67,7 @@ class LinearBase:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Outputs (lanes, samples): calibration (lanes,) by name, effects in lanes."""
-        staged, rows = StagedEffects(effects, self._rows.age), self._rows
+        staged, rows = StagedEffects(effects), self._rows
         names = [f"coefficient[{run.specimen}]" for run in self._data.runs]
         slopes = np.stack(
             np.broadcast_arrays(*(np.atleast_1d(calibration[name]) for name in names)), axis=1

@@ -14,7 +14,6 @@ from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
-from softhand_model.effects.stages import Age
 
 Step = Callable[[Array, Array], Array]
 """Output (lanes, runs, 1) at the end of a step, given the input (lanes, runs, 1) at its end and its
@@ -42,17 +41,10 @@ def modulus_of_runs(data: MeasurementSet, calibration: Mapping[str, Array]) -> A
     return np.stack(np.broadcast_arrays(*scales), axis=1)[:, :, None]
 
 
-def _age(data: MeasurementSet) -> Age:
-    """Age (1, runs, 1) of specimens and session at the start of each run."""
-    of_specimen = np.array(data.of_runs("run_order")) - 1.0
-    numbers = np.array([of_specimen, range(len(data.runs))], float)
-    return Age(*numbers[:, None, :, None])
-
-
 class SampleRows:
     """Rows of arrays (lanes, rows, sections): the samples of a set, one run after the other.
 
-    run (rows,): index of the run of each sample. age: of specimen and session at each run's start.
+    run (rows,): index of the run of each sample.
     """
 
     def __init__(self, data: MeasurementSet) -> None:
@@ -65,7 +57,6 @@ class SampleRows:
         self._tick = np.arange(len(self.run)) - self._starts[self.run]
         self._steady = np.array([run.steady for run in data.runs])[:, None]
         self._axes: dict[str, NDArray[Any]] = {}
-        self.age = _age(data)
 
     def column(self, name: str) -> Array:
         """A column (1, rows, 1)."""

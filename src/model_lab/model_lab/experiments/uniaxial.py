@@ -49,7 +49,7 @@ class Uniaxial:
 
     def predict(self, calibration: Mapping[str, Array], effects: Sequence[Effect]) -> Array:
         """Stresses (lanes, samples) [Pa]: calibration (lanes,) by name, effects in lanes."""
-        staged = StagedEffects(effects, self._rows.age)
+        staged = StagedEffects(effects)
         scale = modulus_of_runs(self._data, calibration)
         modulus = self._modulus * scale * self._rows.modulus_factor(staged)
         stress = modulus[:, self._rows.run] * imposed(

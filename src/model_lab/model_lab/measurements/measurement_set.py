@@ -162,9 +162,12 @@ class MeasurementSet:
         return run.columns["pressure"]
 
     def of_runs(self, axis: str) -> list[Any]:
-        """Value of each run on an axis: run_order (its number among the runs of its specimen, from
-        1; `virgin` begins anew), temperature [K], mode, wall [m], mount or specimen.
+        """Value of each run on an axis: session (runs before, of any specimen), run_order (its
+        number among those of its specimen, from 1; `virgin` begins anew), temperature [K], mode,
+        wall [m], mount or specimen.
         """
+        if axis == "session":
+            return [float(before) for before in range(len(self.runs))]
         if axis == "run_order":
             return self._run_order()
         if axis == "temperature":

@@ -28,7 +28,10 @@ OUTPUT_UNIT = "[y]"  # of parameters in the unit of whatever output is measured
 BENDING = frozenset({"free_bending", "blocked_tip", "base_torque"})
 STRETCHED = frozenset({"uniaxial", "rubber"})  # the stretch of a sample is imposed
 RUBBER = BENDING | STRETCHED  # wherever the rubber is strained
-AXES = ("pressure", "run_order", "temperature", "wall", "mount", "specimen")  # of an effect
+AXES = (
+    *("pressure", "session", "run_order", "temperature"),
+    *("wall", "mount", "specimen"),
+)  # of an effect; session: runs before, of any specimen
 
 
 def unseen_when_stretched(reason: str) -> dict[str, str]:

@@ -194,6 +194,7 @@ class Ageing(LoadEffect):
 
     name = "ageing"
     experiments = RUBBER
+    axes = ("run_order",)
     fewest_runs = 2
     parameters = (
         Parameter(
@@ -213,8 +214,9 @@ class Ageing(LoadEffect):
         "sensor_drift": "alike where outputs hardly differ",
     }
 
-    def age_factor(self, runs: Array) -> Array | float:
+    def modulus_factor(self, temperature: Array) -> Array | float:
         """Shear modulus over that of the first run."""
+        runs = np.asarray(self.around.get("run_order", 1.0)) - 1.0
         return np.maximum(1.0 + self.values["per_run"] * runs, 0.01)
 
 

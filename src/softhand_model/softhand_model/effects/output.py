@@ -161,7 +161,7 @@ class SensorDrift(OutputEffect):
     name = "sensor_drift"
     experiments = ONE_SENSOR
     quantity = MEASURED
-    by_session = True
+    axes = ("session",)
     fewest_runs = 2
     parameters = (
         Parameter(
@@ -210,7 +210,7 @@ class SensorDrift(OutputEffect):
         memory["elapsed"] = elapsed
         settling = self.values["settling_time"]
         within = -self.values["rate"] * settling * np.expm1(-elapsed / settling)
-        return np.asarray(value + within + self.values["per_run"] * memory.get("runs", 0.0))
+        return np.asarray(value + within + self.values["per_run"] * self.around.get("session", 0.0))
 
 
 class Saturation(OutputEffect):

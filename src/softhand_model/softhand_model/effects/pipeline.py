@@ -10,7 +10,6 @@ import numpy as np
 
 from softhand_model.effects.effect import STAGES, Effect
 from softhand_model.effects.stages import (
-    Age,
     ElasticEffect,
     FlowEffect,
     InputEffect,
@@ -47,11 +46,11 @@ class StagedEffects:
     """Effects in the order in which they act, and what they remember.
 
     Arrays are (lanes, rows, sections) as in `effects.stages`. memory: by effect name; `reset`
-    empties it: at rest at zero pressure. age: of specimen and session as the rows begin.
+    empties it: at rest at zero pressure.
     """
 
-    def __init__(self, effects: Iterable[Effect] = (), age: Age | None = None) -> None:
-        self.all, self._age = in_order(effects), age or Age()
+    def __init__(self, effects: Iterable[Effect] = ()) -> None:
+        self.all = in_order(effects)
         self.input = _of(self.all, InputEffect)
         self.load = _of(self.all, LoadEffect)
         self.elastic = _of(self.all, ElasticEffect)
@@ -63,9 +62,6 @@ class StagedEffects:
     def reset(self) -> None:
         """Forget everything."""
         self.memory: dict[str, Memory] = {effect.name: {} for effect in self.all}
-        for effect in self.output:
-            if effect.by_session:
-                self.memory[effect.name]["runs"] = self._age.session
 
     @property
     def delays(self) -> bool:
@@ -83,11 +79,10 @@ class StagedEffects:
         return read
 
     def modulus_factor(self, temperature: Array) -> Array | float:
-        """Shear modulus over its nominal value at a temperature [K], and at the specimen's age."""
+        """Shear modulus over its nominal value at a temperature [K]."""
         factor: Array | float = 1.0
         for effect in self.load:
             factor = factor * effect.modulus_factor(temperature)
-            factor = factor * effect.age_factor(np.asarray(self._age.specimen, float))
         return factor
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:

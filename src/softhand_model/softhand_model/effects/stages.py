@@ -47,14 +47,6 @@ class SectionShape:
 
 
 @dataclass(frozen=True)
-class Age:
-    """How many runs were before, of the specimen and in the session: arrays that broadcast."""
-
-    specimen: Array | float = 0.0
-    session: Array | float = 0.0
-
-
-@dataclass(frozen=True)
 class Strain:
     """How the rubber is strained: stretch lambda [-], and what follows from it in a mode.
 
@@ -156,10 +148,6 @@ class LoadEffect(Effect):
         """Shear modulus at a temperature [K] over the nominal one; divides load, stiffens joint."""
         return 1.0
 
-    def age_factor(self, runs: Array) -> Array | float:
-        """Shear modulus of a specimen that has had so many runs, over that of a new one."""
-        return 1.0
-
 
 class ElasticEffect(Effect):
     """What balances the load: the base is q(lambda); factors run before added terms.
@@ -223,13 +211,10 @@ class StructureEffect(Effect):
 class OutputEffect(Effect):
     """What a sensor shows of the true value; `quantity` is the measured column it belongs to, or
     several of which a set has one.
-
-    by_session: whether its memory begins with `runs`, how many runs the session had before.
     """
 
     stage: ClassVar[str] = "output"
     quantity: ClassVar[str | tuple[str, ...]] = ""
-    by_session: ClassVar[bool] = False
 
     def shows(self, column: str) -> bool:
         """Whether it belongs to the sensor of a measured column."""
