@@ -93,7 +93,8 @@ def test_noise_whose_level_few_coefficients_tell_is_drawn_wider():
     change = np.zeros_like(first.change)
     change[0, 0] = 1.0  # the gain of one of four runs
     drawn = null_maxima([replace(first, change=change)], problem.spectrum, seed=0)
-    # normal over the root of chi square over eight, four of them of the floor: Student's t, squared
+    # normal over the root of chi square over four runs and as many of the floor's
+    # pseudo-observations: Student's t, squared
     assert np.quantile(drawn, 0.9) == pytest.approx(1.860**2, rel=0.15)
 
 
