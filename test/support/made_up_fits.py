@@ -26,9 +26,8 @@ def made_up_problem(folds=6, gain_known=True, dof=6.0, level=1.0):
     data = toy_set(np.random.default_rng(0), runs=2 * folds, samples=SAMPLES)
     spectrum = make_spectrum(data.table, np.ones(data.table.samples))
     bands = np.ones(spectrum.band_count)
-    floor = NoiseFloor(
-        level, level, 0.0, level, level**2 * bands, dof * bands, REPEATS if gain_known else STATED
-    )
+    seen, source = (dof, REPEATS) if gain_known else (0.0, STATED)
+    floor = NoiseFloor(level, level, 0.0, level, level**2 * bands, seen * bands, source)
     return FitProblem(data, "toy", (), effect_classes(), spectrum, floor, {})
 
 

@@ -18,7 +18,7 @@ from scipy.fft import dct
 from scipy.stats import chi2
 
 from model_lab.aliases import Array, IntArray, Mask
-from model_lab.fitting.smoothing import SHORTEST_SPLINE, short_spline_rest, spline_square
+from model_lab.fitting.smoothing import short_spline_rest, spline_square
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import SampleTable, Series
 
@@ -297,7 +297,9 @@ def _repeated(series: tuple[Series, ...]) -> list[list[Series]]:
 def _spline_levels(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> Array:
     """One sigma (outputs,) of what smoothing splines through pieces of the series leave."""
     if data.stretched and _has_short_runs(spectrum.table):
-        return _short_series_level(data, spectrum, residual)
+        level = _short_series_level(data, spectrum, residual)
+        if level is not None:
+            return np.array([level])
     outputs = int(spectrum.band_output.max()) + 1
     levels = []
     for output in range(outputs):
@@ -324,21 +326,16 @@ def _unseen_gain(spectrum: Spectrum) -> float:
     return float(UNREPEATED**2 * np.mean(squares))
 
 
-def _short_series_level(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> Array:
-    """One sigma (1,) of what splines over the stretch leave of a few readings at uneven stretches,
-    over all runs, with the freedom that the splines use up.
+def _short_series_level(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> float | None:
+    """One sigma of what splines over the stretch leave of a few readings at uneven stretches, over
+    all runs, with the freedom that the splines use up; None where stretches are too few or alike.
     """
     squares, freedom = 0.0, 0.0
     for course in spectrum.table.courses:
         stretch = data.driving(data.runs[course.run])
         part = short_spline_rest(stretch, residual[course.samples])
         squares, freedom = squares + part[0], freedom + part[1]
-    if freedom < FEWEST_FREE:
-        raise ValueError(
-            "noise floor: expected repeats, `noise` in experiment.yaml, or runs of at least "
-            f"{SHORTEST_SPLINE} different stretches that tell noise from course, got none of them"
-        )
-    return np.sqrt(np.array([squares / freedom]))
+    return float(np.sqrt(squares / freedom)) if freedom >= FEWEST_FREE else None
 
 
 def _pieces(start: int, stop: int) -> list[tuple[int, int]]:
