@@ -32,6 +32,13 @@ STRONG = {
     "mullins_softening": {"softening": 0.3, "stretch_scale": 0.2},
     "viscoelasticity": {"relative_modulus": 0.4, "relaxation_time": 0.5},
     "hysteresis": {"relative_pressure": 0.2, "stretch_scale": 0.1},
+    "arruda_boyce": {"links": 3.0},
+    "ogden": {"exponent": 4.0},
+    "second_invariant": {"ratio": 2.0},
+    "yeoh_third_order": {"c3": 0.05},
+    "creep": {"rate": 0.12, "onset_time": 0.05},
+    "chamber_contact": {"gain": 2.0, "onset": 20e3},
+    "ballooning": {"gain": 1.0, "onset": 20e3, "sharpness": 6.0},
     "side_wall_integral": {},
     "actuation_nonlinearity": {"a": 6.0, "p0": 60e3},
     "discrepancy": {"a1": 0.3, "a2": -0.2, "a3": 0.4, "a4": 0.1, "a5": 0.0, "a6": 0.0, "a7": 0.0},
@@ -41,7 +48,11 @@ STRONG = {
 SHAPED = [
     name
     for name, one in EFFECTS.items()
-    if "free_bending" in one.experiments and one.stage != "output" and name != "gravity"
+    if "free_bending" in one.experiments
+    and one.stage != "output"
+    and not one.not_simulated
+    and name
+    not in ("gravity", "ageing")  # the one acts through the engine, the other in later runs
 ]
 
 

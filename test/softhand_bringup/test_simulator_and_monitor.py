@@ -27,8 +27,18 @@ VALUES = {
     "angle_offset": {"offset": 0.1},
     "angle_sensor_lag": {"time_constant": 0.3},
     "dead_zone": {"threshold": 4e3},
+    "arruda_boyce": {"links": 3.0},
+    "ballooning": {"gain": 1.0, "onset": 20e3, "sharpness": 6.0},
+    "camera_perspective": {"foreshortening": 0.6},
+    "chamber_contact": {"gain": 2.0, "onset": 20e3},
+    "creep": {"rate": 0.12, "onset_time": 0.05},
     "gent_stiffening": {"jm": 4.0},
     "hysteresis": {"relative_pressure": 0.2, "stretch_scale": 0.05},
+    "ogden": {"exponent": 4.0},
+    "saturation": {"limit": 0.8},
+    "second_invariant": {"ratio": 2.0},
+    "sensor_drift": {"rate": 0.1, "settling_time": 100.0, "per_run": 0.0},
+    "yeoh_third_order": {"c3": 0.05},
     "mullins_softening": {"softening": 0.3, "stretch_scale": 0.2},
     "pressure_gain": {"gain": 1.2},
     "pressure_offset": {"offset": 3e3},
@@ -40,6 +50,8 @@ VALUES = {
     "yeoh_stiffening": {"c2": 0.1},
 }
 SILENT = {"gravity", "temperature_modulus", "discrepancy"}  # at room temperature; no physics
+SILENT |= {"ageing"}  # in the first run
+REFUSED = {"clock_offset"}  # by the simulator
 
 
 def model_file(folder, entry):
@@ -86,7 +98,7 @@ def rms(values):
 
 def test_every_effect_of_a_finger_that_bends_freely_is_tried():
     free = {n for n, c in effect_classes().items() if "free_bending" in c.experiments}
-    assert free == VALUES.keys() | SILENT
+    assert free == VALUES.keys() | SILENT | REFUSED
 
 
 @pytest.mark.parametrize("name", VALUES)

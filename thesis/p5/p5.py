@@ -62,7 +62,7 @@ class Parameters:
     """Options of the experiment."""
 
     pressure: float = option(210e3, "of the flexed fingers, gauge [Pa]")
-    model: str = option("", "model file that is tried too, such as of a rubber that was tested")
+    model: str = option("", "model file that is tried too, such as of a rubber that was tested [-]")
 
     def __post_init__(self) -> None:
         if not 0.0 < self.pressure <= P5.max_pressure:

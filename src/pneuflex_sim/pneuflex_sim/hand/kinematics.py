@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.dynamics.chain import not_placed, place_links
 from pneuflex_sim.hand.layout import HandLayout
+from softhand_model.effects import OutputEffect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.model_file import Model
 
@@ -80,9 +81,8 @@ class TipSensors:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        self.active = any(
-            getattr(effect, "quantity", "") == QUANTITY for effect in model.stage("output")
-        )
+        shown = (e for e in model.stage("output") if isinstance(e, OutputEffect))
+        self.active = any(effect.shows(QUANTITY) for effect in shown)
         self.reset()
 
     def reset(self) -> None:

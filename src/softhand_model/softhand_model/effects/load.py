@@ -132,7 +132,7 @@ class ChamberContact(LoadEffect):
     rank = 1
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-] with that of the chambers on one another."""
+        """Load [-] with that of the chambers on one another, at a chamber pressure [Pa]."""
         above = np.maximum(pressure / self.values["onset"] - 1.0, 0.0)
         return load * (1.0 + self.values["gain"] * above)
 
@@ -179,7 +179,7 @@ class Ballooning(LoadEffect):
     }
 
     def act_on_load(self, load: Array, pressure: Array, shape: SectionShape) -> Array:
-        """Load [-] of the swollen chambers."""
+        """Load [-] of the swollen chambers at a pressure [Pa]."""
         logarithm = np.log(np.maximum(pressure, 1e-9) / self.values["onset"])
         come = 0.5 * (1.0 + np.tanh(0.5 * self.values["sharpness"] * logarithm))
         return load * (1.0 + self.values["gain"] * come)
