@@ -26,6 +26,7 @@ SMALLEST_SIGNATURE = 0.25  # of the noise floor: what an effect must change to b
 LARGEST_PARTS = 2  # effects that are fitted for the part of the error that they promise
 UNRESOLVED = 0.5  # of the time between samples
 KNOWN, KNOWN_FACTOR = 0.6, 0.8  # standard error over a value, or of its logarithm
+KNOWN_BESIDE = 1.0 / 3.0  # the former of an effect beside others: what is left invites small ones
 
 
 @dataclass(frozen=True)
@@ -222,11 +223,12 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
     after = fit(likelihood, first)
     gained = before.fit.deviance - after.deviance
     kind = problem.classes[effect]
-    known = before.known and is_known(after, kind) and is_resolved(problem.data, after, kind)
+    resolved = is_resolved(problem.data, after, kind)
+    known = before.known and resolved and is_known(after, kind, bool(before.effects))
     return Scored(effects, after, hold_out(after), known, gained, found)
 
 
-def is_known(fit: Fit, effect: type[Effect]) -> bool:
+def is_known(fit: Fit, effect: type[Effect], beside: bool = False) -> bool:
     """Whether any parameter of an effect is known: its standard error tells it from no effect.
 
     Where none is, a term grows without bound against another, and stands for neither.
@@ -236,7 +238,8 @@ def is_known(fit: Fit, effect: type[Effect]) -> bool:
     for parameter in effect.parameters:
         index = place[f"{effect.name}.{parameter.name}"]
         distance = abs(fit.values[index] - (parameter.neutral or 0.0))
-        allowed = KNOWN_FACTOR if scales.logarithmic[index] else KNOWN * distance
+        share = KNOWN_BESIDE if beside else KNOWN
+        allowed = KNOWN_FACTOR if scales.logarithmic[index] else share * distance
         if spread[index] < allowed:
             return True
     return not effect.parameters
