@@ -67,8 +67,8 @@ class Errors:
     standard errors, fitted anew, so that every protocol (or block, as `holdout` says) is predicted
     without its own data. calibration: the one of as_is.
 
-    data: the set as it was judged, table: of its samples. residual_as_is, residual (samples,): residual is the
-    held-out one.
+    data: the set as it was judged; table: of its samples. residual_as_is, residual (samples,):
+    residual is the held-out one.
     """
 
     model: Model

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from model_lab.aliases import Array, Mask
+from model_lab.aliases import Array, Indices, Mask
 from model_lab.experiments.base_torque import BaseTorque
 from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
@@ -106,7 +106,8 @@ class Forward:
         self._free = in_order(effects)
         for effect in [*map(type, self._fixed), *self._free]:
             check_applicable(effect, data, base)
-        driven, self._own = with_jumps(data) if data.jumps else (data, slice(None))
+        driven, own = with_jumps(data) if data.jumps else (data, None)
+        self._own: Indices | slice = slice(None) if own is None else own
         self._experiment = experiment_of(driven, base, springs, joints)
         known = self._experiment.calibration([*self._free, *self._fixed])
         self._calibration = {**known, **_named(calibration or {}, known)}

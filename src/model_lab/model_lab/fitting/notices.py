@@ -40,8 +40,9 @@ class Notice:
     """Something odd: `repeats`, `line`, `wild_samples`, `drift` or `held_input`.
 
     value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
-    unit of the outputs; number of jumps. size: root mean square, or mean of absolute values, in that unit. text: a
-    clause that says it. x, y: the points that show it; marked: indices of those that stand out.
+    unit of the outputs; number of jumps. size: root mean square, or mean of absolute values, in
+    that unit. text: a clause that says it. x, y: the points that show it; marked: indices of those
+    that stand out.
     """
 
     kind: str
