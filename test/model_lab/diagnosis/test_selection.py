@@ -143,7 +143,7 @@ def test_of_two_that_explain_as_much_the_one_in_its_usual_range_is_named(choose,
 
     def unusual(landscape, before, effect):
         scored = made(landscape, before, effect)
-        return replace(scored, unusual=10.0) if effect == "a" else scored
+        return replace(scored, unusual=6.0) if effect == "a" else scored
 
     monkeypatch.setattr(Landscape, "_one", unusual)
     chosen = choose(models)[0]

@@ -109,15 +109,17 @@ def _as_near(
     problem: FitProblem, others: Sequence[Scored], final: Scored, gained: float
 ) -> tuple[str, ...]:
     """Names of models, nearest first, that explain as much as the final one, which gains so much
-    deviance; and of few that would but for the form of an equation.
+    deviance; and of few that would but for the form of an equation. What is unlikely besides
+    its error is none of them.
     """
-    behind = {s.added: criterion(s) - criterion(final) for s in others}
+    likely = [s for s in others if s.unusual - final.unusual < TIE]
+    behind = {s.added: criterion(s) - criterion(final) for s in likely}
     tied = {
         s.added
-        for s in others
+        for s in likely
         if behind[s.added] < max(TIE, TIE_SHARE * gained) or _as_good(problem, s, final)
     }
-    for scored in others:
+    for scored in likely:
         if len(tied) < FEW and scored.plausible and behind[scored.added] < OTHER_FORM * gained:
             tied.add(scored.added)
     return tuple(name for name in behind if name in tied)
