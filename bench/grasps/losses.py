@@ -12,7 +12,7 @@ from bench.grasps.steps import scattered
 from bench.row import at_most, stated
 from grasp_strategies.sweep import TrialLine, run_line
 from grasp_strategies.sweep.cluster import LARGEST_BATCH
-from grasp_strategies.sweep.trial_line import Record
+from grasp_strategies.sweep.line import Record
 
 KILLS = ("test_kill.py", "test_cluster.py")
 KILLS_LIMIT = 900.0  # [s]
