@@ -13,6 +13,7 @@ import numpy as np
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
 from model_lab.diagnosis.errors import excess
+from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
     EFFECTS_MISSING,
@@ -181,6 +182,7 @@ def _judged(
         story=story(problem, base, selection.growth) if added else (),
         notices=tuple(notice.as_json() for notice in odd),
         helps=tuple(Help(scored.added, scored.held_out.rmse) for scored in helped),
+        evidence=evidence_of(problem, selection, black_boxes, len(odd)),
     )
     return Outcome(diagnosis, problem, selection, black_boxes, odd)
 
