@@ -171,6 +171,26 @@ def shown(records: Sequence[Record], found: Mapping[str, Any]) -> dict[str, Any]
     }
 
 
+def words_of(document: Mapping[str, Any]) -> str:
+    """Coefficients in words: what they were fitted to, and how they did on other sets."""
+    fit, proof = document["fitted_to"], document["shown_on"]
+    low, high = proof["interval"]
+    refused_, wrong = proof["refused_of_wrong"]
+    guessed, fine = proof["guesses_of_right"]
+    lines = ["| verdict | sets fitted to | of these right |", "| --- | --- | --- |"]
+    for verdict, model in document["verdicts"].items():
+        lines.append(f"| `{verdict}` | {model['sets']} | {model['right']} |")
+    text = (
+        f"Fitted to {fit['sets']} sets, shown on {proof['sets']} others: expected calibration "
+        f"error {proof['error']:.3f} (95 % interval {low:.3f} to {high:.3f}; so many sets would "
+        f"have {proof['by_chance']:.3f} if the confidence held exactly). Below "
+        f"{document['limit']:.2f} it is a guess: {refused_} of {wrong} wrong verdicts were refused "
+        "(as a guess, or since nothing known explained the set), and "
+        f"{guessed} of {fine} right ones were called a guess too."
+    )
+    return "\n".join([*lines, "", text])
+
+
 def draw(found: Mapping[str, Any], path: Path) -> None:
     """The reliability diagram."""
     import matplotlib
@@ -207,7 +227,11 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--lines", type=Path, default=LINES)
     parser.add_argument("--show", action="store_true", help="print, write nothing")
+    parser.add_argument("--shipped", action="store_true", help="only tell of what is shipped")
     chose = parser.parse_args(arguments)
+    if chose.shipped:
+        print(words_of(json.loads(OUT.read_text())))
+        return 0
     records = answered(chose.lines)
     halves = [[r for r in records if r["seed"] % 2 == half] for half in (0, 1)]
     found = fitted(halves[0])

@@ -66,8 +66,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
         named = listed(
             [effect_words(effect) if few else effect.name for effect in diagnosis.effects]
         )
+        lacks = "may lack" if diagnosis.guess else "lacks"
         return (
-            f"The model {'may lack' if diagnosis.guess else 'lacks'} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
+            f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
             f"{_left_over(diagnosis)}."
         )
