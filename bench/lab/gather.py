@@ -1,7 +1,7 @@
 """Gather verdicts with what they rest on, for `bench.lab.calibrate`: `python -m bench.lab.gather`.
 
-Sets of development seeds that no threshold has seen; a run that is stopped goes on. Every set is one
-line in out/bench/calibration.jsonl. Even seeds are for the fit, odd ones to show it.
+Sets of development seeds that no threshold has seen; a run that is stopped goes on. Every set is
+one line in out/bench/calibration.jsonl. Even seeds are for the fit, odd ones to show it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 
 from bench.hidden.case import Case
 from bench.hidden.cases import all_cases
+from bench.hidden.reserved import is_reserved
 from bench.kept import append, read
 from bench.lab.store import OUT, revision_of_the_code
 from bench.lab.work import Job, run_job
@@ -25,13 +26,11 @@ SLOW = "base_torque"  # takes minutes a set
 
 
 def jobs(revision: str) -> list[Job]:
-    """Every case once a round in a random order, one noise level each, alternately for both halves."""
+    """Every case once a round in a random order, one noise level each, for both halves in turn."""
     cases = [
         case
         for case in all_cases()
-        if case.row not in LEFT_OUT
-        and case.experiment != SLOW
-        and not case.name.startswith("reserved/")
+        if case.row not in LEFT_OUT and case.experiment != SLOW and not is_reserved(case.name)
     ]
     made = []
     for turn in range(ROUNDS):
