@@ -16,8 +16,15 @@ TITLES = {
     "line": "Share of the error at a frequency",
     "wild_samples": "Wild samples",
     "drift": "Mean error of each run",
+    "held_input": "Input that is held until it jumps",
 }
-ABSCISSAS = {"line": "frequency [Hz]", "wild_samples": "sample", "drift": "run"}
+ABSCISSAS = {
+    "line": "frequency [Hz]",
+    "wild_samples": "sample",
+    "drift": "run",
+    "held_input": "time [s]",
+}
+SHARES = {"line": "share", "held_input": "share of the largest"}  # the others are errors
 LEVELS = ("stated", "within runs", "with repeats")
 
 
@@ -39,10 +46,9 @@ def _draw(figure: Figure, view: View) -> None:
     for axes, notice in zip(panels, view.outcome.notices, strict=True):
         light_grid(axes)
         axes.set_title(TITLES[notice.kind], loc="left")
-        factor = 1.0 if notice.kind == "line" else view.display.factor
-        _draw_points(axes, notice, factor * notice.y)
-        unit = "-" if notice.kind == "line" else view.display.unit
-        axes.set_ylabel(f"{'share' if notice.kind == 'line' else 'error'} [{unit}]")
+        share = SHARES.get(notice.kind)
+        _draw_points(axes, notice, notice.y if share else view.display.factor * notice.y)
+        axes.set_ylabel(f"{share} [-]" if share else f"error [{view.display.unit}]")
         axes.set_xlabel(ABSCISSAS.get(notice.kind, ""))
 
 
@@ -51,6 +57,6 @@ def _draw_points(axes: Axes, notice: Notice, values: np.ndarray) -> None:
         axes.bar(LEVELS, values, color=[COLOURS["floor"], COLOURS["other"], COLOURS["before"]])
         return
     kept = thinned(len(values), DOTS)
-    style = "-" if notice.kind == "line" else "."
+    style = "-" if notice.kind in SHARES else "."
     axes.plot(notice.x[kept], values[kept], style, color=COLOURS["other"], markersize=3)
     axes.plot(notice.x[notice.marked], values[notice.marked], "o", color=COLOURS["before"])
