@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.hidden.cases import Case, all_cases, visible
+from bench.hidden.case import Case, visible
+from bench.hidden.cases import all_cases
 from bench.lab.adapter import diagnosis_of
 from bench.lab.planning import answers
 from bench.lab.store import key_of
@@ -25,6 +26,7 @@ KEPT = (
     "rmse_before",
     "rmse_after",
     "unexplained",
+    "evidence",
 )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from bench.hidden.cases import tied
+from bench.hidden.ties import tied
 from bench.hidden.design import ExtraRun
 from bench.hidden.sets.writing import append_runs
 from model_lab.cli.main import main

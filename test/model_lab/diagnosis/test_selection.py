@@ -318,7 +318,7 @@ def test_of_models_of_a_size_those_that_reach_the_floor_come_first(choose):
 
 def test_the_error_falls_effect_by_effect_in_the_order_of_finding(choose):
     chosen, _ = choose(together("abc"))
-    models = path(made_up_problem(), chosen.base, chosen.growth)
+    models = path(made_up_problem(), chosen.base, chosen.growth, chosen.final)
     assert [scored.effects for scored in models] == [(), ("a",), ("a", "b"), ("a", "b", "c")]
     errors = [scored.held_out.rmse for scored in models]
     assert errors == sorted(errors, reverse=True)

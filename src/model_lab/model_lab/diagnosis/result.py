@@ -137,6 +137,7 @@ class Diagnosis:
     helps: tuple[Help, ...] = ()
     notices: tuple[Mapping[str, Any], ...] = ()
     modulus: Mapping[str, Estimate] | None = None
+    evidence: Mapping[str, float] | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The dictionary that `--json` writes."""
