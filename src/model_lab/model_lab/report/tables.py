@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from model_lab.diagnosis.result import correlation
 from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.units import display_of
@@ -141,6 +143,41 @@ def not_visible(view: View) -> Table | None:
         by_reason.setdefault(entry.reason, []).append(entry.name)
     rows = [[reason, ", ".join(names)] for reason, names in by_reason.items()]
     return Table(["reason", "effects"], rows) if rows else None
+
+
+def story(view: View) -> Table | None:
+    """How the error fell with each effect, or with what helps; of one effect the errors say it."""
+    steps, floor = view.steps, view.diagnosis.noise_floor
+    if len(steps) < 3 and not view.diagnosis.helps:
+        return None
+    rows = [
+        [
+            after.label.removeprefix("+ "),
+            view.display.shown(before.rmse),
+            view.display.shown(after.rmse),
+            f"{before.rmse / after.rmse:.3g}-fold",
+            _ratio(after.rmse / floor),
+        ]
+        for before, after in pairwise(steps)
+    ]
+    head = ["added", "before", "after", "falls", "over floor"]
+    return Table(head, rows)
+
+
+def correlations(view: View) -> list[tuple[str, list[float]]]:
+    """Names of the fitted parameters, each with its correlation with all of them; none of one."""
+    names = [name.partition(".")[2] or name for name in view.best.fit.likelihood.names]
+    rows = correlation(view.best).tolist()
+    return list(zip(names, rows, strict=True)) if len(names) > 1 else []
+
+
+def shade(value: float) -> str:
+    """Colours of a cell of a correlation: orange below zero, violet above, the darker the nearer
+    to one.
+    """
+    hue = "#5E3C99" if value > 0.0 else "#B35806"
+    strong = min(abs(value), 1.0)
+    return f"background:{hue}{round(255 * strong):02x};color:{'#fff' if strong > 0.6 else '#222'}"
 
 
 def detectable(view: View) -> Table | None:
