@@ -185,8 +185,8 @@ def words_of(document: Mapping[str, Any]) -> str:
         lines.append(f"| `{verdict}` | {model['sets']} | {model['right']} |")
     text = (
         f"Fitted to {fit['sets']} sets ({experiments}), shown on {proof['sets']} others: "
-        f"expected calibration error {proof['error']:.3f} (95 % interval {low:.3f} to {high:.3f}; so many sets would "
-        f"have {proof['by_chance']:.3f} if the confidence held exactly). Below "
+        f"expected calibration error {proof['error']:.3f} (95 % interval {low:.3f} to {high:.3f}; "
+        f"so many sets would have {proof['by_chance']:.3f} if the confidence held exactly). Below "
         f"{document['limit']:.2f} it is a guess: {refused_} of {wrong} wrong verdicts were refused "
         "(as a guess, or since nothing known explained the set), and "
         f"{guessed} of {fine} right ones were called a guess too."
