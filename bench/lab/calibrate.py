@@ -146,7 +146,8 @@ def fitted(records: Sequence[Record]) -> dict[str, Any]:
         for record, p in zip(mine, held_out(mine, terms, ridge), strict=True):
             said[record["key"]] = p
     order = np.array([said[record["key"]] for record in records])
-    return {"limit": limit_of(records, order), "verdicts": models}
+    seen = dict(Counter(record["experiment"] for record in records))
+    return {"limit": limit_of(records, order), "experiments": seen, "verdicts": models}
 
 
 def shown(records: Sequence[Record], found: Mapping[str, Any]) -> dict[str, Any]:
@@ -177,13 +178,15 @@ def words_of(document: Mapping[str, Any]) -> str:
     low, high = proof["interval"]
     refused_, wrong = proof["refused_of_wrong"]
     guessed, fine = proof["guesses_of_right"]
+    seen = document["experiments"].items()
+    experiments = ", ".join(f"{count} of {name}" for name, count in seen)
     lines = ["| verdict | sets fitted to | of these right |", "| --- | --- | --- |"]
     for verdict, model in document["verdicts"].items():
         lines.append(f"| `{verdict}` | {model['sets']} | {model['right']} |")
     text = (
-        f"Fitted to {fit['sets']} sets, shown on {proof['sets']} others: expected calibration "
-        f"error {proof['error']:.3f} (95 % interval {low:.3f} to {high:.3f}; so many sets would "
-        f"have {proof['by_chance']:.3f} if the confidence held exactly). Below "
+        f"Fitted to {fit['sets']} sets ({experiments}), shown on {proof['sets']} others: "
+        f"expected calibration error {proof['error']:.3f} (95 % interval {low:.3f} to {high:.3f}; "
+        f"so many sets would have {proof['by_chance']:.3f} if the confidence held exactly). Below "
         f"{document['limit']:.2f} it is a guess: {refused_} of {wrong} wrong verdicts were refused "
         "(as a guess, or since nothing known explained the set), and "
         f"{guessed} of {fine} right ones were called a guess too."

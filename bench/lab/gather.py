@@ -1,7 +1,8 @@
 """Gather verdicts with what they rest on, for `bench.lab.calibrate`: `python -m bench.lab.gather`.
 
 Sets of development seeds that no threshold has seen; a run that is stopped goes on. Every set is
-one line in out/bench/calibration.jsonl. Even seeds are for the fit, odd ones to show it.
+one line in out/bench/calibration.jsonl, done again where the code has changed since. Even seeds are
+for the fit, odd ones to show it.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import argparse
 import random
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from bench.hidden.case import Case
@@ -25,12 +27,14 @@ LEFT_OUT = ("plan",)  # rows that are no single verdict
 SLOW = "base_torque"  # takes minutes a set
 
 
-def jobs(revision: str) -> list[Job]:
+def jobs(revision: str, experiments: Sequence[str] = ()) -> list[Job]:
     """Every case once a round in a random order, one noise level each, for both halves in turn."""
     cases = [
         case
         for case in all_cases()
-        if case.row not in LEFT_OUT and case.experiment != SLOW and not is_reserved(case.name)
+        if case.row not in LEFT_OUT
+        and (case.experiment in experiments if experiments else case.experiment != SLOW)
+        and not is_reserved(case.name)
     ]
     made = []
     for turn in range(ROUNDS):
@@ -55,11 +59,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="bench.lab.gather", description=__doc__.splitlines()[0])
     parser.add_argument("--minutes", type=float, default=480.0)
     parser.add_argument("--sets", type=int, default=800, help="so many in all")
+    parser.add_argument("--experiments", nargs="+", default=[], help="default: all but base_torque")
     parser.add_argument("--lines", type=Path, default=LINES)
     chose = parser.parse_args(arguments)
     until = time.monotonic() + 60 * chose.minutes
-    known = read(chose.lines)
-    for job in jobs(revision_of_the_code())[: chose.sets]:
+    revision = revision_of_the_code()
+    known = {key for key, one in read(chose.lines).items() if one["revision"] == revision}
+    for job in jobs(revision, chose.experiments)[: chose.sets]:
         if time.monotonic() > until:
             print("bench.lab.gather: time is over; run it again to go on", flush=True)
             break

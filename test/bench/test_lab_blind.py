@@ -1,9 +1,11 @@
 """Seeds of the blind benchmark, what its table counts, and what it keeps to itself."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 
 from bench.hidden.case import seed_of, visible
 from bench.hidden.cases import all_cases
@@ -16,6 +18,7 @@ from bench.lab.reliability import calibration_error, error_by_chance, error_inte
 from bench.lab.scoring import refused, wrong_alone, wrong_name
 from bench.lab.table import ROWS, rows_of, text_of
 from bench.lab.work import chosen, jobs_of, smaller
+from model_lab.measurements.load import load_measurements
 
 
 def record(row, names, said, *, tied=None, case="a/b/c", ratio=4.0, **answer):
@@ -139,6 +142,31 @@ def test_cases_have_names_of_their_own():
 
 
 # ---------------------------------------------------------------------- how sets are recorded
+def test_scarce_sets_have_a_few_runs_of_one_finger_and_nothing_to_take_the_noise_from(tmp_path):
+    case = next(c for c in all_cases() if c.name == "two_runs/free_bending/tube_lag")
+    assert visible(case.make(tmp_path, 1, 0.006))
+    written = yaml.safe_load((tmp_path / "experiment.yaml").read_text())
+    assert len(written["runs"]) == 2 and len(written["specimens"]) == 1
+    assert len({run["protocol"] for run in written["runs"].values()}) == 2
+    assert "noise" not in written
+
+
+@pytest.mark.parametrize("way", ["wild_1_%", "wild_3_%", "quantised", "two_rates"])
+def test_disturbed_sets_have_what_they_are_named_for_and_load(way, tmp_path):
+    case = next(c for c in all_cases() if c.name == f"{way}/uniaxial/nothing")
+    truth = case.make(tmp_path / "set", 1, 0.006)
+    plain = {**case.options, **dict.fromkeys(("wild", "output_steps", "drive_steps"), 0)}
+    dull = {"drive_rate": 0.0} if way == "two_rates" else {}
+    replace(case, options=plain | dull).make(tmp_path / "clean", 1, 0.006)
+    disturbed, clean = (load_measurements(tmp_path / name) for name in ("set", "clean"))
+    assert [run.samples for run in disturbed.runs] == [run.samples for run in clean.runs]
+    change = np.abs(disturbed.table.value - clean.table.value)
+    wild = np.mean(change > 20 * truth["noise"])
+    assert wild == pytest.approx(case.options.get("wild", 0.0), abs=0.008)
+    if way == "quantised":
+        assert len(np.unique(disturbed.table.value.round(3))) <= 101
+
+
 def test_a_share_of_the_samples_goes_wild_and_the_others_stay():
     clean = np.random.default_rng(0).normal(size=(4, 5000))
     wild = recording.gone_wild(clean, 0.03, np.random.default_rng(1))

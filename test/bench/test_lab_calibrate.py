@@ -8,7 +8,7 @@ import pytest
 from bench.hidden.reserved import is_reserved
 from bench.lab import calibrate, gather
 from bench.lab.calibrate import TERMS, fitted, limit_of, shown
-from model_lab.diagnosis.confidence import confidence_of, probability
+from model_lab.diagnosis.confidence import probability
 
 
 def gathered(count, first, verdict="effects_missing"):
@@ -21,6 +21,7 @@ def gathered(count, first, verdict="effects_missing"):
         evidence = dict.fromkeys({name for terms in TERMS.values() for name in terms}, 0.0)
         made.append({
             "key": f"{verdict}{first}{number}", "row": "catalogue", "seed": first,
+            "experiment": "uniaxial",
             "expected": {"verdict": verdict, "names": [["a"]], "tied": []}, "revision": "r",
             "answer": {"verdict": verdict, "effects": [{"name": "a" if fine else "b"}],
                        "tied": [[]], "evidence": evidence | {"left": left}},
@@ -100,4 +101,4 @@ def test_what_is_shipped_says_where_it_comes_from():
     assert shipped["format"] == calibrate.FORMAT and set(shipped["verdicts"]) == set(TERMS)
     assert not set(shipped["fitted_to"]["seeds"]) & set(shipped["shown_on"]["seeds"])
     for verdict, terms in TERMS.items():
-        assert 0.0 < confidence_of(verdict, dict.fromkeys(terms, 0.0)).value < 1.0
+        assert 0.0 < probability(shipped["verdicts"][verdict], dict.fromkeys(terms, 0.0)) < 1.0

@@ -6,7 +6,7 @@ import pytest
 
 from bench.hidden import make_set
 from model_lab.diagnosis import confidence
-from model_lab.diagnosis.confidence import calibration, confidence_of, probability
+from model_lab.diagnosis.confidence import Confidence, calibration, confidence_of, probability
 from model_lab.diagnosis.diagnose import diagnose_folder
 
 
@@ -24,9 +24,9 @@ def answers(tmp_path_factory):
 
 def test_a_diagnosis_says_how_sure_it_is_and_what_that_follows_from(answers):
     for answer in answers.values():
-        sure = confidence_of(answer["verdict"], answer["evidence"])
+        sure = confidence_of("uniaxial", answer["verdict"], answer["evidence"])
         assert (answer["confidence"], answer["guess"]) == (sure.value, sure.guess)
-        assert 0.0 < sure.value < 1.0
+        assert sure.value is None or 0.0 < sure.value < 1.0
         assert all(math.isfinite(value) for value in answer["evidence"].values())
 
 
@@ -46,12 +46,17 @@ def test_evidence_tells_an_explained_error_from_none(answers):
     assert named["margin"] <= 1.0 and named["lead"] > 0.0
 
 
-def test_below_the_limit_a_verdict_is_a_guess(monkeypatch):
+def test_below_the_limit_a_verdict_is_a_guess_and_of_too_few_sets_nothing_is_said(monkeypatch):
     term = {"mean": 0.0, "scale": 1.0, "weight": -2.0, "low": -1.0, "high": 1.0}
-    model = {"intercept": 1.0, "most": 0.95, "terms": {"left": term}}
-    shipped = {"limit": 0.8, "verdicts": {"effects_missing": model}}
+    model = {"intercept": 1.0, "most": 0.95, "terms": {"left": term}, "sets": 200}
+    verdicts = {"effects_missing": model, "adequate": model | {"sets": 9}}
+    shipped = {"limit": 0.8, "verdicts": verdicts, "experiments": {"uniaxial": 200}}
     monkeypatch.setattr(confidence, "calibration", lambda: shipped)
-    sure, unsure = (confidence_of("effects_missing", {"left": left}) for left in (-1.0, 1.0))
+    sure, unsure = (
+        confidence_of("uniaxial", "effects_missing", {"left": left}) for left in (-1.0, 1.0)
+    )
+    assert confidence_of("blocked_tip", "effects_missing", {"left": 0.0}) == Confidence(None)
+    assert confidence_of("uniaxial", "adequate", {"left": 0.0}) == Confidence(None)
     assert not sure.guess and sure.value == 0.95
     assert unsure.guess and unsure.value == pytest.approx(1 / (1 + math.e), abs=1e-3)
 

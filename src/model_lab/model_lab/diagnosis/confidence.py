@@ -2,7 +2,8 @@
 
 A logistic model for each verdict, over numbers of `diagnosis.evidence`. Its coefficients, and where
 they come from, stand in confidence.json, which `python -m bench.lab.calibrate` writes from sets
-with hidden effects; it knows nothing of a set but its evidence.
+with hidden effects; it knows nothing of a set but its evidence. Where too few sets of an experiment
+or with a verdict were seen, nothing is said.
 """
 
 from __future__ import annotations
@@ -17,20 +18,26 @@ from typing import Any
 import numpy as np
 
 FILE = "confidence.json"
+FEWEST = 10  # sets of an experiment, and of a verdict, below which nothing is said
 
 
 @dataclass(frozen=True)
 class Confidence:
-    """Probability (0 to 1) that a verdict is right; a guess where that is below the limit."""
+    """Probability (0 to 1) that a verdict is right, None where it is not known; a guess where it is
+    below the limit.
+    """
 
-    value: float
-    guess: bool
+    value: float | None
+    guess: bool = False
 
 
-def confidence_of(verdict: str, evidence: Mapping[str, float]) -> Confidence:
+def confidence_of(experiment: str, verdict: str, evidence: Mapping[str, float]) -> Confidence:
     """How sure a verdict is."""
     known = calibration()
-    value = probability(known["verdicts"][verdict], evidence)
+    model = known["verdicts"][verdict]
+    if min(model["sets"], known["experiments"].get(experiment, 0)) < FEWEST:
+        return Confidence(None)
+    value = probability(model, evidence)
     return Confidence(round(value, 3), value < known["limit"])
 
 

@@ -160,7 +160,7 @@ def _judged(
         for axis in localised.failures
     )
     evidence = evidence_of(problem, selection, black_boxes, len(odd))
-    sure = confidence_of(verdict, evidence)
+    sure = confidence_of(problem.data.experiment, verdict, evidence)
     diagnosis = Diagnosis(
         experiment=problem.data.experiment,
         verdict=verdict,
