@@ -2,7 +2,7 @@
 
 import base64
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -13,8 +13,9 @@ from model_lab.bench.protocols import PROTOCOLS
 from model_lab.bench.trial_runs import TrialRun
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import Experiment
-from model_lab.diagnosis.result import Step
+from model_lab.diagnosis.result import Diagnosis, Step
 from model_lab.fitting.notices import Notice
+from model_lab.learning.learn import learn
 from model_lab.measurements.units import display_of
 from model_lab.report import write_report
 from model_lab.report.curves import curves
@@ -224,6 +225,37 @@ def test_the_story_of_several_effects_and_what_is_odd_stand_on_the_page(missing,
     assert cells[5:9] == ["viscoelasticity", half, after, "5-fold"]
     assert "far from both neighbours" in text
     assert render(path, folder, PHONE).figure("oddities")["empty"] == 0
+
+
+def test_what_was_learned_stands_in_the_report_of_what_nothing_known_explains(folder):
+    data = bending_set(samples=40, protocols=3)
+    bent = []
+    for run in data.runs:
+        angle = run.columns["tip_angle"]
+        seen = angle * (1.0 + 0.4 * np.abs(angle / 3.0) ** 1.5)
+        bent.append(replace(run, columns={**run.columns, "tip_angle": seen}))
+    data = replace(data, runs=tuple(bent))
+    learned = learn(data, load_model("base"))
+    path = folder / "with_curve.html"
+    write_report(diagnosed(data, ("angle_offset",)), path, COMMANDS, learned)
+    assert learned.chosen is not None and learned.chosen.shape.title[:-1] in path.read_text()
+    rendered = render(path, folder, PHONE)
+    figure = rendered.figure("learned")
+    assert (figure["panels"], figure["empty"]) == (3, 0)
+    assert rendered.width == [PHONE, PHONE]
+    assert overlapping(figure["plots"]) == []
+
+
+def test_confidence_is_shown_where_it_is_known(unexplained, pages, tmp_path):
+    @dataclass(frozen=True)
+    class Sure(Diagnosis):
+        confidence: float | None = None
+
+    _, outcome = unexplained
+    sure = Sure(**{**vars(outcome.diagnosis), "confidence": 0.973})
+    write_report(replace(outcome, diagnosis=sure), tmp_path / "sure.html", COMMANDS)
+    assert "Confidence 97 %" in (tmp_path / "sure.html").read_text()
+    assert '<meter value="0.973"' in (tmp_path / "sure.html").read_text()
 
 
 def test_ids_of_figures_do_not_clash(pages):

@@ -18,7 +18,7 @@ SHAPES = (
     (16, 4, 1.6),
     (MOST_PANELS, 5, 1.3),
 )  # panels, columns, height of a row [in]
-DOTS, POINTS = 2200, 12000  # on paper: of all measured curves, of all lines
+DOTS, POINTS = 2000, 9000  # on paper: of all measured curves, of all lines
 MARGIN = 0.04  # of a scale
 
 

@@ -47,7 +47,7 @@ GAP = 0.02  # between a legend and the panels below it, share of the height
 LONG_NAMES = 22  # letters of all names that fit beside each other on paper
 TITLES = {4: 7.5, 5: 6.5}  # [pt] by columns, where there are many
 LETTERS = 120  # of all titles of a row
-POINTS, MOST_POINTS = 24_000, 2_000  # on screen: of a figure, of a curve
+POINTS, MOST_POINTS = 18_000, 2_000  # on screen: of a figure, of a curve
 GLYPHS = {"solid": "━", "dash": "╍", "dot": "┅", "o": "●", "x": "×", "+": "+", "strip": "█"}
 
 

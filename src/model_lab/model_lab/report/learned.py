@@ -1,27 +1,22 @@
-"""Report of a learned curve: one page with the curve, its band, and the error before and after."""
+"""Figure of a learned curve: the curve with its band, and the error before and after."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.learning.learn import Candidate, Learning
 from model_lab.learning.result import curve_points
-from model_lab.learning.words import alternative_rows, curve_rows, verdict
+from model_lab.learning.words import verdict
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.units import display_of
-from model_lab.report.drawing import Drawing, Key, Panel, Scale, styled
+from model_lab.report.drawing import Drawing, Key, Panel, Scale
 from model_lab.report.marks import Band, Bars, Course, Mark, Strip
-from model_lab.report.page import template
 from model_lab.report.residuals import bars_of_error
-from model_lab.report.tables import Table
 
-PAGE, PICTURE = "learned.html", "learned.png"
-ROW, DPI = 2.8, 130  # [in]
+ROW = 2.8  # [in]
 DOTS = 3000  # residuals drawn on paper
 BINS = 30
 KEYS = (
@@ -31,30 +26,6 @@ KEYS = (
     Key("tied with it", "tied", "strip"),
     Key("others", "other", "strip"),
 )
-
-
-def write_learned(learning: Learning, folder: Path, command: str) -> None:
-    """Write the page and the picture of what was learned to a folder.
-
-    command: the shell line that makes them again.
-    """
-    drawing = picture_of(learning)
-    chosen = learning.chosen
-    text = template("learned.html").render(
-        title=f"Learned: {learning.problem.data.title}",
-        verdict=verdict(learning),
-        drawing=drawing,
-        curve=_table(curve_rows(chosen)) if chosen else None,
-        alternatives=_table(alternative_rows(learning)),
-        commands=[command],
-    )
-    (folder / PAGE).write_text(text, encoding="utf-8")
-    with styled():
-        replace(drawing, columns=len(drawing.panels)).figure().savefig(folder / PICTURE, dpi=DPI)
-
-
-def _table(rows: list[list[str]]) -> Table:
-    return Table(rows[0], rows[1:])
 
 
 def picture_of(learning: Learning) -> Drawing:

@@ -7,6 +7,7 @@ plotly that can be zoomed; on paper, and where scripts are off, they are picture
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -15,12 +16,15 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from plotly.offline import get_plotlyjs
 
 from model_lab.diagnosis.diagnose import Outcome
+from model_lab.learning.learn import Learning
+from model_lab.learning.words import verdict
 from model_lab.measurements.sample_table import PROTOCOLS
 from model_lab.measurements.units import display_of
 from model_lab.report import tables
 from model_lab.report.curves import curves
-from model_lab.report.drawing import Drawing, Panel, Scale
+from model_lab.report.drawing import Drawing, Panel, Scale, styled
 from model_lab.report.errors import ladder, ranking, rest
+from model_lab.report.learned import picture_of
 from model_lab.report.marks import Course
 from model_lab.report.parameters import parameters
 from model_lab.report.residuals import oddities, residuals
@@ -35,13 +39,33 @@ from model_lab.report.sentences import (
 )
 from model_lab.report.view import View
 
+LEARNED_PAGE, LEARNED_PICTURE, DPI = "learned.html", "learned.png", 130
 
-def write_report(outcome: Outcome, path: Path, commands: Sequence[str]) -> None:
+
+def write_report(
+    outcome: Outcome, path: Path, commands: Sequence[str], learned: Learning | None = None
+) -> None:
     """Write the report of a diagnosis to an HTML file.
 
-    commands: shell lines that make it again.
+    commands: shell lines that make it again. learned: what was learned where nothing known
+    explains the error.
     """
-    path.write_text(page(View(outcome), commands), encoding="utf-8")
+    path.write_text(page(View(outcome), commands, learned), encoding="utf-8")
+
+
+def write_learned(learned: Learning, folder: Path, command: str) -> None:
+    """Write the page and the picture of what was learned to a folder.
+
+    command: the shell line that makes them again.
+    """
+    drawing = picture_of(learned)
+    text = template("learned.html").render(
+        title=f"Learned: {learned.problem.data.title}", learned=learned, commands=[command]
+    )
+    (folder / LEARNED_PAGE).write_text(text, encoding="utf-8")
+    beside = replace(drawing, columns=len(drawing.panels))
+    with styled():
+        beside.figure().savefig(folder / LEARNED_PICTURE, dpi=DPI)
 
 
 @lru_cache(maxsize=2)
@@ -66,11 +90,13 @@ def template(name: str) -> Template:
         "parameters": parameters,
         "rest": rest,
         "proposal": proposal,
+        "picture_of": picture_of,
+        "learned_words": verdict,
     }
     return environment.get_template(name)
 
 
-def page(view: View, commands: Sequence[str]) -> str:
+def page(view: View, commands: Sequence[str], learned: Learning | None = None) -> str:
     """The whole page."""
     return template("page.html").render(
         view=view,
@@ -81,15 +107,11 @@ def page(view: View, commands: Sequence[str]) -> str:
         ties=tie_sentences(view.diagnosis),
         story=story_sentence(view.diagnosis),
         notice=notice_sentence([notice.text for notice in view.outcome.notices]),
-        confidence=_confidence(view),
         facts=_facts(view),
         rest_words=_rest(view),
+        learned=learned,
         commands=commands,
     )
-
-
-def _confidence(view: View) -> str:
-    return ""
 
 
 def _facts(view: View) -> str:

@@ -18,7 +18,7 @@ from model_lab.report.marks import DASHES, Band, Bars, Course, Mark, Strip
 from model_lab.report.sentences import listed
 from model_lab.report.view import View
 
-DOTS = 2400  # samples that are drawn on paper
+DOTS = 2000  # samples that are drawn on paper
 COLUMNS = 3
 ROW_HEIGHT = 2.0  # [in]
 SHOWN = 99.7  # percentile of the residuals to which the scale reaches

@@ -10,12 +10,15 @@ import numpy as np
 
 from model_lab.diagnosis.result import correlation
 from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
+from model_lab.learning.learn import Learning
+from model_lab.learning.words import alternative_rows, curve_rows
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.units import display_of
 from model_lab.report.parameters import parameter_estimates
 from model_lab.report.residuals import axis_title
 from model_lab.report.view import View
 
+MOST_RUNS = 400  # in the table of runs
 SOURCES = {
     REPEATS: "from the scatter of repeats",
     STATED: "as stated in experiment.yaml",
@@ -74,18 +77,18 @@ def _floor_parts(view: View) -> str:
 
 
 def runs(view: View) -> Table:
-    """Held-out error of every run."""
+    """Held-out error of every run, or of the worst of very many."""
     head = ["run", "specimen", "protocol", "temperature", "samples"]
     head += ["error before", "error after"] if view.after else ["error"]
     rows = []
-    for index, run in enumerate(view.data.runs):
-        mine = view.data.table.run == index
-        errors = [np.sqrt(np.mean(s.held_out.residual[mine] ** 2)) for _, s in view.models]
+    squares = [s.held_out.residual**2 for _, s in view.models]
+    counts = np.bincount(view.data.table.run)
+    errors = np.sqrt([np.bincount(view.data.table.run, square) / counts for square in squares])
+    for index in np.sort(np.argsort(-errors[-1])[:MOST_RUNS]):
+        run = view.data.runs[index]
         warm = display_of("K").shown(run.temperature)
-        rows.append(
-            [run.name, run.specimen, run.protocol, warm, str(run.samples)]
-            + [view.display.shown(float(error)) for error in errors]
-        )
+        shown = [view.display.shown(float(error)) for error in errors[:, index]]
+        rows.append([run.name, run.specimen, run.protocol, warm, str(run.samples), *shown])
     return Table(head, rows)
 
 
@@ -178,6 +181,18 @@ def shade(value: float) -> str:
     hue = "#5E3C99" if value > 0.0 else "#B35806"
     strong = min(abs(value), 1.0)
     return f"background:{hue}{round(255 * strong):02x};color:{'#fff' if strong > 0.6 else '#222'}"
+
+
+def curve(learned: Learning) -> Table | None:
+    """The learned curve at its knots."""
+    head, *rows = curve_rows(learned.chosen) if learned.chosen else [[]]
+    return Table(head, rows) if rows else None
+
+
+def alternatives(learned: Learning) -> Table:
+    """The curves that were fitted as a whole."""
+    head, *rows = alternative_rows(learned)
+    return Table(head, rows)
 
 
 def detectable(view: View) -> Table | None:
