@@ -55,6 +55,7 @@ class _Pool:
         self._running: dict[Future[Record], tuple[int, TrialLine]] = {}
 
     def run(self) -> Iterator[Record]:
+        """Records as they are done; a process that is lost is replaced, its trial run again."""
         try:
             for worker in range(len(self._executors)):
                 self._start_next(worker)
