@@ -1,4 +1,4 @@
-"""Judge of the Kapandji test: whether the thumb's tip touches a place of a finger (8.2.1, Fig. 8.7).
+"""Judge of the Kapandji test: does the thumb's end touch a place of a finger (8.2.1, Fig. 8.7)?
 
 The thesis shows the eight places in a picture, and a person judges. Places and limits here are
 ours, after Kapandji, and fixed before any search.

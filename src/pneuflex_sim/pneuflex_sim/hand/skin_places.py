@@ -1,8 +1,9 @@
 """Places on the skin of straight actuators: how far along, how far around, and on which side.
 
-A place is `along` [m] from the base of the rubber, and `around` [m] along the outline of the section
-there, from the middle of the passive layer towards +y. The sides of an actuator are its `pad` (the
-passive layer), its `back`, and its flanks `+y` and `-y`; +y is the thumb's side of a right hand.
+A place is `along` [m] from the base of the rubber, and `around` [m] along the outline of the
+section there, from the middle of the passive layer towards +y. The sides of an actuator are its
+`pad` (the passive layer), its `back`, and its flanks `+y` and `-y`; +y is the thumb's side of a
+right hand.
 """
 
 from __future__ import annotations
