@@ -17,13 +17,17 @@ MAPS = ("push_map", "surface_map", "edge_map", "wall_success")
 
 def run() -> list[dict[str, Any]]:
     """A row a criterion: 1 where it is met."""
-    rows = []
-    for name in MAPS:
-        folder, module = OUT / name, frame.experiment(name)
-        if not (folder / frame.RESULT).exists():
-            main(["run", name])
-        parameters, results = frame.read_result(folder, module)
-        for found in module.report(results, parameters).findings:
-            if found.met is not None:
-                rows.append(at_least(f"{name}: {found.what}: {found.ours}", found.met, "", 1))
-    return rows
+    return [row for name in MAPS for row in criteria(name)]
+
+
+def criteria(name: str) -> list[dict[str, Any]]:
+    """Those of one experiment, which is run if it has not been."""
+    folder, module = OUT / name, frame.experiment(name)
+    if not (folder / frame.RESULT).exists():
+        main(["run", name])
+    parameters, results = frame.read_result(folder, module)
+    return [
+        at_least(f"{name}: {found.what}: {found.ours}", found.met, "", 1)
+        for found in module.report(results, parameters).findings
+        if found.met is not None
+    ]

@@ -125,5 +125,10 @@ def test_what_is_not_touched_costs_more_than_any_touch():
         Verdict(False, "joints at 0.1 rad/s", 0.0, 1.0, ()),
     ):
         assert cost(missed, 0.0, 0.1) >= NOT_TOUCHED >= far
-    near, farther = (Verdict(False, "not within the radius", d, 0.0, ()) for d in (0.009, 0.02))
-    assert cost(near, 0.0, 0.0) < cost(farther, 0.0, 0.0)
+
+
+def test_a_contact_on_the_way_to_a_place_does_not_cost_more_than_none():
+    none = Verdict(False, "no contact", None, 0.0, ())
+    elsewhere = Verdict(False, "not within the radius", 0.030, 0.0, ())
+    assert cost(elsewhere, 0.010, 0.0) < cost(none, 0.010, 0.0)
+    assert cost(none, 0.009, 0.0) < cost(none, 0.010, 0.0)

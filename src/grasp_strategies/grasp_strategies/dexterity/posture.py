@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grasp_strategies.dexterity.kapandji import (
+    FORCE,
     OTHER_RADII,
     RADIUS,
     SLOW,
@@ -176,8 +177,7 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
         settings: `place` (1 to 8), `hand` (see `hand_variant`), `step` [s], `segments`.
 
     Returns:
-        `cost` [mm]: the distance along the skin, or through the air without contact, with what
-        lacks for a touch on top; verdicts at all radii by radius [mm], others, joint speed [rad/s].
+        `cost` [mm]: see `cost`; verdicts at all radii by radius [mm], others, joint speed [rad/s].
     """
     target = TARGETS[int(settings["place"]) - 1]
     hand = posed_hand(
@@ -209,7 +209,8 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
 
 
 def cost(verdict: Verdict, gap: float, speed: float) -> float:
-    """Cost [mm] of a posture; a touch costs its distance, anything else more than the radius.
+    """Cost [mm] of a posture; a touch costs its distance along the skin, anything else that through
+    the air, which a contact elsewhere does not raise, and more than the radius on top.
 
     Args:
         verdict: of the judge.
@@ -219,10 +220,8 @@ def cost(verdict: Verdict, gap: float, speed: float) -> float:
     >>> cost(Verdict(True, "", 0.003, 0.2, ()), 0.002, 0.0)
     3.0
     """
-    far = gap if verdict.distance is None else verdict.distance
-    found = 1e3 * far
-    if verdict.touched:
-        return found
-    found += NOT_TOUCHED + A_NEWTON * max(0.0, verdict.force - 2.0)
+    if verdict.touched and verdict.distance is not None:
+        return 1e3 * verdict.distance
+    found = 1e3 * gap + NOT_TOUCHED + A_NEWTON * max(0.0, verdict.force - FORCE[1])
     found += NO_CONTACT if verdict.distance is None else 0.0
     return found + min(MOST_SPEED, A_SPEED * max(0.0, speed - SLOW))
