@@ -103,10 +103,10 @@ def test_a_set_of_several_outputs_is_refused_in_one_line(tmp_path, capsys):
 
 
 def bellows(lag=0.2, snap=8.0, offset=0.04, noise=0.004):
-    """A set of another make's blocked tip: chambers that balloon, a late force, a gauge's offset."""
-    random, time = np.random.default_rng(3), np.linspace(0.0, 6.0, 241)
+    """Blocked tip of another make: chambers that balloon, a late force, a gauge's offset."""
+    random, time = np.random.default_rng(3), np.linspace(0.0, 6.0, 61)
     runs = []
-    for number, peak in enumerate(np.repeat(np.linspace(10e3, 50e3, 9), 2)):
+    for number, peak in enumerate(np.linspace(10e3, 50e3, 9)):
         pressure = np.where(time < 3.0, peak, 0.0)
         level = 2e-6 * peak * (1.0 + snap / (1.0 + np.exp((38e3 - peak) / 2e3)))
         force = level * np.where(
@@ -114,9 +114,9 @@ def bellows(lag=0.2, snap=8.0, offset=0.04, noise=0.004):
         )
         columns = {"time": time, "pressure": pressure}
         columns["tip_force"] = force + offset + noise * random.standard_normal(len(time))
-        runs.append(Run(f"r{number}", "spa", f"p{number // 2}", 293.15, columns))
+        runs.append(Run(f"r{number}", "spa", f"p{number}", 293.15, columns))
     specimens = {"spa": Specimen("spa", {"length": 0.05})}
-    return MeasurementSet("blocked_tip", "bellows", specimens, tuple(runs))
+    return MeasurementSet("blocked_tip", "bellows", specimens, tuple(runs), {"tip_force": noise})
 
 
 def test_what_several_effects_leave_is_learned_curve_by_curve(tmp_path, capsys):
