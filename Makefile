@@ -53,7 +53,8 @@ lint: setup
 bench: setup
 	@$(PYTHON_IN_VENV) -m bench $(ARGS)
 
-# Hidden effects: two hours on two cores at most, taken up where it was stopped (ARGS="--misses").
+# Hidden effects, on seeds that nobody has seen: hours on two cores, taken up where it was stopped
+# (ARGS="--misses", ARGS="--small", ARGS="--seed 4711": that run again).
 bench-lab: setup
 	@$(PYTHON_IN_VENV) -m bench.lab $(ARGS)
 

@@ -12,7 +12,7 @@ from bench.grasps.steps import OF_OBJECTS, scattered
 from bench.row import at_most, stated
 from grasp_strategies.sweep import TrialLine, run_line
 from grasp_strategies.sweep.cluster import LARGEST_BATCH
-from grasp_strategies.sweep.trial_line import Record
+from grasp_strategies.sweep.line import Record
 
 TAKES = "5 min"
 KILLS = ("test_kill.py", "test_cluster.py")

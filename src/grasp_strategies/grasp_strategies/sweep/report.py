@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from grasp_strategies.judging.judge import GRIPPED
 from grasp_strategies.sweep.success_map import SuccessMap, map_of
-from grasp_strategies.sweep.trial_line import Record
+from grasp_strategies.sweep.line import Record
 
 COMMONEST = 3  # reasons of failures that a summary shows
 
