@@ -53,7 +53,8 @@ lint: setup
 bench: setup
 	@$(PYTHON_IN_VENV) -m bench $(ARGS)
 
-# Hidden effects: two hours on two cores at most, taken up where it was stopped (ARGS="--misses").
+# Hidden effects, on seeds that nobody has seen: hours on two cores, taken up where it was stopped
+# (ARGS="--misses", ARGS="--small", ARGS="--seed 4711": that run again).
 bench-lab: setup
 	@$(PYTHON_IN_VENV) -m bench.lab $(ARGS)
 
@@ -84,8 +85,8 @@ bench-mutants: setup
 bench-robust: setup
 	@$(PYTHON_IN_VENV) -m bench.robust $(ARGS)
 
-# Criteria of the maps of chapters 8 and 9, grasps from the table, steps, rates; hours if the maps are
-# not made yet (ARGS="--rows table_grasps rate").
+# Criteria of the maps of chapters 8 and 9 as they lie in out/thesis, grasps from the table, steps,
+# rates; two hours on an idle machine (ARGS="--rows table_grasps rate"; ARGS=--help).
 bench-grasps: setup
 	@$(PYTHON_IN_VENV) -m bench.grasps $(ARGS)
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from bench.grasps.maps import criteria
+from bench.grasps.maps import rows
 
 
 def run() -> list[dict[str, Any]]:
     """A row a criterion: 1 where it is met."""
-    return criteria("kapandji")
+    return rows("kapandji")

@@ -9,6 +9,7 @@ EXECUTABLES = [
     "hand_sim = pneuflex_sim.ros.interface:main",
     "hand = pneuflex_sim.commands.hand:main",
     "pneuflex-objects = pneuflex_sim.commands.objects:main",
+    "softhand-materials = pneuflex_sim.commands.materials:main",
     "pneuflex-skin = pneuflex_sim.commands.skin:main",
 ]
 COMMANDS = EXECUTABLES if "COLCON" in os.environ else []

@@ -29,6 +29,7 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
         "hand": ("pneuflex_sim.commands.hand", "design an actuator, draw a hand, write its URDF"),
         "skin": ("pneuflex_sim.commands.skin", "a hand that closes, as meshes or pictures"),
         "objects": ("pneuflex_sim.commands.objects", "objects to grasp: table or picture"),
+        "materials": ("pneuflex_sim.commands.materials", "rubbers, fibres, and which rubber suits"),
     },
     "measure": {
         "lab": ("model_lab.cli.main", "compare, diagnose, add ...; also as model-lab"),

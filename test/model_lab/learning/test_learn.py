@@ -1,9 +1,11 @@
 """`model-lab learn` on sets whose effect is outside of the catalogue, from set to simulator."""
 
 import json
+import re
 
 import numpy as np
 import pytest
+from browser import overlapping, printed, render
 
 from bench.hidden import make_set
 from model_lab.cli.main import main
@@ -47,10 +49,20 @@ def test_stage_form_axis_and_curve_are_those_of_the_truth(told):
     assert learned[-1] / learned[1] > 1.25
 
 
-def test_the_report_shows_the_curve(told):
-    page = (told / "learned.html").read_text()
-    assert "learned curve" in page
-    assert "on the reading, against tip angle" in page
+def test_the_report_shows_the_curve_with_its_band_on_a_phone_too(told):
+    page = told / "learned.html"
+    assert "on the reading, against tip angle" in page.read_text()
+    assert page.stat().st_size <= 6_000_000
+    rendered = render(page, told, 390)
+    figure = rendered.figure("learned")
+    titles = re.findall(r'<p class="title">(.*?)</p>', page.read_text())
+    assert titles == ["Learned curve", "Residual before and after", "Error by candidate"]
+    assert (figure["panels"], figure["empty"]) == (3, 0)
+    assert "The band holds 95 %." in figure["caption"]
+    assert rendered.width == [390, 390] and rendered.smallest >= 14.0
+    assert overlapping(figure["plots"]) == []
+    _, found = printed(page, told)
+    assert (found["pictures"], found["plots"]) == (1, 0)
     assert (told / "learned.png").stat().st_size > 10000
 
 
