@@ -35,7 +35,8 @@ def gripped(name: str, lines: Sequence[TrialLine], jobs: int, end: float) -> dic
     folder = OUT / f"{name}-{versions()['code']}-{drawn:08x}"
     verdicts: dict[str, bool] = {}
     kept = len({record["key"] for record in read_results(folder)})
-    for part in range(max(kept - 1, 0) // PART * PART, len(lines), PART):  # kept ones are no others
+    # what is kept is of the first parts
+    for part in range(max(kept - 1, 0) // PART * PART, len(lines), PART):
         if time.monotonic() > end and kept < len(lines):
             raise Unfinished(f"{name}: {len(lines) - kept} of {len(lines)} trials are left")
         records = finished(run_lines(lines[: part + PART], folder, jobs))
