@@ -1,8 +1,11 @@
 """Kapandji test of RBO Hand 2's thumb (8.2.1, Figs 7.7, 8.7, 8.8).
 
-Pressures are searched for by CMA-ES where the thesis chose them by hand; places and judge are those
-of `grasp_strategies.dexterity.kapandji`. The best posture of each place is judged again, with
+Pressures are searched for by TPE where the thesis chose them by hand; places and judge are those of
+`grasp_strategies.dexterity.kapandji`. The best posture of each place is judged again, with
 pressures that differ, and counts as reached when all of these repeats touch it.
+
+Chosen on place 8 alone, before all others: the sampler (seed 1, 5 segments, after 170 evaluations
+TPE was 7.7 mm away, CMA-ES 9.8 mm), and that a contact elsewhere does not raise the cost.
 """
 
 from __future__ import annotations
@@ -39,6 +42,7 @@ CASES = {  # hand, channels that stay empty, places
     RIGID: (RIGID, (), tuple(range(1, 9))),
     NO_INDEX: (FOUR, ("b",), (1, 2, 3)),
 }
+SAMPLER = "tpe"
 OBJECTIVE = "grasp_strategies.dexterity.posture:touch_place"
 ENOUGH, MOST_RIGID = 6, 3  # places that are to be reached, and at most with a palm that is rigid
 VIEW = {"target": (0.0, 0.0, 0.12), "distance": 4.0, "view_angle": 3.2, "yaw": 90.0, "pitch": 0.0}
@@ -85,6 +89,7 @@ def problem(given: Parameters, case: str, place: int) -> SearchProblem:
         ),
         given.evaluations,
         given.generation,
+        SAMPLER,
         seed=given.seed + place,
         settings={
             "place": place,
