@@ -9,8 +9,8 @@ from pathlib import Path
 from bench.kept import Unfinished
 from grasp_strategies.judging.judge import GRIPPED
 from grasp_strategies.sweep import TrialLine, run_lines
-from grasp_strategies.sweep.success_map import finished
 from grasp_strategies.sweep.line import versions
+from grasp_strategies.sweep.success_map import finished
 
 OUT = Path("out/bench/sweeps")
 PART = 200  # trials between two looks at the time

@@ -70,10 +70,9 @@ def main(arguments: list[str] | None = None) -> int:
     names = {job.key: name_of(job) for job in asked if name_of(job) not in known}
     print(f"bench.lab.gather: {len(names)} of {len(asked)} sets to do", flush=True)
     left = [job for job in asked if job.key in names]
-    done = 0
-    for done, record in enumerate(finished(left, chose.workers, until), 1):
-        append(record | {"key": names[record["key"]]}, chose.lines)
-    if done < len(left):
+    for record in finished(left, chose.workers, until):
+        append(record | {"key": names.pop(record["key"])}, chose.lines)
+    if names:
         print("bench.lab.gather: time is over; run it again to go on", flush=True)
     return 0
 

@@ -49,6 +49,7 @@ def diagnose(arguments: argparse.Namespace) -> None:
     """Diagnose, print the verdict, and write JSON and report."""
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.diagnosis.result import UNEXPLAINED
+    from model_lab.learning.learn import learn as learn_curve
     from model_lab.report.text import diagnosis_text
     from softhand_model.documents.output_file import check_new
 
@@ -61,15 +62,20 @@ def diagnose(arguments: argparse.Namespace) -> None:
     with Progress("diagnosing") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     print(diagnosis_text(outcome.diagnosis), end="")
+    commands, learned = [_again(arguments)], None
     if outcome.diagnosis.verdict == UNEXPLAINED:
         again = shlex.join(["model-lab", "learn", str(arguments.data), "--model", arguments.model])
-        print(f"\nWhere it acts, and its curve: {again} --out my_effect.py")
+        commands.append(f"{again} --out my_effect.py")
+        print(f"\nWhere it acts, and its curve: {commands[-1]}")
     options.save_json(arguments, outcome.diagnosis.as_json())
     if arguments.report is not None:
         from model_lab.report import write_report
 
+        if len(commands) > 1:
+            with Progress("learning") as progress:
+                learned = learn_curve(data, model, classes, progress)
         arguments.report.mkdir(parents=True, exist_ok=True)
-        write_report(outcome, arguments.report / REPORT, [_again(arguments)])
+        write_report(outcome, arguments.report / REPORT, commands, learned)
 
 
 def _again(arguments: argparse.Namespace) -> str:
@@ -137,7 +143,7 @@ def learn(arguments: argparse.Namespace) -> None:
         print("Next:", *steps, sep="\n  ")
     options.save_json(arguments, learning_json(found))
     if arguments.report is not None:
-        from model_lab.report.learned import write_learned
+        from model_lab.report import write_learned
 
         arguments.report.mkdir(parents=True, exist_ok=True)
         command = shlex.join(["model-lab", *map(str, _learned_again(arguments))])
@@ -274,7 +280,11 @@ COMMANDS: Mapping[str, Command] = {
             options.FREE_MODULUS,
             *options.EFFECTS,
             argument(
-                "--report", type=Path, metavar="DIR", help=f"folder in which to write {REPORT}"
+                "--report",
+                type=Path,
+                metavar="DIR",
+                help=f"folder in which to write {REPORT}; learns the missing curve for it where "
+                "nothing known explains the error",
             ),
             *options.RESULTS,
             options.SEED,

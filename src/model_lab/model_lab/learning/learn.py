@@ -20,7 +20,16 @@ from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
 from model_lab.learning.candidates import Scene
-from model_lab.learning.effect_file import MOST_CURVES, Kind, Shape, effect_of
+from model_lab.learning.effect_file import (
+    FLATTENS,
+    GROWS,
+    MOST_CURVES,
+    ODD,
+    SETS_IN,
+    Kind,
+    Shape,
+    effect_of,
+)
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from softhand_model.effects import Effect, effect_classes
@@ -32,8 +41,9 @@ COARSE = 5  # knots at first
 KNOTS = (3, 5, 8, 12)  # tried for the best
 NEAR = 1.5  # held-out error over the best one's, up to which they are
 SAMPLES, OF_A_RUN = 6000, 150  # that are searched, at least so many of each run
-FITTED = 8  # candidates that are fitted as a whole
+FITTED, BESIDE = 8, 4  # candidates that are fitted as a whole: of a first curve, of others
 GOOD = 1.4  # held-out error over the best one's, up to which the simplest curve is chosen
+THIRDS = (0.05, 0.35), (0.35, 0.65), (0.65, 1.1)  # of the largest prediction
 ALIKE = 1.05  # held-out error over that of the chosen one, up to which another is tied
 REMOVED = 0.5  # share of the excess mean square error that a curve must remove
 EVENLY = 0.5  # share of knots that lie evenly, over that of those where a curve bends
@@ -42,12 +52,13 @@ MOVED = 2  # times that knots are moved to where a curve bends
 
 @dataclass(frozen=True)
 class Candidate:
-    """A curve that was fitted with everything else."""
+    """A curve that was fitted with everything else; answer: of `answer_of`."""
 
     name: str
     shape: Shape
     scored: Scored
     error: float
+    answer: str = ""
 
     @property
     def values(self) -> Array:
@@ -59,7 +70,12 @@ class Candidate:
         """Minus twice the log likelihood, what its parameters cost (Schwarz), and its surprise."""
         found = self.scored.fit
         complexity = np.log(found.residual.size) * len(found.values)
-        return float(found.deviance + complexity + self.shape.surprise)
+        return float(found.deviance + complexity + self.surprise)
+
+    @property
+    def surprise(self) -> float:
+        """How unlikely such an effect is beforehand."""
+        return self.shape.surprise_of(self.answer)
 
     @property
     def covariance(self) -> Array:
@@ -119,8 +135,13 @@ def learn(
 ) -> Learning:
     """Learn the curve that is missing in a model, if one helps on held-out data.
 
-    Raises ValueError for data that the model cannot use.
+    Raises ValueError for data that the model cannot use, and of several outputs.
     """
+    if len(data.outputs) > 1:
+        raise ValueError(
+            f"experiment: expected one with a single output to learn from, got {data.experiment}, "
+            f"which has {', '.join(data.outputs)}; `diagnose` names known effects in it"
+        )
     tell("fitting the model as it is", 0, 0)
     searched = thinned(data, SAMPLES, OF_A_RUN)
     problem, given = pose_problem(searched, model, classes or effect_classes())
@@ -164,7 +185,7 @@ def _searched(
         tell(f"trying {_words(shape)}", number, len(shapes))
         promise.append(_promise(problem, base, shape, name))
     order = sorted(range(len(shapes)), key=lambda n: promise[n])
-    chosen = order[:FITTED]
+    chosen = order[: BESIDE if known else FITTED]
     found = []
     for number, index in enumerate(chosen, 1):
         tell(f"fitting {_words(shapes[index])}", number, len(chosen))
@@ -178,11 +199,17 @@ def _searched(
 
 
 def _in_order(found: list[Candidate]) -> list[Candidate]:
-    """The simplest of those that predict well, then the others by their error."""
+    """The simplest of those that predict well, then the others by their error; an odd one comes
+    first only where the data tell it from the others.
+    """
     best = min((one.error for one in found), default=0.0)
-    good = [one for one in found if one.error <= GOOD * best]
-    others = [one for one in found if one.error > GOOD * best]
-    return sorted(good, key=lambda one: one.cost) + sorted(others, key=lambda one: one.error)
+    good = sorted((one for one in found if one.error <= GOOD * best), key=lambda one: one.cost)
+    others = sorted((one for one in found if one.error > GOOD * best), key=lambda one: one.error)
+    if good:
+        tied = [one for one in good if one.error <= ALIKE * good[0].error]
+        first = next((one for one in tied if one.surprise < ODD), good[0])
+        good = [first, *(one for one in good if one is not first)]
+    return good + others
 
 
 def _words(shape: Shape) -> str:
@@ -244,7 +271,27 @@ def _fitted(problem: FitProblem, base: Scored, shape: Shape, before: Candidate) 
 
 def _candidate(problem: FitProblem, base: Scored, shape: Shape, name: str, found: Fit) -> Candidate:
     scored = Scored((*base.effects, name), found, hold_out(found))
-    return Candidate(name, shape, scored, error_of(problem, scored))
+    answer = answer_of(problem.data.table.value, base.fit.residual, found.residual)
+    return Candidate(name, shape, scored, error_of(problem, scored), answer)
+
+
+def answer_of(measured: Array, before: Array, after: Array) -> str:
+    """How a curve changes what a model predicts from small to large: `flattens`, `sets_in` (most of
+    the rise is at the small ones) or `grows`.
+
+    measured (samples,), and residuals (samples,) before and after.
+    """
+    plain = measured - before
+    share = np.abs(plain) / (np.abs(plain).max() or 1.0)
+    gains = []
+    for low, high in THIRDS:
+        mine = (share >= low) & (share < high)
+        square = float(plain[mine] @ plain[mine])
+        gains.append(float(plain[mine] @ (measured - after)[mine]) / square if square else 1.0)
+    small, middle, large = gains
+    if large < middle:
+        return FLATTENS
+    return SETS_IN if middle - small > large - middle else GROWS
 
 
 def _squares(problem: FitProblem, likelihood: Likelihood) -> Likelihood:
