@@ -10,20 +10,18 @@ from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing
 import sys
 import time
-from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from typing import Any
 
 from bench.kept import append, read
 from bench.lab import store
 from bench.lab.notes import misses_of, notes_of
+from bench.lab.processes import finished
 from bench.lab.real import measure_real, summary
 from bench.lab.speed import measure_speed
 from bench.lab.table import ROWS, rows_of, text_of
-from bench.lab.work import Job, chosen, jobs_of, run_job, smaller
+from bench.lab.work import Job, chosen, jobs_of, smaller
 
 WORKERS = 2
 OTHERS = ("speed", "real")  # rows that are of no hidden effect
@@ -51,24 +49,6 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
     if found.seed is not None and found.seed < 1:
         parser.error(f"--seed {found.seed}: expected 1 or more")
     return found
-
-
-def finished(jobs: list[Job], workers: int, until: float) -> Iterator[dict[str, Any]]:
-    """Records of sets as they are done; none is started after `until` [s, monotonic]."""
-    context = multiprocessing.get_context("spawn")
-    waiting = iter(jobs)
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        running: set[Future[dict[str, Any]]] = set()
-        while True:
-            while len(running) < 2 * workers and time.monotonic() < until:
-                job = next(waiting, None)
-                if job is None:
-                    break
-                running.add(pool.submit(run_job, job))
-            if not running:
-                return
-            done, running = wait(running, return_when=FIRST_COMPLETED)
-            yield from (future.result() for future in done)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -218,7 +218,12 @@ def draw(found: Mapping[str, Any], path: Path) -> None:
         f"({low:.3f} to {high:.3f})",
         fontsize=9,
     )
-    axes.set(xlim=(0, 1), ylim=(0, 1), xlabel="confidence stated", ylabel="share of verdicts right")
+    axes.set(
+        xlim=(-0.03, 1.06),
+        ylim=(-0.03, 1.06),
+        xlabel="confidence stated",
+        ylabel="share of verdicts right",
+    )
     figure.savefig(path)
     pyplot.close(figure)
 
