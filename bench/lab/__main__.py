@@ -17,11 +17,10 @@ from typing import Any
 from bench.kept import append, read
 from bench.lab import store
 from bench.lab.notes import misses_of, notes_of
-from bench.lab.processes import finished
 from bench.lab.real import measure_real, summary
 from bench.lab.speed import measure_speed
 from bench.lab.table import ROWS, rows_of, text_of
-from bench.lab.work import Job, chosen, jobs_of, smaller
+from bench.lab.work import Job, chosen, finished, jobs_of, smaller
 
 WORKERS = 2
 OTHERS = ("speed", "real")  # rows that are of no hidden effect

@@ -18,9 +18,8 @@ from bench.hidden.case import Case
 from bench.hidden.cases import all_cases
 from bench.hidden.reserved import is_reserved
 from bench.kept import append, read
-from bench.lab.processes import finished
 from bench.lab.store import OUT, revision_of_the_code
-from bench.lab.work import Job
+from bench.lab.work import Job, finished
 
 LINES = OUT / "calibration.jsonl"
 FIRST_SEED, ROUNDS = 600, 20
