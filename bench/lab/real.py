@@ -79,7 +79,7 @@ def record_of(name: str, data: Any, diagnosed: bool = True) -> Record:
     learned = learn(data, model)
     record["seconds"] = time.process_time() - started
     shapes = [one.shape for one in learned.curves]
-    record["learned"] = [f"{s.stage} {s.form}, {s.axis.replace('_', ' ')}" for s in shapes]
+    record["learned"] = [f"{s.stage} {s.form}, {s.abscissa.partition(' [')[0]}" for s in shapes]
     before, after = learned.base.held_out.rmse, learned.final.held_out.rmse
     record |= {"before": before, "after": after, "floor": learned.problem.floor.total}
     return record | {"unit": data.unit, "fall_learned": before / after, "reason": learned.reason}

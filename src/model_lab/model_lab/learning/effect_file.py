@@ -111,12 +111,17 @@ class Shape:
         """
         if self.stage == "output" and self.against in ("pressure", "wall"):
             return ODD  # a sensor knows neither
+        if self.experiment not in BENDING and self.axis == "time_since_step":
+            return (
+                ODD  # in one pull that is what the stretch is, and a bar is pulled for its rubber
+            )
         if self.base == "linear":  # an actuator that is not linear is likelier than its sensor
             return ODD if self.kind == ("output", "output") else 0.0
         if self.kind in STATIC and self.experiment != "free_bending":
             usual = {FLATTENS: "output", SETS_IN: "input"}.get(answer, "load")
-            if self.experiment not in BENDING:
-                usual = "output" if answer == FLATTENS else "elastic"
+            if self.experiment not in BENDING:  # a sheet is tested in modes for its rubber's sake
+                late = answer == FLATTENS and self.experiment != "rubber"
+                usual = "output" if late else "elastic"
             return 0.0 if self.stage == usual else ODD
         return RARE if self.stage == "structure" else 0.0
 

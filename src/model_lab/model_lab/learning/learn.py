@@ -45,6 +45,7 @@ FITTED, BESIDE = 8, 4  # candidates that are fitted as a whole: of a first curve
 GOOD = 1.4  # held-out error over the best one's, up to which the simplest curve is chosen
 THIRDS = (0.05, 0.35), (0.35, 0.65), (0.65, 1.1)  # of the largest prediction
 ALIKE = 1.05  # held-out error over that of the chosen one, up to which another is tied
+BELOW = 0.7  # of the floor, within which errors do not tell curves apart
 REMOVED = 0.5  # share of the excess mean square error that a curve must remove
 EVENLY = 0.5  # share of knots that lie evenly, over that of those where a curve bends
 MOVED = 2  # times that knots are moved to where a curve bends
@@ -124,7 +125,7 @@ class Learning:
 
     def is_tied(self, other: Candidate) -> bool:
         """Whether the data cannot tell another curve from the chosen one."""
-        return self.chosen is not None and other.error <= ALIKE * self.chosen.error
+        return self.chosen is not None and _alike(self.problem, self.chosen, other)
 
 
 def learn(
@@ -151,7 +152,7 @@ def learn(
     lower = with_lower_floor(problem, found[0].scored.fit) if found else None
     if lower is not None:
         problem, base = lower, score_base(lower, names)
-        found = _in_order([_fitted(problem, base, one.shape, one) for one in found])
+        found = _in_order(problem, [_fitted(problem, base, one.shape, one) for one in found])
     return _with_further(_judged(problem, base, found), tell)
 
 
@@ -175,11 +176,15 @@ def _with_further(learning: Learning, tell: Tell) -> Learning:
 def _searched(
     problem: FitProblem, base: Scored, name: str, tell: Tell, known: Set[Kind] = frozenset()
 ) -> list[Candidate]:
-    """Candidates fitted as a whole, the best first; none of what is known."""
+    """Candidates fitted as a whole, the best first; beside known ones no others of their kinds, and
+    no odd ones.
+    """
     if not material(problem, base):
         return []
     scene = Scene.of(problem, base.fit)
-    shapes = [shape for shape in scene.shapes(COARSE) if shape.kind not in known]
+    shapes = list(scene.shapes(COARSE))
+    if known:
+        shapes = [s for s in shapes if s.kind not in known and s.surprise_of(GROWS) < ODD]
     promise = []
     for number, shape in enumerate(shapes, 1):
         tell(f"trying {_words(shape)}", number, len(shapes))
@@ -195,18 +200,24 @@ def _searched(
     for number, one in enumerate(near, 1):
         tell(f"refining {_words(one.shape)}", number, len(near))
         found[found.index(one)] = _refined(problem, base, scene, one)
-    return _in_order(found)
+    return _in_order(problem, found)
 
 
-def _in_order(found: list[Candidate]) -> list[Candidate]:
+def _alike(problem: FitProblem, first: Candidate, other: Candidate) -> bool:
+    """Whether another curve predicts as well as one; below the floor all do."""
+    return other.error <= max(ALIKE * first.error, BELOW * problem.floor.total)
+
+
+def _in_order(problem: FitProblem, found: list[Candidate]) -> list[Candidate]:
     """The simplest of those that predict well, then the others by their error; an odd one comes
     first only where the data tell it from the others.
     """
     best = min((one.error for one in found), default=0.0)
-    good = sorted((one for one in found if one.error <= GOOD * best), key=lambda one: one.cost)
-    others = sorted((one for one in found if one.error > GOOD * best), key=lambda one: one.error)
+    limit = max(GOOD * best, BELOW * problem.floor.total)
+    good = sorted((one for one in found if one.error <= limit), key=lambda one: one.cost)
+    others = sorted((one for one in found if one.error > limit), key=lambda one: one.error)
     if good:
-        tied = [one for one in good if one.error <= ALIKE * good[0].error]
+        tied = [one for one in good if _alike(problem, good[0], one)]
         first = next((one for one in tied if one.surprise < ODD), good[0])
         good = [first, *(one for one in good if one is not first)]
     return good + others
@@ -276,8 +287,8 @@ def _candidate(problem: FitProblem, base: Scored, shape: Shape, name: str, found
 
 
 def answer_of(measured: Array, before: Array, after: Array) -> str:
-    """How a curve changes what a model predicts from small to large: `flattens`, `sets_in` (most of
-    the rise is at the small ones) or `grows`.
+    """How a curve changes what a model predicts from small to large: `flattens` (the more the
+    larger), `sets_in` (it rises most at the small ones) or `grows`, as anything else.
 
     measured (samples,), and residuals (samples,) before and after.
     """
@@ -289,9 +300,9 @@ def answer_of(measured: Array, before: Array, after: Array) -> str:
         square = float(plain[mine] @ plain[mine])
         gains.append(float(plain[mine] @ (measured - after)[mine]) / square if square else 1.0)
     small, middle, large = gains
-    if large < middle:
+    if middle - large > abs(small - middle):
         return FLATTENS
-    return SETS_IN if middle - small > large - middle else GROWS
+    return SETS_IN if middle - small > abs(large - middle) else GROWS
 
 
 def _squares(problem: FitProblem, likelihood: Likelihood) -> Likelihood:
