@@ -159,6 +159,11 @@ def test_panels_lie_side_by_side_where_there_is_room(on_screen, on_phone):
     assert on_screen.width[0] <= on_screen.width[1]
 
 
+def test_a_mouse_that_is_dragged_over_curves_zooms_into_them(on_screen):
+    (low, high), zoomed = on_screen.zoom
+    assert np.allclose(zoomed, [low + share * (high - low) for share in (0.4, 0.6)], rtol=0.02)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_without_scripts_every_figure_is_a_picture(pictures, kind):
     for figure in pictures[kind].figures:
