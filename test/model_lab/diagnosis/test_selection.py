@@ -136,6 +136,20 @@ def test_an_effect_is_named_if_it_removes_half_of_the_excess_error(choose, share
     assert named(choose, {"": BASE, "a": leaves(share)}) == answer
 
 
+def test_of_two_that_explain_as_much_the_one_in_its_usual_range_is_named(choose, monkeypatch):
+    models = {"": BASE, "a": leaves(0.0, 500.0), "b": leaves(0.0, 505.0)}
+    assert choose(models)[0].final.effects == ("a",)
+    made = Landscape._one
+
+    def unusual(landscape, before, effect):
+        scored = made(landscape, before, effect)
+        return replace(scored, unusual=10.0) if effect == "a" else scored
+
+    monkeypatch.setattr(Landscape, "_one", unusual)
+    chosen = choose(models)[0]
+    assert chosen.final.effects == ("b",) and chosen.ties == (("a",),)
+
+
 @pytest.mark.parametrize(("error", "answer"), [(1.11, ""), (1.13, "a")])
 def test_nothing_is_named_where_the_error_is_hardly_above_the_floor(choose, error, answer):
     assert named(choose, {"": Said(error, 1000.0), "a": Said(1.0, 500.0)}) == answer

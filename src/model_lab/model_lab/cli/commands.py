@@ -131,15 +131,16 @@ def learn(arguments: argparse.Namespace) -> None:
     with Progress("learning") as progress:
         found = learn(data, model, classes, progress)
     print(f"{words.verdict(found)}\n\n{text_table(words.alternative_rows(found))}")
-    if found.chosen is not None:
-        chosen = found.chosen
+    files = effect_file.files_of(arguments.out)[: len(found.curves)]
+    for curve, file in zip(found.curves, files, strict=True):
         origin = f" from {data.title or data.experiment}"
-        text = effect_file.text_of(
-            chosen.shape, arguments.out.stem, chosen.values.tolist(), chosen.spread.tolist(), origin
-        )
-        write_new(arguments.out, text, arguments.force)
-        print(f"\n{text_table(words.curve_rows(chosen))}\n\nWritten: {arguments.out}. Next:")
-        print(f"  {words.next_step(arguments.data, arguments.model, arguments.out)}")
+        values, spread = curve.values.tolist(), curve.spread.tolist()
+        text = effect_file.text_of(curve.shape, file.stem, values, spread, origin)
+        write_new(file, text, arguments.force)
+        print(f"\n{text_table(words.curve_rows(curve))}\n\nWritten: {file}.")
+    if files:
+        steps = words.next_steps(arguments.data, arguments.model, files)
+        print("Next:", *steps, sep="\n  ")
     options.save_json(arguments, learning_json(found))
     if arguments.report is not None:
         from model_lab.report import write_learned

@@ -162,7 +162,8 @@ class Scored:
     """A fitted model with what it says of held-out data.
 
     known: whether every effect has a parameter that the data tell. improvement: fall of the
-    deviance against the model it came from. signature: of the effect that was added last.
+    deviance against the model it came from. signature: of the effect that was added last. unusual:
+    deviance by which parameters outside of their usual ranges are unlikely beforehand.
     """
 
     effects: tuple[str, ...]
@@ -171,6 +172,7 @@ class Scored:
     known: bool = True
     improvement: float = 0.0
     signature: Signature | None = None
+    unusual: float = 0.0
 
     @property
     def added(self) -> str:
@@ -208,7 +210,7 @@ def score_base(
     if start is None and all(p.name in problem.fitted for p in parameters):
         start = np.array([problem.fitted[p.name] for p in parameters], float)
     found = fit(likelihood, base_starts(parameters) if start is None else start[None])
-    return Scored(tuple(effects), found, hold_out(found))
+    return Scored(tuple(effects), found, hold_out(found), unusual=unusual(found))
 
 
 def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Unseen:
@@ -225,7 +227,20 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
     kind = problem.classes[effect]
     resolved = is_resolved(problem.data, after, kind)
     known = before.known and resolved and is_known(after, kind, bool(before.effects))
-    return Scored(effects, after, hold_out(after), known, gained, found)
+    return Scored(effects, after, hold_out(after), known, gained, found, unusual(after))
+
+
+def unusual(fit: Fit) -> float:
+    """Deviance by which effects' parameters outside of their usual ranges are unlikely beforehand:
+    even within a range, and with normal tails beyond, whose sigma is half of it.
+    """
+    scales = fit.likelihood.scales
+    ends = np.array([p.typical for p in fit.likelihood.parameters], float).reshape(-1, 2)
+    low, high = scales.inward(ends.T)
+    at = scales.inward(fit.values)
+    beyond = np.maximum(np.maximum(low - at, at - high), 0.0) / (0.5 * scales.width)
+    of_effects = [bool(p.effect) for p in fit.likelihood.parameters]
+    return float(np.sum(beyond[of_effects] ** 2))
 
 
 def is_known(fit: Fit, effect: type[Effect], beside: bool = False) -> bool:

@@ -33,8 +33,15 @@ ODD_TITLES = {
     "line": "Share of the error at a frequency",
     "wild_samples": "Wild samples",
     "drift": "Mean error of each run",
+    "held_input": "Input that is held until it jumps",
 }
-ODD_ABSCISSAS = {"line": "frequency [Hz]", "wild_samples": "sample", "drift": "run"}
+ODD_ABSCISSAS = {
+    "line": "frequency [Hz]",
+    "wild_samples": "sample",
+    "drift": "run",
+    "held_input": "time [s]",
+}
+ODD_SHARES = {"line": "share", "held_input": "share of the largest"}  # the others are errors
 LEVELS = ("stated", "within runs", "with repeats")
 
 
@@ -227,10 +234,10 @@ def _odd_panel(view: View, notice: Notice) -> Panel:
         ticks = tuple((float(at), level) for at, level in enumerate(LEVELS))
         x, y = Scale(f"scatter [{view.display.unit}]"), Scale("", (2.6, -0.6), ticks=ticks)
         return Panel((Bars(lengths, ("floor", "other", "before")),), x, y, title, 200)
-    line = notice.kind == "line"
-    values = notice.y if line else view.display.factor * notice.y
-    ordinate = "share [-]" if line else f"error [{view.display.unit}]"
-    look = {"width": 1.2} if line else {"marker": "o", "size": 1.5, "most": ODD_DOTS}
+    share = ODD_SHARES.get(notice.kind)
+    values = notice.y if share else view.display.factor * notice.y
+    ordinate = f"{share} [-]" if share else f"error [{view.display.unit}]"
+    look = {"width": 1.2} if share else {"marker": "o", "size": 1.5, "most": ODD_DOTS}
     marked = notice.marked
     marks = (
         Course(notice.x, values, "other", **look),
