@@ -130,5 +130,9 @@ def test_what_is_not_touched_costs_more_than_any_touch():
 def test_a_contact_on_the_way_to_a_place_does_not_cost_more_than_none():
     none = Verdict(False, "no contact", None, 0.0, ())
     elsewhere = Verdict(False, "not within the radius", 0.030, 0.0, ())
-    assert cost(elsewhere, 0.010, 0.0) < cost(none, 0.010, 0.0)
+    beside = Verdict(False, "not within the radius", 0.012, 0.0, ())
+    costs = [cost(verdict, 0.010, 0.0) for verdict in (beside, elsewhere, none)]
+    assert costs == sorted(costs) and costs[0] < costs[1]
+    behind = Verdict(False, "not within the radius", 0.035, 0.0, ())
+    assert cost(behind, 0.010, 0.0) == cost(none, 0.010, 0.0)
     assert cost(none, 0.009, 0.0) < cost(none, 0.010, 0.0)

@@ -47,6 +47,7 @@ RING_COUNT = 5  # outlines of the thumb's end of which the distance to a place i
 # cost [mm]: what is not touched costs at least as much as the radius
 NO_CONTACT, NOT_TOUCHED = 5.0, 8.0
 A_NEWTON, A_SPEED, MOST_SPEED = 2.0, 10.0, 5.0  # [mm/N], [mm s/rad], [mm]
+A_DETOUR = 0.25  # of what the way along the skin is longer than that through the air [-]
 
 
 def hand_variant(name: str) -> HandDescription:
@@ -209,8 +210,9 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
 
 
 def cost(verdict: Verdict, gap: float, speed: float) -> float:
-    """Cost [mm] of a posture; a touch costs its distance along the skin, anything else that through
-    the air, which a contact elsewhere does not raise, and more than the radius on top.
+    """Cost [mm] of a posture; a touch costs its distance along the skin. Anything else costs that
+    through the air, the radius and what lacks on top; a contact on the wrong side lacks more than
+    one beside the place, and no contact most.
 
     Args:
         verdict: of the judge.
@@ -223,5 +225,6 @@ def cost(verdict: Verdict, gap: float, speed: float) -> float:
     if verdict.touched and verdict.distance is not None:
         return 1e3 * verdict.distance
     found = 1e3 * gap + NOT_TOUCHED + A_NEWTON * max(0.0, verdict.force - FORCE[1])
-    found += NO_CONTACT if verdict.distance is None else 0.0
+    along = np.inf if verdict.distance is None else verdict.distance
+    found += min(NO_CONTACT, A_DETOUR * 1e3 * max(0.0, along - gap))
     return found + min(MOST_SPEED, A_SPEED * max(0.0, speed - SLOW))
