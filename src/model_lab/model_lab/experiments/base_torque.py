@@ -56,7 +56,7 @@ class BaseTorque:
         require_columns(data, INPUTS["base_torque"], "the model of base_torque")
         self._data = data
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         self._segments = SpecimenSegments(data, segments, joints)
         self._pressure = self._rows.column("pressure")
         pose = np.array([self._rows.column(name)[0, :, 0] for name in TIP_POSE])
@@ -222,6 +222,7 @@ def _factor(effects: Sequence[StructureEffect], samples: int) -> Factor | None:
     at_points: tuple[Indices | None, list[StructureEffect]] = None, []
 
     def factor(bend: Array, rest: Array, points: Indices) -> Array:
+        """Factor [-] at bends from rests [rad] of these points."""
         nonlocal at_points
         if at_points[0] is not points:  # which stay for many calls
             at_points = points, [_at_points(effect, points // samples) for effect in scaling]
