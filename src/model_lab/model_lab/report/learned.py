@@ -29,7 +29,7 @@ KEYS = (
 
 
 def picture_of(learning: Learning) -> Drawing:
-    """The curve with its band, the residual before and after, and the candidates' errors."""
+    """The curves with their bands, the residual before and after, and the candidates' errors."""
     chosen = learning.chosen
     caption = (
         "Residuals are measured less predicted, dots single samples, lines means over parts of the "
@@ -40,10 +40,10 @@ def picture_of(learning: Learning) -> Drawing:
         return Drawing("learned", "Residuals and errors", caption, verdict(learning), panels,
                        KEYS[::2], 2, ROW)  # fmt: skip
     caption = f"{chosen.shape.title} The band holds 95 %. {caption}"
+    curves = [curve_panel(one) for one in learning.curves]
     return Drawing(
-        "learned", "Learned curve", caption, verdict(learning), (curve_panel(chosen), *panels),
-        KEYS, 3, ROW,
-    )  # fmt: skip
+        "learned", "Learned curve", caption, verdict(learning), (*curves, *panels), KEYS, 3, ROW
+    )
 
 
 def curve_panel(candidate: Candidate) -> Panel:
@@ -105,7 +105,7 @@ def _residuals(learning: Learning) -> Iterator[Course]:
     factor = display_of(learning.problem.data.unit).factor
     parts = [("before", learning.base)]
     if learning.chosen is not None:
-        parts.append(("after", learning.chosen.scored))
+        parts.append(("after", learning.final))
     for label, scored in parts:
         rest = factor * scored.held_out.residual
         yield Course(place, rest, label, marker="o", size=1.3, opacity=0.3, most=DOTS)
