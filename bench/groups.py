@@ -1,12 +1,14 @@
 """Frame of a benchmark in groups: runs those asked for, prints their table, writes their rows.
 
 Every module of a benchmark's folder with a function `run(...) -> list[dict]` is a group of rows;
-those of its arguments that are named as an option of the benchmark get it.
+those of its arguments that are named as an option of the benchmark get it. `TAKES = "text"` there
+says in the help how long it takes on two idle cores.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import importlib
 import inspect
 import json
@@ -27,6 +29,20 @@ def groups(package: str) -> list[str]:
     """Names of the modules of a benchmark that measure something, told without importing them."""
     folder = Path(__file__).parent / package
     return [f.stem for f in sorted(folder.glob("*.py")) if "\ndef run(" in f.read_text()]
+
+
+def _about(package: str, name: str) -> str:
+    """First line of a group's module, and how long it `TAKES` if that is said there."""
+    tree = ast.parse((Path(__file__).parent / package / f"{name}.py").read_text())
+    first = (ast.get_docstring(tree) or "").partition("\n")[0]
+    values = [ast.literal_eval(n.value) for n in tree.body if _names(n) == ["TAKES"]]
+    return " ".join([first, *(f"({value})" for value in values)])
+
+
+def _names(node: ast.stmt) -> list[str]:
+    """What an assignment names, nothing of another statement."""
+    targets = node.targets if isinstance(node, ast.Assign) else []
+    return [target.id for target in targets if isinstance(target, ast.Name)]
 
 
 def measure(package: str, name: str, options: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -67,7 +83,12 @@ def main(
         1 if a group could not be run; a target that is missed shows in the table only.
     """
     names = groups(package)
-    parser = argparse.ArgumentParser(prog=f"bench.{package}", description=description)
+    parser = argparse.ArgumentParser(
+        prog=f"bench.{package}",
+        description=description,
+        epilog="\n".join(["rows:", *(f"  {name:14s} {_about(package, name)}" for name in names)]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--rows", nargs="+", default=names, choices=names, help="default: all")
     for name, (default, help) in own.items():
         text = f"{help} (default: {default:g})"

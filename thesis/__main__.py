@@ -139,9 +139,11 @@ def _run(module: ModuleType, words: Sequence[str]) -> int:
     if options.redraw:
         parameters, results = frame.read_result(options.out, module)
     else:
-        if not options.force:
-            frame.check_free(options.out)
         parameters = frame.parameters_of(module, _given(module, options))
+        if hasattr(parameters, "continued"):
+            parameters = parameters.continued(options.out)
+        elif not options.force:
+            frame.check_free(options.out)
         with progress_line(name) as progress:
             results = module.run(parameters, frame.Job(options.out, progress))
     report = module.report(results, parameters)

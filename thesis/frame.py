@@ -3,7 +3,8 @@
 An experiment is one module NAME.py in the folder of a chapter. It has
 
     its docstring         the first line is its title
-    Parameters            frozen dataclass of `option`s, each with its unit
+    Parameters            frozen dataclass of `option`s, each with its unit; with a method
+                          `continued(folder)` a run adds to what is in its folder
     SMALL                 those of a run of seconds, where Parameters() takes longer; None: none is
     run(parameters, job)  -> Results, all that is simulated
     report(results, parameters) -> Report, all that is said of them

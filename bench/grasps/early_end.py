@@ -10,6 +10,7 @@ from bench.grasps.steps import scattered
 from bench.grasps.verdicts import gripped
 from bench.row import at_least
 
+TAKES = "half an hour"
 COUNT = 400
 
 

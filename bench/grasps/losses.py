@@ -8,12 +8,13 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from bench.grasps.steps import scattered
+from bench.grasps.steps import OF_OBJECTS, scattered
 from bench.row import at_most, stated
 from grasp_strategies.sweep import TrialLine, run_line
 from grasp_strategies.sweep.cluster import LARGEST_BATCH
-from grasp_strategies.sweep.trial_line import Record
+from grasp_strategies.sweep.line import Record
 
+TAKES = "5 min"
 KILLS = ("test_kill.py", "test_cluster.py")
 KILLS_LIMIT = 900.0  # [s]
 WORKERS = 2000  # of the thesis's cluster
@@ -23,7 +24,7 @@ TRIALS = 20  # that tell how long one takes
 
 def run(seed: int, count: int = COUNT) -> list[dict[str, Any]]:
     """Rows of both."""
-    return [*kills(), *dispatch(scattered(seed, TRIALS), count)]
+    return [*kills(), *dispatch(scattered(seed, TRIALS, OF_OBJECTS), count)]
 
 
 def kills() -> list[dict[str, Any]]:

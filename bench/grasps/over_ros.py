@@ -27,6 +27,7 @@ from softhand_bringup.processes.suite import SuiteOptions
 from softhand_bringup.ros.demo import USUAL_OBJECT, object_place
 from softhand_ros.topics import latched
 
+TAKES = "an hour"
 STRATEGIES = {
     "surface_constrained": "surface_constrained",
     "rbo_hand_1_from_above": "surface_constrained",

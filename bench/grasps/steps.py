@@ -8,36 +8,53 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bench.grasps.verdicts import gripped
+from bench.grasps.verdicts import OUT, gripped
 from bench.row import at_least, stated
-from grasp_strategies.sweep import TrialLine
+from grasp_strategies.sweep import SweepPlan, TrialLine
 from thesis.chapter_8 import push_map, surface_map
-from thesis.chapter_8.object_map import YIELDING, map_plan
+from thesis.chapter_8.object_map import YIELDING, MapParameters, map_plan
+from thesis.chapter_9 import edge_map
 
+TAKES = "half an hour"
 COUNT = 200
+OF_OBJECTS = ("push_map", "surface_map")  # the maps of chapter 8
+ALL = (*OF_OBJECTS, "edge_map")
 STEPS = (0.001, 0.002)  # beside that of the maps [s]
 NEAR = 0.003  # [m] from a border
 SIDES = ((NEAR, 0.0), (-NEAR, 0.0), (0.0, NEAR), (0.0, -NEAR))
 
 
-def scattered(seed: int, count: int = COUNT) -> list[TrialLine]:
-    """Trials of both maps without jitter, drawn from all cells of the rigid headline objects,
-    those of one object after each other.
+def plan_of(name: str) -> SweepPlan:
+    """Trials that are drawn from a map: each cell of the rigid headline objects without jitter, of
+    the edge, where there are fewer cells, also the jittered ones.
     """
-    lines = []
-    for module, name, strategy, upright in (
-        (push_map, "push_map", "rbo_hand_1_push", push_map.UPRIGHT),
-        (surface_map, "surface_map", "rbo_hand_1_surface", ()),
-    ):
-        rigid = tuple(n for n in module.HEADLINE if n not in YIELDING)
-        given = module.Parameters(objects=rigid, replicates=0)
-        lines += map_plan(name, strategy, given, upright).lines()
-    chosen = np.random.default_rng(seed).choice(len(lines), count, replace=False)
-    return [lines[k] for k in sorted(chosen)]
+    if name == "edge_map":
+        return replace(edge_map.plan(edge_map.Parameters(), Path(OUT)), nominal=True)
+    if name == "push_map":
+        return map_plan(name, "rbo_hand_1_push", _rigid(push_map.HEADLINE), push_map.UPRIGHT)
+    return map_plan(name, "rbo_hand_1_surface", _rigid(surface_map.HEADLINE))
+
+
+def _rigid(headline: tuple[str, ...]) -> MapParameters:
+    return MapParameters(objects=tuple(n for n in headline if n not in YIELDING), replicates=0)
+
+
+def scattered(seed: int, count: int = COUNT, names: tuple[str, ...] = ALL) -> list[TrialLine]:
+    """Trials drawn from these maps, as many from each, those of one hand and object after each
+    other.
+    """
+    found = []
+    for number, name in enumerate(names):
+        lines = plan_of(name).lines()
+        share = (count + number) // len(names)
+        chosen = np.random.default_rng([seed, number]).choice(len(lines), share, replace=False)
+        found += [lines[k] for k in sorted(chosen)]
+    return found
 
 
 def at_step(line: TrialLine, step: float) -> TrialLine:

@@ -1,90 +1,31 @@
-"""Cases of the benchmark: what is hidden in a set, how it is measured, and what is right to say.
-
-The names seed the sets: a case that is renamed is another set.
-"""
+"""Cases of the benchmark, row by row."""
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
-from pathlib import Path
 from typing import Any
 
-from bench.hidden.design import ExtraRun
-from bench.hidden.laws.registry import Parameters
-from bench.hidden.protocols import ONE_RATE_SAMPLES
-from bench.hidden.sets.driven import make_set
+from bench.hidden.case import (
+    ADEQUATE,
+    DRIVEN,
+    FINEST,
+    LOW_NOISES,
+    MIDDLE,
+    NOISES,
+    UNEXPLAINED,
+    Case,
+    hidden,
+    named,
+)
+from bench.hidden.people import disturbed, scarce
+from bench.hidden.reserved import reserved
+from bench.hidden.ties import one_rate, tied
 
-NOISES = (0.002, 0.006, 0.015)  # over full scale
-LOW_NOISES, FINEST = NOISES[:2], NOISES[:1]
-SLOW = (0.006,)  # where a diagnosis takes a minute
-STRENGTHS = {"weak": 2.0, "medium": 4.0, "strong": 10.0}
+SLOW = MIDDLE  # where a diagnosis takes a minute
+STRENGTHS = {"weak": 2.0, "light": 3.0, "medium": 4.0, "strong": 10.0}
 FORM_STRENGTHS = {"medium": 4.0, "strong": 8.0}
-DRIVEN = ("free_bending", "blocked_tip", "uniaxial")
-
-
-@dataclass(frozen=True)
-class Expected:
-    """What is right to say.
-
-    verdict: adequate, effects_missing or unexplained. names: per hidden law the names of the
-    catalogue that are its family. tied: names that the data cannot tell apart, all of which must
-    come out in one tie (none: no such demand).
-    """
-
-    verdict: str
-    names: tuple[frozenset[str], ...] = ()
-    tied: frozenset[str] = frozenset()
-
-
-@dataclass(frozen=True)
-class Case:
-    """One case of a row of the benchmark; `ratio` is error before over floor of each law alone."""
-
-    name: str
-    row: str
-    experiment: str
-    hidden: tuple[tuple[str, Parameters], ...]
-    expected: Expected
-    ratio: float | None = None
-    options: Mapping[str, Any] = field(default_factory=dict)
-    noises: tuple[float, ...] = NOISES
-
-    def make(
-        self, folder: Path, seed: int, noise: float, extra: tuple[ExtraRun, ...] = ()
-    ) -> dict[str, Any]:
-        """Write the set and return its truth, see `make_set`."""
-        more = {"extra": extra} if extra else {}
-        return make_set(
-            folder,
-            self.experiment,
-            [(name, dict(parameters)) for name, parameters in self.hidden],
-            seed=zlib.crc32(self.name.encode()) % 2**20 * 1000 + seed,
-            noise=noise,
-            ratio=self.ratio,
-            **self.options,
-            **more,
-        )
-
-
-def visible(truth: Mapping[str, Any]) -> bool:
-    """Whether what is hidden shows: each law alone at least twice the floor, or as asked."""
-    return all(ratio >= 1.95 for ratio in [*truth["ratios"], truth["ratio"]])
-
-
-ADEQUATE, UNEXPLAINED = Expected("adequate"), Expected("unexplained")
-
-
-def named(*families: tuple[str, ...]) -> Expected:
-    """One effect of each of these families must be named."""
-    return Expected("effects_missing", tuple(map(frozenset, families)))
-
-
-def _hidden(*laws: str) -> tuple[tuple[str, Parameters], ...]:
-    return tuple((law, {}) for law in laws)
 
 
 # ---------------------------------------------------------------------- effects of the catalogue
@@ -124,17 +65,16 @@ def catalogue(experiment: str, noises: tuple[float, ...] = NOISES) -> Iterator[C
     """Every effect of the catalogue that is visible in an experiment, at three strengths."""
     for law, (word, ratio) in product(CATALOGUE[experiment].split(), STRENGTHS.items()):
         name, options = f"{experiment}/{law}/{word}", _designed(experiment, law)
-        yield Case(
-            name, "catalogue", experiment, _hidden(law), named((law,)), ratio, options, noises
-        )
+        row, levels = ("weak", MIDDLE) if word == "light" else ("catalogue", noises)
+        yield Case(name, row, experiment, hidden(law), named((law,)), ratio, options, levels)
 
 
 def _fixed_strength(
     experiment: str, law: str, noises: tuple[float, ...], options: Mapping[str, Any]
 ) -> Case:
     """An effect without a strength of its own; it does not show above these noises."""
-    name, hidden = f"{experiment}/{law}", _hidden(law)
-    return Case(name, "catalogue", experiment, hidden, named((law,)), 2.0, options, noises)
+    name, laws = f"{experiment}/{law}", hidden(law)
+    return Case(name, "catalogue", experiment, laws, named((law,)), 2.0, options, noises)
 
 
 # ---------------------------------------------------------------------- the same in another form
@@ -194,7 +134,7 @@ def other_forms(experiment: str) -> Iterator[Case]:
     for law, (word, ratio) in product(FORMS_IN[experiment].split(), FORM_STRENGTHS.items()):
         name, family = f"form/{experiment}/{law}/{word}", named(tuple(FORMS[law].split()))
         options = _designed(experiment, law)
-        yield Case(name, "other form", experiment, _hidden(law), family, ratio, options)
+        yield Case(name, "other form", experiment, hidden(law), family, ratio, options)
 
 
 # ---------------------------------------------------------------------- tests of the rubber
@@ -217,10 +157,8 @@ def tests_of_rubber() -> Iterator[Case]:
         for law, family in RUBBERS.items():
             expected = named(tuple(family.split()))
             for word, ratio in FORM_STRENGTHS.items():
-                name, hidden = f"form/rubber/{law}/{way}/{word}", _hidden(law)
-                yield Case(
-                    name, "other form", "rubber", hidden, expected, ratio, options, LOW_NOISES
-                )
+                name, laws = f"form/rubber/{law}/{way}/{word}", hidden(law)
+                yield Case(name, "other form", "rubber", laws, expected, ratio, options, LOW_NOISES)
         yield Case(
             f"nothing/rubber/{way}", "nothing", "rubber", (), ADEQUATE, None, options, LOW_NOISES
         )
@@ -251,7 +189,7 @@ def pairs(experiment: str, noises: tuple[float, ...] = LOW_NOISES) -> Iterator[C
         laws = pair.split("+")
         name, both = f"pair/{experiment}/{pair}", named(*((law,) for law in laws))
         options = _designed(experiment, *laws)
-        yield Case(name, "pairs", experiment, _hidden(*laws), both, 3.0, options, noises)
+        yield Case(name, "pairs", experiment, hidden(*laws), both, 3.0, options, noises)
 
 
 # ---------------------------------------------------------------------- three and four at once
@@ -279,7 +217,7 @@ def several(experiment: str, noises: tuple[float, ...] = LOW_NOISES) -> Iterator
         laws = together.split("+")
         name, each = f"several/{experiment}/{together}", named(*((law,) for law in laws))
         options, row = _designed(experiment, *laws), ROWS_OF_SEVERAL[len(laws)]
-        yield Case(name, row, experiment, _hidden(*laws), each, 3.0, options, noises)
+        yield Case(name, row, experiment, hidden(*laws), each, 3.0, options, noises)
 
 
 # ---------------------------------------------------------------------- nothing hidden
@@ -326,42 +264,7 @@ def outside(experiment: str, noises: tuple[float, ...] = LOW_NOISES) -> Iterator
     for law, ratio in product(laws.split(), ratios):
         name = f"outside/{experiment}/{law}/{ratio:g}"
         options = {} if experiment == "base_torque" else {"adjacent": law in WEARING}
-        yield Case(name, "outside", experiment, _hidden(law), UNEXPLAINED, ratio, options, noises)
-
-
-# ---------------------------------------------------------------------- ties
-LOOPS: dict[str, dict[str, float]] = {  # memory too short for the samples to resolve
-    "viscoelasticity": {"relaxation_time": 0.3},
-    "tube_lag": {},
-    "hysteresis": {"stretch_scale": 0.01},
-}
-RATES = {"drives": "one_rate", "samples": ONE_RATE_SAMPLES}
-TIED: tuple[tuple[str, str, str, Parameters, dict[str, Any]], ...] = (
-    *(("one_rate", "free_bending", law, given, RATES) for law, given in LOOPS.items()),
-    ("above", "free_bending", "pressure_offset", {}, {"drives": "above"}),
-    ("above", "free_bending", "dead_zone", {}, {"drives": "above"}),
-    ("above", "blocked_tip", "pressure_offset", {}, {"drives": "above"}),
-    ("above", "blocked_tip", "dead_zone", {}, {"drives": "above"}),
-    ("slow", "free_bending", "thick_wall", {}, {"drives": "slow"}),
-    ("slow", "free_bending", "tube_lag", {}, {"drives": "slow"}),
-    ("slow", "free_bending", "angle_sensor_lag", {}, {"drives": "slow"}),
-)
-
-
-def one_rate() -> Iterator[Case]:
-    """Triangles of one rate: loops of different causes look alike (so does a sensor's lag)."""
-    expected = Expected("effects_missing", (frozenset(LOOPS),), frozenset(LOOPS))
-    for law, given in LOOPS.items():
-        name, hidden = f"one_rate/free_bending/{law}", ((law, given),)
-        yield Case(name, "one rate", "free_bending", hidden, expected, 2.0, RATES, LOW_NOISES)
-
-
-def tied() -> Iterator[Case]:
-    """One effect, seen by too few kinds of runs, so that an experiment has to be proposed."""
-    for (word, experiment, law, given, options), ratio in product(TIED, (2.0, 4.0)):
-        name, expected = f"plan/{experiment}/{word}/{law}/{ratio:g}", named((law,))
-        hidden = ((law, dict(given)),)
-        yield Case(name, "plan", experiment, hidden, expected, ratio, options, LOW_NOISES)
+        yield Case(name, "outside", experiment, hidden(law), UNEXPLAINED, ratio, options, noises)
 
 
 @lru_cache(maxsize=1)
@@ -372,7 +275,7 @@ def all_cases() -> tuple[Case, ...]:
         "form/valve_pulse/iso_choke",
         "other form",
         "valve_pulse",
-        _hidden("iso_choke"),
+        hidden("iso_choke"),
         named(choke),
         2.0,
         {},
@@ -389,6 +292,9 @@ def all_cases() -> tuple[Case, ...]:
         *nothing("blocked_tip", few),
         *nothing("uniaxial", few),
         *(case for experiment in DRIVEN for case in outside(experiment)),
+        *reserved(),
+        *scarce(),
+        *disturbed(),
         *one_rate(),
         *catalogue("valve_pulse"),
         _fixed_strength("valve_pulse", "injector_flow", FINEST, {}),  # the choke's bend

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.hidden.cases import Case
+from bench.hidden.case import Case
 from bench.hidden.design import ExtraRun
 from bench.hidden.sets.writing import append_runs
 from bench.lab.adapter import diagnosis_of

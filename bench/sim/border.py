@@ -20,7 +20,7 @@ from bench.row import at_least, at_most, stated
 from grasp_strategies.in_process_scene import InProcessScene
 from grasp_strategies.scene import Array, Observation
 from grasp_strategies.sequencer import Sequencer
-from grasp_strategies.trials import TrialSettings, started_scene
+from grasp_strategies.trials import Placement, TrialSettings, started_scene
 
 FINEST, STEPS = 0.001, (0.002, 0.005)
 SEARCH = (-0.060, 0.061, 0.010)  # [m] first look: from, to, by
@@ -55,7 +55,7 @@ class MisplacedScene:
 def gripped(error: Array, step: float) -> bool:
     """Whether the grasp succeeds with this error (2,) [m] of the seen place along x and y."""
     started = started_scene(TrialSettings(step=step))
-    scene = MisplacedScene(started.place((0.0, 0.0), 1.0), np.array([*error, 0.0]))
+    scene = MisplacedScene(started.place(Placement()), np.array([*error, 0.0]))
     return Sequencer(scene, started.strategy).run().gripped
 
 

@@ -9,9 +9,11 @@ EXECUTABLES = [
     "sequencer = grasp_strategies.ros.interface:main",
     "trials = grasp_strategies.trials:main",
 ]
-COMMANDS = ["softhand-sweep = grasp_strategies.sweep.command:main"] + (
-    EXECUTABLES if "COLCON" in os.environ else []
-)
+COMMANDS = [
+    "softhand-sweep = grasp_strategies.sweep.command:main",
+    "softhand-search = grasp_strategies.search.command:main",
+    *(EXECUTABLES if "COLCON" in os.environ else []),
+]
 
 setup(
     name=PACKAGE,
@@ -36,6 +38,8 @@ setup(
         "numpy",
         "scipy",
         "matplotlib",
+        "optuna",
+        "cmaes",
         "PyYAML",
     ],
     extras_require={"test": ["pytest"], "dask": ["distributed"]},

@@ -9,6 +9,7 @@ EXECUTABLES = [
     "hand_sim = pneuflex_sim.ros.interface:main",
     "hand = pneuflex_sim.commands.hand:main",
     "pneuflex-objects = pneuflex_sim.commands.objects:main",
+    "softhand-materials = pneuflex_sim.commands.materials:main",
     "pneuflex-skin = pneuflex_sim.commands.skin:main",
 ]
 COMMANDS = EXECUTABLES if "COLCON" in os.environ else []
@@ -39,7 +40,12 @@ setup(
         "numba",
         "trimesh",
     ],
-    extras_require={"test": ["pytest"], "plot": ["matplotlib"], "mesh": ["coacd"]},
+    extras_require={
+        "test": ["pytest"],
+        "plot": ["matplotlib"],
+        "mesh": ["coacd"],
+        "mould": ["manifold3d"],
+    },
     zip_safe=False,
     entry_points={"console_scripts": COMMANDS},
 )

@@ -1,13 +1,19 @@
 """The bench of grasps without its long runs."""
 
 import time
+from collections import Counter
+from types import SimpleNamespace
 
 import pytest
+from made_up_sweep import all_gripped, lines_gripped
 
-from bench.grasps import over_ros, verdicts
+from bench.grasps import maps, over_ros, verdicts
 from bench.grasps.steps import COUNT, SIDES, at_step, beside, scattered
 from bench.grasps.table_grasps import OBJECTS, strategy_for
+from bench.groups import groups, main
 from bench.kept import Unfinished
+from thesis.__main__ import main as thesis_main
+from thesis.chapter_8 import object_map
 
 
 def test_every_object_on_the_table_has_a_strategy_of_the_hand():
@@ -21,14 +27,48 @@ def test_every_object_on_the_table_has_a_strategy_of_the_hand():
         strategy_for("tissue")
 
 
-def test_scattered_trials_are_of_both_maps_and_drawn_by_the_seed():
+@pytest.fixture
+def kept_here(monkeypatch, tmp_path):
+    """A working directory of its own."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_scattered_trials_are_of_all_three_maps_and_drawn_by_the_seed(kept_here):
     lines = scattered(3)
     assert len({line.key for line in lines}) == COUNT
-    assert {line.key.split("/")[0] for line in lines} == {"push_map", "surface_map"}
+    counts = Counter(line.key.split("/")[0] for line in lines)
+    assert set(counts) == {"push_map", "surface_map", "edge_map"}
+    assert max(counts.values()) - min(counts.values()) <= 1
     assert lines == scattered(3) != scattered(4)
+    assert {line.object for line in lines}.isdisjoint({"water_balloon", "tissue"})
 
 
-def test_a_trial_beside_another_differs_in_its_place_alone():
+def test_maps_that_are_not_made_are_rows_and_so_is_what_they_lack(kept_here, monkeypatch):
+    rows = maps.run()
+    assert [row["name"] for row in rows] == [
+        f"{name}: not made, python -m thesis run {name}" for name in maps.MAPS
+    ]
+    assert not any(row["met"] for row in rows)
+    monkeypatch.setattr(object_map, "run_sweep", all_gripped)
+    cell = ["--x", "0", "0.02", "--y", "0", "0.02", "--pitch", "0.02", "--replicates", "1"]
+    thesis_main(["run", "push_map", *cell, "--objects", "cylinder", "--checks", "no_air"])
+    found = {row["name"]: row["met"] for row in maps.run()}
+    assert found["push_map: negative control: 0 kPa: 4 successes (0)"] is False
+    assert found["push_map: largest hole: 0 cells, cylinder (<= 2)"] is True
+    assert found["push_map: checks: fine_step was not run"] is False
+    assert found["push_map: objects: marker was not run"] is False
+
+
+def test_the_help_tells_how_long_each_row_takes(capsys):
+    with pytest.raises(SystemExit):
+        main("grasps", "", {}, ["--help"])
+    told = capsys.readouterr().out.partition("rows:")[2].split("\n  ")[1:]
+    assert [line.split()[0] for line in told] == groups("grasps")
+    assert all(line.rstrip().endswith(")") for line in told)
+
+
+def test_a_trial_beside_another_differs_in_its_place_alone(kept_here):
     line = scattered(0, 1)[0]
     moved = beside(line, SIDES[2])
     assert moved.settings == line.settings and moved.key != line.key
@@ -37,28 +77,29 @@ def test_a_trial_beside_another_differs_in_its_place_alone():
     assert at_step(line, 0.001).placement == line.placement
 
 
-@pytest.fixture
-def kept_here(monkeypatch, tmp_path):
-    """A working directory of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def test_verdicts_stop_when_their_time_is_over_and_have_those_of_before(kept_here, monkeypatch):
+def test_verdicts_stop_when_their_time_is_over_and_go_on_from_those_of_before(
+    kept_here, monkeypatch
+):
     ran = []
 
     def run(lines, folder, jobs):
         ran.append((len(lines), folder.parent))
-        return [{"key": line.key, "outcome": "gripped"} for line in lines]
+        return lines_gripped(lines, folder, jobs)
 
     monkeypatch.setattr(verdicts, "run_lines", run)
     monkeypatch.setattr(verdicts, "PART", 3)
-    lines = scattered(0, 5)
+    lines = scattered(0, 8)
+    times = iter([0.0, 0.0, 2.0])
+    with monkeypatch.context() as clock:
+        clock.setattr(verdicts, "time", SimpleNamespace(monotonic=lambda: next(times)))
+        with pytest.raises(Unfinished, match="some: 2 of 8 trials are left"):
+            verdicts.gripped("some", lines, 1, 1.0)
+    assert ran == [(3, verdicts.OUT), (6, verdicts.OUT)]
     found = verdicts.gripped("some", lines, 1, time.monotonic() + 60)
     assert found == {line.key: True for line in lines}
-    assert ran == [(3, verdicts.OUT), (5, verdicts.OUT)]
-    with pytest.raises(Unfinished, match="some: 5 of 5 trials are left"):
-        verdicts.gripped("some", lines, 1, time.monotonic() - 1)
+    assert ran[2:] == [(6, verdicts.OUT), (8, verdicts.OUT)]
+    assert verdicts.gripped("some", lines, 1, time.monotonic() - 1) == found
+    verdicts.gripped("some", scattered(1, 8), 1, time.monotonic() + 60)
 
 
 def test_a_trial_without_a_verdict_is_not_taken_for_a_failed_grasp(kept_here, monkeypatch):

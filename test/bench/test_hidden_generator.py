@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp, trapezoid
 from scipy.optimize import brentq
 
 from bench.hidden import balance, flow, rubber, sensing
-from bench.hidden.cases import all_cases, visible
+from bench.hidden.case import visible
+from bench.hidden.cases import all_cases
 from bench.hidden.design import PlannedRun, Scene, specimen
 from bench.hidden.laws.registry import build
 from bench.hidden.measure import measure

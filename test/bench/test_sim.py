@@ -68,6 +68,11 @@ def test_borders_that_move_with_the_step_are_found_and_judged(monkeypatch):
     assert found[name.format("5", "agree beyond 3 mm")]["value"] < 100.0
 
 
+def test_an_object_that_lies_where_it_is_seen_is_gripped_and_one_far_beside_is_not():
+    assert border.gripped(np.zeros(2), 0.005)
+    assert not border.gripped(np.array([-0.08, 0.0]), 0.005)
+
+
 def test_a_pair_that_first_touches_deep_inside_is_missed_and_one_that_sinks_in_is_not(monkeypatch):
     near, sinks, deep = (2, 0.0004), (0, -0.004), (1, -0.003)
     depths = iter([[(0, -0.0005), near], [sinks, deep], [deep, (2, -0.0035)]])

@@ -76,7 +76,7 @@ def test_the_shell_completes_names_and_options(tmp_path):
     assert set(completions("softhand run dr", tmp_path)) == {"driver"}
 
 
-def test_pip_puts_three_names_on_the_path():
+def test_pip_puts_four_names_on_the_path():
     packages = ("softhand_model", "pneuflex_sim", "pneumaticbox_driver", "grasp_strategies")
     scripts = {
         entry.name
@@ -84,4 +84,4 @@ def test_pip_puts_three_names_on_the_path():
         for entry in importlib.metadata.distribution(package).entry_points
         if entry.group == "console_scripts"
     }
-    assert scripts == {"softhand", "softhand-sweep", "model-lab"}
+    assert scripts == {"softhand", "softhand-sweep", "softhand-search", "model-lab"}

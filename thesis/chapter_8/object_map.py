@@ -11,16 +11,19 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 
 from grasp_strategies.sweep import Jitter, SweepPlan, run_sweep
 from grasp_strategies.sweep.plan import Cell, SweptObject, grid
 from grasp_strategies.sweep.report import wilson
+from grasp_strategies.sweep.results import read_results
 from grasp_strategies.sweep.success_map import SuccessMap, finished, largest_hole, largest_share
 from grasp_strategies.trials import TrialSettings
 from pneuflex_sim.scene.objects import load_object
+from softhand_model.documents.quoted import listed
 from thesis.frame import Finding, Job, Results, option
 
 UPRIGHT = (0.0, 0.0, 0.0)  # rpy of a cylinder that stands [rad]
@@ -47,6 +50,23 @@ class MapParameters:
     step: float = option(0.005, "of the physics [s]")
     seed: int = option(0, "of the jitter [-]")
     jobs: int = option(2, "processes [-]")
+
+    def __post_init__(self) -> None:
+        known = type(self).checks
+        if unknown := [name for name in self.checks if name not in known]:
+            raise ValueError(f"checks: expected some of {listed(known)}, got {listed(unknown)}")
+
+    def continued(self, folder: Path) -> Self:
+        """With the objects and checks besides that a folder has trials of: a run adds its own to
+        the maps that are there.
+        """
+        objects = [record["object"] for record in read_results(folder / MAIN)]
+        checks = [name for name in type(self).checks if read_results(folder / name)]
+        return replace(
+            self,
+            objects=tuple(dict.fromkeys([*objects, *self.objects])),
+            checks=tuple(dict.fromkeys([*checks, *self.checks])),
+        )
 
 
 @dataclass(frozen=True)

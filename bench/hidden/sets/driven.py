@@ -9,9 +9,16 @@ from typing import Any
 import numpy as np
 
 from bench.hidden.design import DESIGNS, DRIVES, SECTIONS, ExtraRun, Scene, extended
-from bench.hidden.laws import catalogue, curves, other_forms, outside  # noqa: F401  (they register)
+from bench.hidden.laws import (  # noqa: F401  (they register)
+    catalogue,
+    curves,
+    other_forms,
+    outside,
+    reserved,
+)
 from bench.hidden.laws.registry import LAWS, build
 from bench.hidden.measure import BaseFit, Shown, floor_of, measure, mode_of, strength_for
+from bench.hidden.sets import recording
 from bench.hidden.sets.pulses import make_pulse_set
 from bench.hidden.sets.stretches import make_rubber_set
 from bench.hidden.sets.torques import make_torque_set
@@ -40,7 +47,9 @@ class Options:
     strongest). design, drives: of `bench.hidden.design`. samples: a run (the total of twelve such
     runs is kept when a design has more). correlation: of the noise from sample to sample. jitter:
     of the peak pressure from repeat to repeat, relative. adjacent: repeats follow one another at
-    once.
+    once. wild: share of the samples that are anything. output_steps, drive_steps: of the sensors
+    over their range, 0 without end. drive_rate: readings of the drive a sample, on a clock of their
+    own, of which the table has the latest; 0: read with the output.
     extra: runs behind those of the design, which have no part in the laws' strength.
     """
 
@@ -57,6 +66,10 @@ class Options:
     correlation: float = 0.0
     jitter: float = 0.0
     adjacent: bool = False
+    wild: float = 0.0
+    output_steps: int = 0
+    drive_steps: int = 0
+    drive_rate: float = 0.0
     extra: tuple[ExtraRun, ...] = ()
 
 
@@ -163,6 +176,13 @@ def _measured(
     sigma = chosen.noise * float(np.abs(clean.output).max())
     noise = sigma * _noise(shown.output.shape, chosen.correlation, rng)
     output = shown.output * gains[:, None] + noise
+    if chosen.drive_rate:
+        drive = recording.latest(shown.time, shown.drive, chosen.drive_rate, rng)
+        shown = replace(shown, drive=drive)
+    if chosen.wild:
+        output = recording.gone_wild(output, chosen.wild, rng)
+    output = recording.in_steps(output, chosen.output_steps)
+    shown = replace(shown, drive=recording.in_steps(shown.drive, chosen.drive_steps))
     _write(folder, experiment, scene, shown, output, sigma, chosen)
     return {
         "experiment": experiment,

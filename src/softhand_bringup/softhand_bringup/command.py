@@ -20,6 +20,7 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
         "demo": ("softhand_bringup.ros.demo", "three nodes grasp and lift an object (ROS)"),
         "trials": ("grasp_strategies.trials", "grasps in process, from seeds, as JSON"),
         "sweep": ("grasp_strategies.sweep.command", "trials of a plan, as lines to go on from"),
+        "search": ("grasp_strategies.search.command", "values with the least cost, by a budget"),
         "film": ("softhand_bringup.film.command", "film of a trial or a bag: PNG, GIF or MP4"),
         "failures": ("softhand_bringup.film.failures", "pictures of a sweep's typical failures"),
         "figures": ("softhand_bringup.figures", "the two pictures of a grasp, from its bag"),
@@ -28,6 +29,7 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
         "hand": ("pneuflex_sim.commands.hand", "design an actuator, draw a hand, write its URDF"),
         "skin": ("pneuflex_sim.commands.skin", "a hand that closes, as meshes or pictures"),
         "objects": ("pneuflex_sim.commands.objects", "objects to grasp: table or picture"),
+        "materials": ("pneuflex_sim.commands.materials", "rubbers, fibres, and which rubber suits"),
     },
     "measure": {
         "lab": ("model_lab.cli.main", "compare, diagnose, add ...; also as model-lab"),

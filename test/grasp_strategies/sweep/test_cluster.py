@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 from distributed import LocalCluster
 
+from grasp_strategies.search import SearchProblem, Variable, run_search
 from grasp_strategies.sweep import SweepPlan, cluster, read_results, run_sweep
 from grasp_strategies.sweep.plan import SweptObject
 from grasp_strategies.trials import TrialSettings
@@ -119,3 +120,19 @@ def test_batches_are_of_one_hand_and_scene_and_enough_for_all_workers(plan):
     assert all(len({line.settings for line in part}) == 1 for part in parts)
     assert len(parts) >= 8 and max(map(len, parts)) == 5
     assert max(map(len, cluster.batches(lines * 50, 2))) == cluster.LARGEST_BATCH
+
+
+def test_a_search_on_a_cluster_evaluates_what_it_does_here(tmp_path):
+    problem = SearchProblem(
+        "bowl",
+        "search_objectives:bowl",
+        (Variable("x", -1.0, 1.0), Variable("y", -1.0, 1.0)),
+        evaluations=20,
+        allow_any=True,
+    )
+    alone = run_search(problem, tmp_path / "alone", jobs=0)
+    with LocalCluster(1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as local:
+        there = run_search(problem, tmp_path / "dask", scheduler=local.scheduler_address)
+    pairs = zip(there.records, alone.records, strict=True)
+    assert all(a["values"] == b["values"] and a["cost"] == b["cost"] for a, b in pairs)
+    assert there.records[0]["process"] != alone.records[0]["process"]

@@ -139,6 +139,14 @@ def test_a_second_effect_starts_from_the_first_as_it_was_fitted(tmp_path):
     assert compare(data, once).errors.calibrated is False
 
 
+def test_a_law_that_data_do_not_ask_for_is_added_at_its_bound():
+    """Of a rubber without second and third terms: c3 is at its lower bound."""
+    model = replace(load_model("base"), free_modulus=True)
+    added = add_effect("yeoh_third_order", rubber_set(entangled), model, EFFECTS).model
+    (third,) = added.effects
+    assert third.values["c3"] == pytest.approx(third.parameters[0].low)
+
+
 def test_a_tensile_test_may_free_its_modulus(tmp_path):
     whole = rubber_set(repeats=1, noise=0.002)
     bare = tuple(replace(one, mode="") for one in whole.runs if one.mode == "uniaxial")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from grasp_strategies.sweep.trial_line import TrialLine, run_line
+from grasp_strategies.sweep import TrialLine, run_line
 from grasp_strategies.trials import Placement, TrialSettings
 from softhand_bringup.film import failures
 from softhand_bringup.film.failures import AROUND, SIZE, replay, typical

@@ -91,22 +91,6 @@ def test_mooney_rivlin_bounds_at_three():
     assert rubber.mooney_rivlin_stiffness_error(3.0) == pytest.approx(0.048, abs=5e-4)
 
 
-@pytest.mark.parametrize(
-    ("fibre", "radial", "stretch"),
-    [(1.5e6, 0.177e6, 2.70), (2.5e9, 50e6, 1.006), (115e9, 2300e6, 1.000)],
-)
-def test_fibres_of_table_3_1(fibre, radial, stretch):
-    modulus = rubber.radial_modulus(0.15e6, fibre)
-    assert modulus == pytest.approx(radial, rel=5e-3)
-    assert rubber.radial_stretch(3.0, 0.15e6, modulus) == pytest.approx(stretch, abs=6e-3)
-
-
-def test_griffith_stress_halves_for_a_fibre_four_times_as_wide():
-    thin, thick = (rubber.griffith_stress(0.15e6, 10.0, width) for width in (70e-6, 280e-6))
-    assert thin == pytest.approx(2 * thick)
-    assert thin == pytest.approx(np.sqrt(4 * 0.15e6 * 10.0 / np.pi) / np.sqrt(70e-6))
-
-
 # ------------------------------------------------------------------ through the wall
 @pytest.mark.parametrize("bend", [0.0, 0.5, 2.0])
 def test_deformed_depth_solves_equation_3_44(bend):

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from made_up_sweep import all_gripped
 
 from grasp_strategies.sweep.results import find_record
 from grasp_strategies.sweep.trial_line import trial_of
-from thesis.chapter_8 import push_map, surface_map
+from thesis.__main__ import main
+from thesis.chapter_8 import object_map, push_map, surface_map
 from thesis.chapter_8.object_map import MAIN, map_plan, placed
-from thesis.frame import Job, save_figure
+from thesis.frame import Job, read_result, save_figure
 
 AXIS = [round(0.01 * k, 3) for k in range(-6, 7)]
 
@@ -148,3 +150,21 @@ def test_a_map_of_four_cells_is_run_drawn_and_played_again_from_its_lines(tmp_pa
     settings, placement = trial_of(find_record("push_map/cylinder/20,-20", tmp_path))
     assert settings.object_rpy == (0.0, 0.0, 0.0)
     assert placement.offset == pytest.approx((0.0325 - 0.02, -0.0325 + 0.02))
+
+
+def test_another_object_and_check_are_added_to_the_maps_of_a_folder(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(object_map, "run_sweep", all_gripped)
+    cell = ["--x", "0", "0.02", "--y", "0", "0.02", "--pitch", "0.02", "--replicates", "1"]
+    words = ["run", "push_map", "--out", str(tmp_path), *cell]
+    main([*words, "--objects", "cylinder", "--checks", "no_air"])
+    kept = (tmp_path / MAIN / "results.jsonl").read_text()
+    main([*words, "--objects", "tube", "--checks", "no_advance"])
+    assert (tmp_path / MAIN / "results.jsonl").read_text().startswith(kept)
+    given, results = read_result(tmp_path, push_map)
+    assert given.objects == ("cylinder", "tube")
+    assert given.checks == ("no_air", "no_advance")
+    assert set(results["sweeps"]) == {MAIN, *given.checks}
+    assert all(list(found) == ["cylinder", "tube"] for found in results["sweeps"].values())
+    capsys.readouterr()
+    assert main([*words, "--checks", "no_roll"]) == 2
+    assert "checks: expected some of fine_step" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Trials on the workers of a Dask cluster, in batches of one hand and scene.
+"""Lines on the workers of a Dask cluster, in batches of equal settings.
 
 `distributed` is an option of this package (`pip install grasp_strategies[dask]`). Dask runs the
 batch of a lost worker again on another one.
@@ -11,43 +11,58 @@ from itertools import groupby
 from threading import Lock
 from typing import Any
 
-from grasp_strategies.sweep.trial_line import Record, TrialLine, lost_line, run_line
+from grasp_strategies.sweep.line import Line, Record, lost_line, run_line
 
 BATCHES = 4  # a worker at least, so that none idles long at the end
-LARGEST_BATCH = 16  # trials; what a lost worker or scheduler can cost
+LARGEST_BATCH = 16  # lines; what a lost worker or scheduler can cost
 TIME_OUT = 30.0  # [s] for scheduler and first worker
 ONE_AT_A_TIME = Lock()  # of the threads of a worker, as they share its scene
 
 
-def run_batch(lines: Sequence[TrialLine]) -> list[Record]:
-    """Records of trials, run one after the other."""
+def run_batch(lines: Sequence[Line]) -> list[Record]:
+    """Records of lines, run one after the other."""
     with ONE_AT_A_TIME:
         return [run_line(line) for line in lines]
 
 
-def batches(lines: Sequence[TrialLine], workers: int) -> list[list[TrialLine]]:
-    """Trials of the same settings that follow each other, so many that every worker gets some."""
+def batches(lines: Sequence[Line], workers: int) -> list[list[Line]]:
+    """Lines of the same settings that follow each other, so many that every worker gets some."""
     size = max(1, min(LARGEST_BATCH, len(lines) // (BATCHES * workers)))
     groups = [list(group) for _, group in groupby(lines, key=lambda line: line.settings)]
     return [group[k : k + size] for group in groups for k in range(0, len(group), size)]
 
 
-def run_on_cluster(lines: Sequence[TrialLine], scheduler: str) -> Iterator[Record]:
-    """Records of trials as their batches are done.
+class Cluster:
+    """The workers of a scheduler; a context, which connects when there is something to run.
 
-    Raises ValueError without `distributed`, ConnectionError when there are no scheduler and worker,
-    or when the scheduler gets lost.
+    `run` raises ValueError without `distributed`, ConnectionError when there are no scheduler and
+    worker, or when the scheduler gets lost.
     """
-    client = _client(scheduler)
-    try:
-        client.wait_for_workers(1, timeout=TIME_OUT)
-        yield from _results(client, lines)
-    except (TimeoutError, OSError) as reason:
-        raise ConnectionError(
-            f"{scheduler}: expected a Dask scheduler with workers: {reason}"
-        ) from reason
-    finally:
-        client.close()
+
+    def __init__(self, scheduler: str) -> None:
+        self._scheduler = scheduler
+        self._connected: Any = None
+
+    def __enter__(self) -> Cluster:
+        return self
+
+    def __exit__(self, *_reason: object) -> None:
+        if self._connected is not None:
+            self._connected.close()
+
+    def run(self, lines: Sequence[Line]) -> Iterator[Record]:
+        """Records of lines as their batches are done."""
+        if not lines:
+            return
+        if self._connected is None:
+            self._connected = _client(self._scheduler)
+        try:
+            self._connected.wait_for_workers(1, timeout=TIME_OUT)
+            yield from _results(self._connected, lines)
+        except (TimeoutError, OSError) as reason:
+            raise ConnectionError(
+                f"{self._scheduler}: expected a Dask scheduler with workers: {reason}"
+            ) from reason
 
 
 def _client(scheduler: str) -> Any:
@@ -64,7 +79,7 @@ def _client(scheduler: str) -> Any:
         raise ConnectionError(f"{scheduler}: expected a Dask scheduler: {reason}") from reason
 
 
-def _results(client: Any, lines: Sequence[TrialLine]) -> Iterator[Record]:
+def _results(client: Any, lines: Sequence[Line]) -> Iterator[Record]:
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
 

@@ -1,4 +1,4 @@
-"""Trials on processes of this machine; a process that gets lost costs the trial it was at, once.
+"""Lines on processes of this machine; a process that gets lost costs the line it was at, once.
 
 Each process has an executor of its own: where one serves all, a lost process takes all their work
 along. They are spawned, as PyBullet does not bear a fork.
@@ -15,20 +15,20 @@ from itertools import groupby
 from multiprocessing import get_context, parent_process
 from threading import Thread
 
-from grasp_strategies.sweep.trial_line import Record, TrialLine, lost_line, run_line
+from grasp_strategies.sweep.line import Line, Record, lost_line, run_line
 
-MOST_LOSSES = 3  # of one trial; it may be what kills its worker
+MOST_LOSSES = 3  # of one line; it may be what kills its worker
 
 
 class Groups:
-    """Trials by their settings: a worker stays with a group, as it builds a scene for each."""
+    """Lines by their settings: a worker stays with a group, as it builds a scene for each."""
 
-    def __init__(self, lines: Sequence[TrialLine]) -> None:
+    def __init__(self, lines: Sequence[Line]) -> None:
         self._groups = [deque(g) for _, g in groupby(lines, key=lambda line: line.settings)]
-        self._of_worker: dict[int, deque[TrialLine]] = {}
+        self._of_worker: dict[int, deque[Line]] = {}
 
-    def next(self, worker: int) -> TrialLine | None:
-        """The next trial of a worker's group, of one that nobody has, or of the longest one."""
+    def next(self, worker: int) -> Line | None:
+        """The next line of a worker's group, of one that nobody has, or of the longest one."""
         group = self._of_worker.get(worker)
         if not group:
             left = [group for group in self._groups if group]
@@ -40,45 +40,56 @@ class Groups:
         return group.popleft()
 
 
-def run_on_processes(lines: Sequence[TrialLine], jobs: int) -> Iterator[Record]:
-    """Records of trials as they are done, on `jobs` processes; in this one with 0."""
-    if jobs == 0:
-        yield from map(run_line, lines)
-        return
-    yield from _Pool(lines, jobs).run()
+class Processes:
+    """Workers on this machine, kept from one list of lines to the next; a context.
 
+    Args:
+        jobs: processes at a time; 0: lines are run in this one.
+    """
 
-class _Pool:
-    def __init__(self, lines: Sequence[TrialLine], jobs: int) -> None:
-        self._groups, self._losses = Groups(lines), Counter[str]()
-        self._executors = [_executor() for _ in range(min(jobs, len(lines)))]
-        self._running: dict[Future[Record], tuple[int, TrialLine]] = {}
+    def __init__(self, jobs: int) -> None:
+        self._jobs, self._losses = jobs, Counter[str]()
+        self._executors: list[ProcessPoolExecutor] = []
 
-    def run(self) -> Iterator[Record]:
-        try:
-            for worker in range(len(self._executors)):
-                self._start_next(worker)
-            while self._running:
-                for future in wait(self._running, return_when=FIRST_COMPLETED).done:
-                    worker, line = self._running.pop(future)
-                    record = self._outcome(future, worker, line)
-                    if record is not None:
-                        self._start_next(worker)
-                        yield record
-        finally:
-            for executor in self._executors:
-                executor.shutdown(wait=False, cancel_futures=True)
+    def __enter__(self) -> Processes:
+        return self
+
+    def __exit__(self, *_reason: object) -> None:
+        for executor in self._executors:
+            executor.shutdown(wait=False, cancel_futures=True)
+
+    def run(self, lines: Sequence[Line]) -> Iterator[Record]:
+        """Records of lines as they are done; the line of a lost worker is run again."""
+        if self._jobs == 0:
+            yield from map(run_line, lines)
+            return
+        self._groups = Groups(lines)
+        self._running: dict[Future[Record], tuple[int, Line]] = {}
+        while len(self._executors) < min(self._jobs, len(lines)):
+            self._executors.append(_executor())
+        for worker in range(len(self._executors)):
+            self._start_next(worker)
+        yield from self._records()
+
+    def _records(self) -> Iterator[Record]:
+        while self._running:
+            for future in wait(self._running, return_when=FIRST_COMPLETED).done:
+                worker, line = self._running.pop(future)
+                record = self._outcome(future, worker, line)
+                if record is not None:
+                    self._start_next(worker)
+                    yield record
 
     def _start_next(self, worker: int) -> None:
         line = self._groups.next(worker)
         if line is not None:
             self._start(worker, line)
 
-    def _start(self, worker: int, line: TrialLine) -> None:
+    def _start(self, worker: int, line: Line) -> None:
         self._running[self._executors[worker].submit(run_line, line)] = (worker, line)
 
-    def _outcome(self, future: Future[Record], worker: int, line: TrialLine) -> Record | None:
-        """The record of a trial, or None when it runs again as its worker was lost."""
+    def _outcome(self, future: Future[Record], worker: int, line: Line) -> Record | None:
+        """The record of a line, or None when it runs again as its worker was lost."""
         try:
             return future.result()
         except BrokenProcessPool:

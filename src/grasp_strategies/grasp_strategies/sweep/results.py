@@ -1,15 +1,15 @@
-"""The file of results: one line of JSON a trial, appended and flushed as soon as it is done."""
+"""The file of results: one line of JSON each, appended and flushed as soon as it is done."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from grasp_strategies.sweep.trial_line import Record, TrialLine
+from grasp_strategies.sweep.line import Line, Record
 
 NAME = "results.jsonl"
 
@@ -20,21 +20,27 @@ except ImportError:  # not on Windows
 
 
 class Results:
-    """The results of a sweep in a folder, to go on with; a context.
+    """The results in a folder, to go on with; a context.
 
-    A last line that was torn off, as a killed process leaves it, is dropped, and its trial done
-    again; so is a trial that ended in an error. Raises ValueError when the file holds results of
-    other trials than `lines`, or when another process writes to it.
+    A last line that was torn off, as a killed process leaves it, is dropped, and its work done
+    again. Raises ValueError when another process writes to the file, or when it holds results of
+    others than `lines`.
+
+    Args:
+        folder: of the results.
+        lines: all that there can be; None when they become known one after the other.
     """
 
-    def __init__(self, folder: Path, lines: Iterable[TrialLine]) -> None:
+    def __init__(self, folder: Path, lines: Sequence[Line] | None = None) -> None:
         self.path = folder / NAME
         folder.mkdir(parents=True, exist_ok=True)
         self._file = self.path.open("a+b")
         try:
             self._lock()
             self._drop_torn_line()
-            self.done = self._check({line.key: line for line in lines})
+            self.records = {record["key"]: record for record in read_results(self.path)}
+            if lines is not None:
+                self._check(lines)
         except BaseException:
             self._file.close()
             raise
@@ -46,7 +52,7 @@ class Results:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise ValueError(
-                f"{self.path}: expected results that nobody else writes, got those of a sweep that "
+                f"{self.path}: expected results that nobody else writes, got those of a run that "
                 "still runs"
             ) from None
 
@@ -55,30 +61,44 @@ class Results:
         text = self._file.read()
         self._file.truncate(text.rfind(b"\n") + 1)
 
-    def _check(self, wanted: dict[str, TrialLine]) -> set[str]:
-        done: set[str] = set()
-        for record in read_results(self.path):
-            key = record["key"]
-            line = wanted.get(key)
-            if line is None or line.digest != record["digest"]:
-                got = "a key that the plan does not have" if line is None else "other settings"
-                raise ValueError(
-                    f"{self.path}: expected results of this plan, got {key} with {got}: the plan "
-                    "or a file that it names has changed; take a new folder, or remove the results"
-                )
-            if "error" not in record:
-                done.add(key)
-        return done
+    def _check(self, lines: Sequence[Line]) -> None:
+        keys = {line.key for line in lines}
+        for key in self.records:
+            if key not in keys:
+                raise self._refused(key, "a key that the plan does not have")
+        self.left(lines)
+
+    def _refused(self, key: str, got: str) -> ValueError:
+        return ValueError(
+            f"{self.path}: expected results of this plan, got {key} with {got}: the plan or a file "
+            "that it names has changed; take a new folder, or remove the results"
+        )
+
+    def left(self, lines: Iterable[Line], again: bool = True) -> list[Line]:
+        """Lines without a result; those that ended in an error are among them to be tried `again`.
+
+        Raises ValueError for a result of other settings.
+        """
+        found = []
+        for line in lines:
+            record = self.records.get(line.key)
+            if record is not None and record["digest"] != line.digest:
+                raise self._refused(line.key, "other settings")
+            if record is None or (again and "error" in record):
+                found.append(line)
+        return found
 
     def append(self, record: Record) -> None:
-        """Write one line, so that no end of this process loses it; a trial that is there already is
-        left out.
+        """Write one line, so that no end of this process loses it; one whose result is there
+        already is left out.
         """
-        if record["key"] in self.done:
+        there = self.records.get(record["key"])
+        if there is not None and "error" not in there:
             return
-        self._file.write((json.dumps(record, allow_nan=False) + "\n").encode())
+        text = json.dumps(record, allow_nan=False)
+        self._file.write((text + "\n").encode())
         self._file.flush()
-        self.done.add(record["key"])
+        self.records[record["key"]] = json.loads(text)  # as it is read back
 
     def __enter__(self) -> Results:
         return self

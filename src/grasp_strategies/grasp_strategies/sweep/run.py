@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-from grasp_strategies.sweep.cluster import run_on_cluster
+from grasp_strategies.sweep.cluster import Cluster
+from grasp_strategies.sweep.line import Line, Record
 from grasp_strategies.sweep.plan import SweepPlan
-from grasp_strategies.sweep.pool import run_on_processes
-from grasp_strategies.sweep.results import Results, read_results
-from grasp_strategies.sweep.trial_line import Record, TrialLine
+from grasp_strategies.sweep.pool import Processes
+from grasp_strategies.sweep.results import Results
 from softhand_model.progress import Progress
 
 
@@ -33,34 +33,40 @@ def run_sweep(
 
 
 def run_lines(
-    lines: Sequence[TrialLine],
+    lines: Sequence[Line],
     folder: str | Path,
     jobs: int = 2,
     scheduler: str | None = None,
     name: str = "sweep",
 ) -> list[Record]:
-    """The same for a list of trials."""
+    """The same for a list of lines."""
     if len({line.key for line in lines}) < len(lines):
         raise ValueError("trials: expected keys that differ, got some twice")
-    with Results(Path(folder), lines) as results, Progress(name) as progress:
-        left = [line for line in lines if line.key not in results.done]
-        begin, before = time.monotonic(), len(results.done)
-        for record in _records(left, jobs, scheduler):
+    with (
+        Results(Path(folder), lines) as results,
+        workers(jobs, scheduler) as crew,
+        Progress(name) as progress,
+    ):
+        left = results.left(lines)
+        begin, before = time.monotonic(), len(lines) - len(left)
+        for count, record in enumerate(crew.run(left), 1):
             results.append(record)
-            done = len(results.done)
-            progress(_pace(done - before, time.monotonic() - begin, len(left)), done, len(lines))
-    found = {record["key"]: record for record in read_results(results.path)}
-    return [found[line.key] for line in lines]
+            words = pace(count, time.monotonic() - begin, len(left))
+            progress(words, before + count, len(lines))
+        return [results.records[line.key] for line in lines]
 
 
-def _records(left: Sequence[TrialLine], jobs: int, scheduler: str | None) -> Iterator[Record]:
-    if not left:
-        return iter(())
-    return run_on_processes(left, jobs) if scheduler is None else run_on_cluster(left, scheduler)
+def workers(jobs: int, scheduler: str | None = None) -> Processes | Cluster:
+    """Who runs lines: `jobs` processes (0: this one), or the workers of a Dask scheduler."""
+    return Processes(jobs) if scheduler is None else Cluster(scheduler)
 
 
-def _pace(count: int, elapsed: float, left: int) -> str:
-    """Rate and time left, in words."""
+def pace(count: int, elapsed: float, left: int, what: str = "trials") -> str:
+    """Rate and time left, in words.
+
+    >>> pace(10, 20.0, 40)
+    '1,800 trials an hour, 1:00 left'
+    """
     rate = count / elapsed
     minutes, seconds = divmod(round((left - count) / rate), 60)
-    return f"{3600 * rate:,.0f} trials an hour, {minutes}:{seconds:02d} left"
+    return f"{3600 * rate:,.0f} {what} an hour, {minutes}:{seconds:02d} left"

@@ -1,28 +1,21 @@
-"""One trial of a sweep as plain data, the digest of its settings, and its run."""
+"""One trial of a sweep as plain data, the digest of its settings, and its result."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-import platform
-import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import lru_cache
-from importlib import metadata, resources
 from pathlib import Path
 from typing import Any
 
 from grasp_strategies.strategy import DATA
+from grasp_strategies.sweep.line import DIGITS, Record
 from grasp_strategies.trials import Placement, TrialSettings, started_scene
 
-PACKAGES = ("grasp_strategies", "pneuflex_sim", "softhand_model")
-LIBRARIES = ("pybullet", "numpy", "numba")
 NAMED_FILES = ("strategy", "hand", "object", "scene", "model", "friction")  # of the settings
-DIGITS = 16  # of a digest, in hexadecimal
-
-Record = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -65,6 +58,15 @@ class TrialLine:
             "placement": asdict(self.placement),
         }
 
+    def result(self) -> Record:
+        """What came of the trial: verdict, phase, cause and measures."""
+        try:
+            found = asdict(started_scene(self.settings).run(self.placement))
+        except Exception:
+            started_scene.cache_clear()  # nobody knows in which state it is
+            raise
+        return {key: _plain(value) for key, value in found.items()}
+
 
 def trial_of(record: Mapping[str, Any]) -> tuple[TrialSettings, Placement]:
     """Settings and placement of the trial that a line of results is of."""
@@ -80,48 +82,6 @@ def _files(settings: TrialSettings) -> str:
     shipped = DATA / f"{settings.strategy}.yaml"
     texts = [path.read_bytes() for path in (shipped, *paths) if path.is_file()]
     return "".join(hashlib.sha256(text).hexdigest() for text in texts)
-
-
-@lru_cache(maxsize=1)
-def versions() -> Record:
-    """What runs here: packages with a digest of their code and data, libraries, the machine's
-    architecture.
-    """
-    found = {name: metadata.version(name) for name in (*PACKAGES, *LIBRARIES)}
-    return found | {"code": _code_digest(), "machine": platform.machine()}
-
-
-def _code_digest() -> str:
-    code = hashlib.sha256()
-    for package in PACKAGES:
-        root = Path(str(resources.files(package)))
-        for path in sorted(root.rglob("*")):
-            if path.suffix in (".py", ".yaml"):
-                code.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
-    return code.hexdigest()[:DIGITS]
-
-
-def run_line(line: TrialLine) -> Record:
-    """Run a trial; its result as plain data for JSON. A trial that raises is a record with the
-    `error` and without an outcome.
-    """
-    begin, cpu = time.perf_counter(), time.process_time()
-    record = line.describe()
-    try:
-        started = started_scene(line.settings)
-        result = asdict(started.run(line.placement))
-    except Exception as error:  # noqa: BLE001 (a sweep goes on, and the line says what it was)
-        started_scene.cache_clear()  # nobody knows in which state it is
-        record["error"] = f"{type(error).__name__}: {error}"
-    else:
-        record |= {key: _plain(value) for key, value in result.items()}
-    times = {"wall_time": time.perf_counter() - begin, "cpu_time": time.process_time() - cpu}
-    return record | times | {"versions": versions()}
-
-
-def lost_line(line: TrialLine, losses: int) -> Record:
-    """The record of a trial whose worker got lost each time."""
-    return line.describe() | {"error": f"its worker was lost {losses} times"}
 
 
 def _plain(value: Any) -> Any:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,9 @@ import numpy as np
 
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
+from model_lab.diagnosis.confidence import confidence_of
 from model_lab.diagnosis.errors import excess
+from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
     EFFECTS_MISSING,
@@ -24,7 +25,6 @@ from model_lab.diagnosis.result import (
     Help,
     NotVisible,
     Ranked,
-    Step,
     Unexplained,
     calibration_of,
     correlation_of,
@@ -33,7 +33,7 @@ from model_lab.diagnosis.result import (
 )
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import Selection, detectable_effects, select
-from model_lab.diagnosis.story import helping, path
+from model_lab.diagnosis.story import helping, story
 from model_lab.diagnosis.verdict import depends_on, verdict_of
 from model_lab.experiments.forward import not_searched
 from model_lab.fitting.notices import Notice, notices
@@ -85,17 +85,14 @@ def diagnose(
     if len(plain) == len(candidates) or not _falls_short(outcome.diagnosis):
         return outcome
     finer = _searched(problem, partial(search, effects=candidates), hidden, seed, tell)
-    return finer if finer.diagnosis.verdict != UNEXPLAINED or _none_found(outcome) else outcome
+    only_finer_fails = finer.diagnosis.verdict == UNEXPLAINED != outcome.diagnosis.verdict
+    return outcome if only_finer_fails else finer
 
 
 def _falls_short(diagnosis: Diagnosis) -> bool:
     """Whether plain effects leave so much that their finer forms are worth a try."""
     left = diagnosis.rmse_after > WORTH_FINER * diagnosis.noise_floor
     return diagnosis.verdict == UNEXPLAINED or (diagnosis.verdict == EFFECTS_MISSING and left)
-
-
-def _none_found(outcome: Outcome) -> bool:
-    return outcome.diagnosis.verdict == UNEXPLAINED
 
 
 def _searched(
@@ -142,7 +139,7 @@ def _judged(
     black_boxes = _black_boxes(problem, base, final)
     verdict = verdict_of(problem, selection, black_boxes)
     named = final if verdict == EFFECTS_MISSING else base
-    helped = helping(base, selection.growth) if verdict == UNEXPLAINED else ()
+    helped = helping(problem, base, selection.growth) if verdict == UNEXPLAINED else ()
     added = [name for name in named.effects if name not in base.effects]
     floor = problem.floor
     rest = excess(problem, named)
@@ -162,6 +159,8 @@ def _judged(
         Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
         for axis in localised.failures
     )
+    evidence = evidence_of(problem, selection, black_boxes, len(odd))
+    sure = confidence_of(problem.data.experiment, verdict, evidence)
     diagnosis = Diagnosis(
         experiment=problem.data.experiment,
         verdict=verdict,
@@ -183,9 +182,12 @@ def _judged(
         correlation=correlation_of(named),
         modulus=modulus_of(named, problem.data),
         unexplained=Unexplained(rest, against),
-        story=_story(path(problem, base, selection.growth)) if added else (),
+        story=story(problem, base, selection.growth) if added else (),
         notices=tuple(notice.as_json() for notice in odd),
         helps=tuple(Help(scored.added, scored.held_out.rmse) for scored in helped),
+        confidence=sure.value,
+        guess=sure.guess,
+        evidence=evidence,
     )
     return Outcome(diagnosis, problem, selection, black_boxes, odd)
 
@@ -194,18 +196,6 @@ def _black_boxes(problem: FitProblem, base: Scored, scored: Scored) -> tuple[Bla
     """What black boxes make of a model's rest, the best first."""
     predicted = problem.data.table.value - base.fit.residual
     return tuple(fit_black_boxes(scored.fit, problem.data, predicted))
-
-
-def _story(models: Sequence[Scored]) -> tuple[Step, ...]:
-    """How the error fell from model to model."""
-    return tuple(
-        Step(
-            " + ".join(name for name in after.effects if name not in before.effects),
-            before.held_out.rmse,
-            after.held_out.rmse,
-        )
-        for before, after in pairwise(models)
-    )
 
 
 def _ranked(problem: FitProblem, base: Scored, scored: Scored, selection: Selection) -> Ranked:

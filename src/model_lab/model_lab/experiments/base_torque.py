@@ -228,6 +228,7 @@ def _factor(effects: Sequence[StructureEffect], samples: int) -> Factor | None:
     at_points: tuple[Indices | None, list[StructureEffect]] = None, []
 
     def factor(bend: Array, rest: Array, points: Indices) -> Array:
+        """Factor [-] at bends from rests [rad] of these points."""
         nonlocal at_points
         if at_points[0] is not points:  # which stay for many calls
             at_points = points, [_at_points(effect, points // samples) for effect in scaling]

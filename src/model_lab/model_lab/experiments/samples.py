@@ -21,6 +21,7 @@ Step = Callable[[Array, Array], Array]
 duration (runs, 1) [s].
 """
 NO_TIME = np.zeros(1)  # [s] of a step that takes none
+JUMP = 1e-3  # of the usual time between samples: what is nearer belongs to a jump
 ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 
 
@@ -109,7 +110,8 @@ class SampleRows:
     def _delayed(self, staged: StagedEffects, reading: Array) -> Array:
         """The reading (lanes, rows, 1) as it was when what shows now was read.
 
-        A run that does not start steady was at 0 one sample before it.
+        A run that does not start steady was at 0 one sample before it. Jumps go from one sample to
+        the next here: which delay suits them best could not be sought otherwise.
         """
         elapsed = self.column("time")
         elapsed = elapsed - elapsed[:, self._starts][:, self.run]
@@ -121,7 +123,9 @@ class SampleRows:
         values = np.insert(reading[0, :, 0], self._starts, first)
         wanted = elapsed - staged.delay(elapsed)
         within = np.clip(wanted[..., 0], -before[self.run], ends[self.run]) + apart[self.run]
-        return np.asarray(PchipInterpolator(known, values)(within))[..., None]
+        steps = np.diff(known, append=np.inf)
+        alone = steps > JUMP * np.median(steps)
+        return np.asarray(PchipInterpolator(known[alone], values[alone])(within))[..., None]
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
         """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""

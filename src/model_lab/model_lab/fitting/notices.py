@@ -1,4 +1,4 @@
-"""What is odd about a set whatever the model: scatter, a line, wild samples, a drift.
+"""What is odd about a set whatever the model: scatter, a line, wild samples, a drift, jumps.
 
 Repeats that scatter excuse a model from what differs between them, a disturbance too. So what their
 scatter looks like is said beside every verdict.
@@ -15,6 +15,7 @@ from scipy.stats import gamma, linregress
 
 from model_lab.aliases import Array, IntArray
 from model_lab.fitting.noise_floor import REPEATS, NoiseFloor
+from model_lab.measurements.held_input import jumps
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import NORMAL_MEDIAN
 from model_lab.measurements.units import display_of
@@ -36,11 +37,12 @@ FEWEST_RUNS = 6
 
 @dataclass(frozen=True)
 class Notice:
-    """Something odd: `repeats`, `line`, `wild_samples` or `drift`.
+    """Something odd: `repeats`, `line`, `wild_samples`, `drift` or `held_input`.
 
     value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
-    unit of the outputs. size: root mean square, or mean of absolute values, in that unit. text: a
-    clause that says it. x, y: the points that show it; marked: indices of those that stand out.
+    unit of the outputs; number of jumps. size: root mean square, or mean of absolute values, in
+    that unit. text: a clause that says it. x, y: the points that show it; marked: indices of those
+    that stand out.
     """
 
     kind: str
@@ -63,6 +65,7 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _line(data, residual),
         _wild(residual, data),
         _drift(data, floor, residual),
+        _held_input(data),
     )
     return tuple(notice for notice in found if notice is not None)
 
@@ -182,3 +185,15 @@ def _drift(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
     text = f"the error drifts by {shown} from the first run to the last"
     size = float(np.sqrt(np.mean(means**2)))
     return Notice("drift", change, size, text, order, means, marked)
+
+
+def _held_input(data: MeasurementSet) -> Notice | None:
+    """An input that is held between samples where it jumps: time constants hang on that."""
+    if not data.jumps:
+        return None
+    places = [jumps(data, run) for run in data.runs]
+    run, marked = max(zip(data.runs, places, strict=True), key=lambda pair: len(pair[1]))
+    text = "the input is held until it jumps: so what was held out is predicted better"
+    count = float(sum(map(len, places)))
+    x, y = run.columns["time"], data.driving(run) / float(np.max(np.abs(data.driving(run))))
+    return Notice("held_input", count, 0.0, text, x, y, marked)

@@ -17,6 +17,7 @@ import numpy as np
 
 from model_lab.aliases import Array, Mask
 from model_lab.experiments.forward import Forward
+from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit, held, inverse
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -70,8 +71,14 @@ def pose_problem(
     known = {**classes, **{effect.name: type(effect) for effect in given}}
     known = in_the_range_of(data, known)
     free = [known[effect.name] for effect in given]
-    forward = Forward(data, model.base, free, fixed, joints=model.springs)
+
+    def forward_of(data: MeasurementSet) -> Forward:
+        return Forward(data, model.base, free, fixed, joints=model.springs)
+
+    forward = forward_of(data)
     starts = _as_given(base_starts(forward.parameters), forward.parameters, given)
+    data = with_input_between(data, lambda other: forward_of(other).predict(starts[:1])[0])
+    forward = forward_of(data)
     predicted = forward.predict(starts[:1])[0]
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)

@@ -78,6 +78,7 @@ def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Bal
     """
 
     def correction(_stretch: Array, stress: Array, slope: Array) -> Array:
+        """Newton step of the stretch [-]."""
         return (load - stress) / slope
 
     if start is None:
@@ -126,6 +127,7 @@ def _bracketed(elastic: Elastic, load: Array) -> Balanced:
         low, high = np.where(below, middle, low), np.where(below, high, middle)
 
     def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+        """Newton step of the stretch [-], kept between the halves."""
         return np.clip((load - stress) / slope, low - stretch, high - stretch)
 
     found = iterate(elastic, correction, first_slope(elastic, 0.5 * (low + high)))

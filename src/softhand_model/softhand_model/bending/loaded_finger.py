@@ -105,6 +105,7 @@ class WeightSolver:
         steps = 0
 
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+            """Step of the stretch [-] towards balance, from stress and slope over the modulus."""
             nonlocal steps
             angle = _same_in_lanes(self._to_angle, stretch - 1.0)
             moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
@@ -206,6 +207,7 @@ class BlockedSolver:
             self._free = balance(elastic, load, self._free)
 
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+            """Step of the stretch [-] towards balance, from stress and slope over the modulus."""
             moment = self._moment_at(stretch)
             unbalanced = load - stress
             there = _total(self._deflection * (stretch - 1.0 + unbalanced / slope))

@@ -137,33 +137,6 @@ def mooney_rivlin_stiffness_error(
     return c01 + 2.0 * c20 * strain_invariant(stretch)
 
 
-def radial_modulus(rubber: float, fibre: float, share: float = 0.02) -> float:
-    """Young's modulus [Pa] across the helix: volume mean of rubber and fibre (eq. 3.3)."""
-    return (1.0 - share) * rubber + share * fibre
-
-
-def radial_stretch(axial_stretch: float, axial_modulus: float, radial_modulus: float) -> float:
-    """Stretch [-] across the fibres at an axial one, moduli [Pa] (eq. 3.1 and 3.2).
-
-    >>> round(radial_stretch(3.0, 0.15e6, radial_modulus(0.15e6, 2.5e9)), 3)
-    1.006
-    """
-    return 1.0 + (axial_stretch - 1.0) * axial_modulus / radial_modulus
-
-
-def griffith_stress(modulus: float, surface_energy: float, width: float) -> float:
-    """Largest stress [Pa] of a solid with a crack of the full width a [m] (eq. 3.4).
-
-    sqrt(4*E*G_c/(pi*a)) with Young's modulus E [Pa] and the surface energy G_c [J/m2]. A fibre in
-    the passive layer counts as such a crack: mesh threads of 70 um allow 2.7 times the stress of a
-    0.5 mm thread.
-
-    >>> round(griffith_stress(0.15e6, 10.0, 70e-6) / griffith_stress(0.15e6, 10.0, 0.5e-3), 2)
-    2.67
-    """
-    return float(np.sqrt(4.0 * modulus * surface_energy / (np.pi * width)))
-
-
 def deformed_depth(depth: ArrayLike, bend: ArrayLike) -> Array:
     """Depth d'/h [-] at which rubber from the depth d/h ends up when the actuator bends.
 

@@ -1,0 +1,141 @@
+"""Runs a search: generation after generation, on the workers of the sweeps, each evaluation a line
+of `results.jsonl`, from which a search goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grasp_strategies.search.objective import COST
+from grasp_strategies.search.problem import SearchProblem
+from grasp_strategies.search.study import Study
+from grasp_strategies.sweep.cluster import Cluster
+from grasp_strategies.sweep.line import Record
+from grasp_strategies.sweep.pool import Processes
+from grasp_strategies.sweep.results import Results
+from grasp_strategies.sweep.run import pace, workers
+from softhand_model.progress import Progress
+
+BEST, BEST_FORMAT = "best.json", "softhand-search-best/1"
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """All evaluations of a search, in the order in which they were asked for."""
+
+    records: Sequence[Record]
+
+    @property
+    def best(self) -> Record:
+        """The first evaluation with the least cost; raises ValueError when all ended in errors."""
+        valid = [record for record in self.records if "error" not in record]
+        if not valid:
+            raise ValueError(f"all evaluations ended in errors: {self.records[0]['error']}")
+        return min(valid, key=lambda record: float(record[COST]))
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Values of the best."""
+        return dict(self.best["values"])
+
+    @property
+    def failed(self) -> int:
+        """How many ended in an error."""
+        return sum("error" in record for record in self.records)
+
+    def course(self) -> list[float | None]:
+        """Least cost up to each evaluation; None before the first that has one."""
+        least: float | None = None
+        found = []
+        for record in self.records:
+            if "error" not in record and (least is None or record[COST] < least):
+                least = float(record[COST])
+            found.append(least)
+        return found
+
+
+def run_search(
+    problem: SearchProblem, folder: str | Path, jobs: int = 2, scheduler: str | None = None
+) -> SearchResult:
+    """Run what is left of a search; all its evaluations.
+
+    Args:
+        problem: what is searched.
+        folder: where `results.jsonl` is, or comes to be; `best.json` and `study.log` are written
+            there at the end.
+        jobs: processes at a time; 0: in this one.
+        scheduler: address of a Dask scheduler, such as `tcp://node:8786`, instead of processes.
+
+    Raises:
+        ValueError: the folder holds results of another problem, or of a search that still runs.
+        ConnectionError: the scheduler or its workers are not there, or got lost.
+    """
+    with workers(jobs, scheduler) as crew:
+        return search_with(crew, problem, Path(folder))
+
+
+def search_with(crew: Processes | Cluster, problem: SearchProblem, folder: Path) -> SearchResult:
+    """The same on workers that are there, for several searches one after the other."""
+    study, found = Study(problem), []
+    with Results(folder) as results, _Watch(problem, results) as watch:
+        while generation := study.ask():
+            left = results.left(generation, again=False)
+            watch.know(len(generation) - len(left))
+            for record in crew.run(left):
+                results.append(record)
+                watch.look(record)
+            records = [results.records[evaluation.key] for evaluation in generation]
+            study.tell(generation, records)
+            found += records
+    result = SearchResult(found)
+    write_best(problem, result, folder)
+    study.write(folder)
+    return result
+
+
+class _Watch:
+    """Progress of a search: rate, time left, least cost; a context."""
+
+    def __init__(self, problem: SearchProblem, results: Results) -> None:
+        self._total, self._known, self._run = problem.evaluations, 0, 0
+        self._begin, self._line = time.monotonic(), Progress(problem.name)
+        costs = [record[COST] for record in results.records.values() if COST in record]
+        self._least = min(costs, default=float("inf"))
+
+    def know(self, count: int) -> None:
+        """Take evaluations whose results are there."""
+        self._known += count
+
+    def look(self, record: Record) -> None:
+        """Take one that was run."""
+        self._run += 1
+        self._least = min(self._least, record.get(COST, self._least))
+        elapsed, left = time.monotonic() - self._begin, self._total - self._known
+        words = pace(self._run, elapsed, left, "evaluations")
+        self._line(f"least {self._least:.4g}, {words}", self._known + self._run, self._total)
+
+    def __enter__(self) -> _Watch:
+        return self
+
+    def __exit__(self, *_reason: object) -> None:
+        self._line.close()
+
+
+def write_best(problem: SearchProblem, result: SearchResult, folder: Path) -> Path:
+    """Write the best evaluation and the course of the least cost as JSON, over earlier ones."""
+    content: dict[str, Any] = {
+        "format": BEST_FORMAT,
+        "name": problem.name,
+        "evaluations": len(result.records),
+        "failed": result.failed,
+        "best": None if result.failed == len(result.records) else result.best,
+        "course": result.course(),
+    }
+    path = folder / BEST
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return path

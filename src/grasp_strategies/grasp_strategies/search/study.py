@@ -1,0 +1,82 @@
+"""Which values are evaluated next: Optuna's samplers, asked and told in whole generations.
+
+What a generation asks for depends on seed and earlier results alone, so the same problem gives the
+same evaluations on any number of workers, and again from the results that there are.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import optuna
+from optuna.storages import JournalStorage
+from optuna.storages.journal import JournalFileBackend
+
+from grasp_strategies.search.objective import COST
+from grasp_strategies.search.problem import Evaluation, SearchProblem
+from grasp_strategies.sweep.line import Record
+
+STUDY = "study.log"
+
+
+class Study:
+    """A problem's evaluations, generation by generation."""
+
+    def __init__(self, problem: SearchProblem) -> None:
+        optuna.logging.set_verbosity(optuna.logging.WARNING)
+        self._problem = problem
+        self._ranges: dict[str, Any] = {
+            v.name: optuna.distributions.FloatDistribution(v.low, v.high) for v in problem.variables
+        }
+        self._study = optuna.create_study(sampler=_sampler(problem), study_name=problem.name)
+        if problem.start:
+            self._study.enqueue_trial(dict(problem.start))
+
+    def ask(self) -> list[Evaluation]:
+        """The next generation; empty when the budget is spent."""
+        problem, begun = self._problem, len(self._study.trials)
+        queued = len(self._study.get_trials(False, (optuna.trial.TrialState.WAITING,)))
+        count = min(problem.generation, problem.evaluations - begun + queued)
+        trials = [self._study.ask(self._ranges) for _ in range(count)]
+        return [Evaluation(problem, trial.number, trial.params) for trial in trials]
+
+    def tell(self, generation: Sequence[Evaluation], records: Sequence[Record]) -> None:
+        """Results of a generation, in its order; one that ended in an error has none."""
+        for evaluation, record in zip(generation, records, strict=True):
+            if "error" in record:
+                self._study.tell(evaluation.number, state=optuna.trial.TrialState.FAIL)
+            else:
+                self._study.tell(evaluation.number, record[COST])
+
+    def write(self, folder: Path) -> Path:
+        """Leave the study as a journal for Optuna's own tools, such as its dashboard."""
+        path = folder / STUDY
+        path.unlink(missing_ok=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            storage = JournalStorage(JournalFileBackend(str(path)))
+        optuna.copy_study(
+            from_study_name=self._study.study_name,
+            from_storage=self._study._storage,
+            to_storage=storage,
+        )
+        return path
+
+
+def _sampler(problem: SearchProblem) -> optuna.samplers.BaseSampler:
+    samplers = optuna.samplers
+    if problem.sampler == "random":
+        return samplers.RandomSampler(seed=problem.seed)
+    if problem.sampler == "tpe":
+        with warnings.catch_warnings():  # parts of it may still change, and its version is pinned
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            return samplers.TPESampler(seed=problem.seed, multivariate=True, constant_liar=True)
+    return samplers.CmaEsSampler(
+        seed=problem.seed,
+        popsize=problem.generation,
+        independent_sampler=samplers.RandomSampler(seed=problem.seed),
+        warn_independent_sampling=False,
+    )

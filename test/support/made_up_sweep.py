@@ -1,0 +1,18 @@
+"""A sweep whose trials all succeed without being simulated; its file is a real one."""
+
+from pathlib import Path
+
+from grasp_strategies.sweep.results import Results
+
+
+def lines_gripped(lines, folder, jobs):
+    """In place of `run_lines`."""
+    with Results(Path(folder), lines) as results:
+        for line in lines:
+            results.append(line.describe() | {"outcome": "gripped", "cause": ""})
+        return [results.records[line.key] for line in lines]
+
+
+def all_gripped(plan, folder, jobs):
+    """In place of `run_sweep`."""
+    return lines_gripped(plan.lines(), folder, jobs)
