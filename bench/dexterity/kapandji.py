@@ -1,7 +1,6 @@
 """Every criterion of the Kapandji test, with its negative controls.
 
-A test that has been made (`python -m thesis run kapandji`) is judged as it is in out/thesis; else
-it is made first, which takes half an hour.
+The test is judged as `python -m thesis run kapandji` has left it in out/thesis.
 """
 
 from __future__ import annotations

@@ -10,21 +10,20 @@ from __future__ import annotations
 
 import argparse
 import json
-import multiprocessing
 import sys
 import time
-from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from typing import Any
 
 from bench.kept import append, read
 from bench.lab import store
 from bench.lab.notes import misses_of, notes_of
+from bench.lab.real import measure_real, summary
 from bench.lab.speed import measure_speed
 from bench.lab.table import ROWS, rows_of, text_of
-from bench.lab.work import Job, chosen, jobs_of, run_job, smaller
+from bench.lab.work import Job, chosen, finished, jobs_of, smaller
 
 WORKERS = 2
+OTHERS = ("speed", "real")  # rows that are of no hidden effect
 SELECTING = ("rows", "only", "noise", "per_case", "small")
 WARNING = "development seeds: thresholds were set with them, these figures are no results"
 
@@ -37,7 +36,7 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
     which.add_argument("--seed", type=int, metavar="N", help="of a run to do again, from 1")
     which.add_argument("--development", action="store_true", help="seeds used while developing")
     add("--small", action="store_true", help="an eighth of the sets of every row")
-    add("--rows", nargs="+", default=[], choices=[*ROWS, "speed"], help="default: all")
+    add("--rows", nargs="+", default=[], choices=[*ROWS, *OTHERS], help="default: all")
     add("--per-case", type=int, default=1, metavar="N", help="sets a case and noise level")
     add("--only", nargs="+", default=[], metavar="WORD", help="cases whose name holds a word")
     add("--noise", nargs="+", type=float, default=[], help="noise levels over full scale")
@@ -49,24 +48,6 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
     if found.seed is not None and found.seed < 1:
         parser.error(f"--seed {found.seed}: expected 1 or more")
     return found
-
-
-def finished(jobs: list[Job], workers: int, until: float) -> Iterator[dict[str, Any]]:
-    """Records of sets as they are done; none is started after `until` [s, monotonic]."""
-    context = multiprocessing.get_context("spawn")
-    waiting = iter(jobs)
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        running: set[Future[dict[str, Any]]] = set()
-        while True:
-            while len(running) < 2 * workers and time.monotonic() < until:
-                job = next(waiting, None)
-                if job is None:
-                    break
-                running.add(pool.submit(run_job, job))
-            if not running:
-                return
-            done, running = wait(running, return_when=FIRST_COMPLETED)
-            yield from (future.result() for future in done)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -85,9 +66,11 @@ def main(arguments: list[str] | None = None) -> int:
         kept[record["key"]] = record
         _progress(number, len(open_jobs), record)
     records = [kept[job.key] for job in jobs if job.key in kept]
-    speed = measure_speed() if "speed" in chose.rows or not (chose.rows or chose.only) else []
+    every = not (chose.rows or chose.only)
+    speed = measure_speed() if "speed" in chose.rows or every else []
+    real = measure_real([]) if "real" in chose.rows or every else None
     head = {"seed": seed, "revision": revision, "selection": selection, "planned": len(jobs)}
-    _report(head, records, speed, chose.misses)
+    _report(head, records, speed, real, chose.misses)
     if len(records) == len(jobs) and chose.seed is None and not chose.development:
         store.finish()
     return 0
@@ -100,8 +83,8 @@ def _seed(chose: argparse.Namespace, selected: dict[str, Any]) -> int:
 
 
 def _jobs(chose: argparse.Namespace, seed: int, revision: str) -> list[Job]:
-    rows = [row for row in chose.rows if row != "speed"]
-    cases = [] if chose.rows == ["speed"] else chosen(rows, chose.only, chose.development)
+    rows = [row for row in chose.rows if row not in OTHERS]
+    cases = [] if chose.rows and not rows else chosen(rows, chose.only, chose.development)
     jobs = jobs_of(cases, chose.per_case, revision, chose.noise, store.first_seed(seed))
     return smaller(jobs, seed) if chose.small else jobs
 
@@ -115,11 +98,13 @@ def _report(
     head: dict[str, Any],
     records: list[dict[str, Any]],
     speed: list[dict[str, Any]],
+    real: list[dict[str, Any]] | None,
     with_misses: bool,
 ) -> None:
     blind = head["seed"] != store.DEVELOPMENT
     rows, notes, misses = rows_of(records), notes_of(records), misses_of(records)
     notes += [f"{s['name']}: {s['seconds']:.1f} s (target {s['target']:g} s)" for s in speed]
+    notes += [] if real is None else summary(real)
     notes += [] if blind else [WARNING]
     print("\n".join([text_of(rows), *notes]))
     if len(records) < head["planned"]:
@@ -127,7 +112,7 @@ def _report(
         print(f"bench.lab: {missing} sets not done yet; run it again to go on")
     if with_misses:
         print("\n".join(["bench.lab: misses", *misses]))
-    document = {**head, "sets": len(records), "rows": rows, "speed": speed}
+    document = {**head, "sets": len(records), "rows": rows, "speed": speed, "real": real}
     document |= {"notes": notes, "misses": misses}
     store.OUT.mkdir(parents=True, exist_ok=True)
     path = store.OUT / ("bench-lab.json" if blind else "bench-lab-development.json")

@@ -30,7 +30,7 @@ from bench.lab.reliability import (
 )
 from bench.lab.scoring import refused, right, wilson
 from model_lab.diagnosis import confidence
-from model_lab.diagnosis.confidence import probability
+from model_lab.diagnosis.confidence import FEWEST, probability
 
 Array = np.ndarray
 Record = Mapping[str, Any]
@@ -175,6 +175,8 @@ def shown(records: Sequence[Record], found: Mapping[str, Any]) -> dict[str, Any]
 def words_of(document: Mapping[str, Any]) -> str:
     """Coefficients in words: what they were fitted to, and how they did on other sets."""
     fit, proof = document["fitted_to"], document["shown_on"]
+    if min(fit["sets"], proof["sets"]) < FEWEST:
+        return "Too few sets are gathered yet: no confidence is stated."
     low, high = proof["interval"]
     refused_, wrong = proof["refused_of_wrong"]
     guessed, fine = proof["guesses_of_right"]
@@ -218,7 +220,12 @@ def draw(found: Mapping[str, Any], path: Path) -> None:
         f"({low:.3f} to {high:.3f})",
         fontsize=9,
     )
-    axes.set(xlim=(0, 1), ylim=(0, 1), xlabel="confidence stated", ylabel="share of verdicts right")
+    axes.set(
+        xlim=(-0.03, 1.06),
+        ylim=(-0.03, 1.06),
+        xlabel="confidence stated",
+        ylabel="share of verdicts right",
+    )
     figure.savefig(path)
     pyplot.close(figure)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import tempfile
 import time
 import traceback
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -102,6 +104,24 @@ def smaller(jobs: list[Job], seed: int) -> list[Job]:
         for job in random.sample(mine, min(len(mine), max(FEWEST, len(mine) // SMALLER)))
     }
     return [job for job in jobs if job.key in kept]
+
+
+def finished(jobs: list[Job], workers: int, until: float) -> Iterator[dict[str, Any]]:
+    """Records of sets as they are done; none is started after `until` [s, monotonic]."""
+    context = multiprocessing.get_context("spawn")
+    waiting = iter(jobs)
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        running: set[Future[dict[str, Any]]] = set()
+        while True:
+            while len(running) < 2 * workers and time.monotonic() < until:
+                job = next(waiting, None)
+                if job is None:
+                    break
+                running.add(pool.submit(run_job, job))
+            if not running:
+                return
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            yield from (future.result() for future in done)
 
 
 def run_job(job: Job) -> dict[str, Any]:

@@ -40,7 +40,12 @@ setup(
         "numba",
         "trimesh",
     ],
-    extras_require={"test": ["pytest"], "plot": ["matplotlib"], "mesh": ["coacd"]},
+    extras_require={
+        "test": ["pytest"],
+        "plot": ["matplotlib"],
+        "mesh": ["coacd"],
+        "mould": ["manifold3d"],
+    },
     zip_safe=False,
     entry_points={"console_scripts": COMMANDS},
 )

@@ -40,7 +40,18 @@ const report = () => ({figures: figures(),
   smallest: Math.min(...letters().map(e => parseFloat(getComputedStyle(e).fontSize))),
   headings: all(document, "h1, h2, h3").map(e => +e.tagName[1]),
   fetched: performance.getEntriesByType("resource").map(e => e.name),
-  width: [document.documentElement.scrollWidth, document.documentElement.clientWidth]});
+  width: [document.documentElement.scrollWidth, document.documentElement.clientWidth],
+  zoom: all(document, "#curves .plot:has(.main-svg)").slice(0, 1).flatMap(zoomed)});
+const zoomed = plot => {  // what a mouse does that is dragged over the middle of a plot
+  const range = () => [...plot._fullLayout.xaxis.range];
+  const before = range(), area = plot.querySelector(".nsewdrag"), b = rect(area);
+  const mouse = (on, type, part) => on.dispatchEvent(new MouseEvent(type, {bubbles: true,
+    buttons: 1, clientX: b.left + part * b.width, clientY: b.top + part * b.height}));
+  mouse(area, "mousedown", 0.4);
+  [0.5, 0.6].forEach(part => mouse(document, "mousemove", part));
+  mouse(document, "mouseup", 0.6);
+  return [before, range()];
+};
 const left = () => document.documentElement.matches(".live") &&
   all(document, ".plot").some(p => !p.querySelector(".main-svg"));
 let waited = 0;
@@ -64,7 +75,8 @@ class Rendered:
     figures: with name, label, caption, panels, those that stayed empty, and what was measured of
     plots and picture as far as they are shown (boxes [pixels], marks, texts). width: of content and
     window [pixels]; smallest: letters that are shown [pixels]; headings: their levels; fetched:
-    addresses; console: what it complains of.
+    addresses; zoom: ends of x of the first curves before and after a mouse was dragged over 0.4 to
+    0.6 of their width; console: what it complains of.
     """
 
     figures: list = field(default_factory=list)
@@ -72,6 +84,7 @@ class Rendered:
     smallest: float = 0.0
     headings: list = field(default_factory=list)
     fetched: list = field(default_factory=list)
+    zoom: list = field(default_factory=list)
     console: list = field(default_factory=list)
 
     def figure(self, name):

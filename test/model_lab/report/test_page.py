@@ -2,7 +2,7 @@
 
 import base64
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from model_lab.bench.protocols import PROTOCOLS
 from model_lab.bench.trial_runs import TrialRun
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import Experiment
-from model_lab.diagnosis.result import Diagnosis, Step
+from model_lab.diagnosis.result import Step
 from model_lab.fitting.notices import Notice
 from model_lab.learning.learn import learn
 from model_lab.measurements.units import display_of
@@ -159,6 +159,11 @@ def test_panels_lie_side_by_side_where_there_is_room(on_screen, on_phone):
     assert on_screen.width[0] <= on_screen.width[1]
 
 
+def test_a_mouse_that_is_dragged_over_curves_zooms_into_them(on_screen):
+    (low, high), zoomed = on_screen.zoom
+    assert np.allclose(zoomed, [low + share * (high - low) for share in (0.4, 0.6)], rtol=0.02)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_without_scripts_every_figure_is_a_picture(pictures, kind):
     for figure in pictures[kind].figures:
@@ -246,13 +251,9 @@ def test_what_was_learned_stands_in_the_report_of_what_nothing_known_explains(fo
     assert overlapping(figure["plots"]) == []
 
 
-def test_confidence_is_shown_where_it_is_known(unexplained, pages, tmp_path):
-    @dataclass(frozen=True)
-    class Sure(Diagnosis):
-        confidence: float | None = None
-
+def test_confidence_is_shown_where_it_is_known(unexplained, tmp_path):
     _, outcome = unexplained
-    sure = Sure(**{**vars(outcome.diagnosis), "confidence": 0.973})
+    sure = replace(outcome.diagnosis, confidence=0.973)
     write_report(replace(outcome, diagnosis=sure), tmp_path / "sure.html", COMMANDS)
     assert "Confidence 97 %" in (tmp_path / "sure.html").read_text()
     assert '<meter value="0.973"' in (tmp_path / "sure.html").read_text()

@@ -280,7 +280,11 @@ COMMANDS: Mapping[str, Command] = {
             options.FREE_MODULUS,
             *options.EFFECTS,
             argument(
-                "--report", type=Path, metavar="DIR", help=f"folder in which to write {REPORT}"
+                "--report",
+                type=Path,
+                metavar="DIR",
+                help=f"folder in which to write {REPORT}; learns the missing curve for it where "
+                "nothing known explains the error",
             ),
             *options.RESULTS,
             options.SEED,

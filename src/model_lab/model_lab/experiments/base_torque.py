@@ -56,7 +56,7 @@ class BaseTorque:
         require_columns(data, INPUTS["base_torque"], "the model of base_torque")
         self._data = data
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         self._segments = SpecimenSegments(data, segments, joints)
         self._pressure = self._rows.column("pressure")
         pose = np.array([self._rows.column(name)[0, :, 0] for name in TIP_POSE])

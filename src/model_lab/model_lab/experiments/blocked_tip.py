@@ -36,7 +36,7 @@ class BlockedTip:
         self._data, self._linear = data, springs == "linear"
         require_columns(data, INPUTS["blocked_tip"], "the model")
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         self._sections = SpecimenSections(data, uniform=False)
         self.strained = self._sections.shape, "pure_shear"
         self._edge = circumference(data, self._sections) / 4.0

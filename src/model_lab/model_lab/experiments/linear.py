@@ -38,7 +38,7 @@ class LinearBase:
         self._data, self._output = data, data.outputs[0]
         require_columns(data, INPUTS[data.experiment], "the model")
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         self.strained = SHAPELESS, "linear"
         self._imposed = data.experiment == "uniaxial"
         self._input = (

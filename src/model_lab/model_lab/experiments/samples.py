@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.interpolate import PchipInterpolator
 
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.bending.whole_runs import LONG, Runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 
@@ -20,7 +21,6 @@ Step = Callable[[Array, Array], Array]
 duration (runs, 1) [s].
 """
 NO_TIME = np.zeros(1)  # [s] of a step that takes none
-LONG = 1e12  # [s] after which everything has settled
 JUMP = 1e-3  # of the usual time between samples: what is nearer belongs to a jump
 ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 
@@ -58,6 +58,23 @@ class SampleRows:
         self._tick = np.arange(len(self.run)) - self._starts[self.run]
         self._steady = np.array([run.steady for run in data.runs])[:, None]
         self._axes: dict[str, NDArray[Any]] = {}
+
+    @cached_property
+    def runs(self) -> Runs:
+        """The runs with the times of their steps."""
+        counts = [run.samples for run in self._data.runs]
+        times = [run.columns.get("time", np.zeros(run.samples)) for run in self._data.runs]
+        latest: dict[str, int] = {}
+        before = []
+        for index, run in enumerate(self._data.runs):
+            before.append(-1 if run.virgin else latest.get(run.specimen, -1))
+            latest[run.specimen] = index
+        return Runs(
+            np.concatenate([[0], np.cumsum(counts)]),
+            np.concatenate([np.diff(time, prepend=time[:1]) for time in times]).astype(float),
+            np.array([run.steady for run in self._data.runs]),
+            np.array(before, np.intp),
+        )
 
     def column(self, name: str) -> Array:
         """A column (1, rows, 1)."""

@@ -32,7 +32,7 @@ class Uniaxial:
         self._data, self._mode = data, mode
         require_columns(data, INPUTS[data.experiment], "the model")
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         for name in dict.fromkeys(run.specimen for run in data.runs):
             require_keys(
                 data, data.specimens[name], ["shear_modulus"], f"the model of {data.experiment}"

@@ -26,6 +26,9 @@ NAMED_AXES = ("mount", "specimen")
 RUN_AXES = ("run_order", "temperature", "wall", *NAMED_AXES)
 ODD, RARE = 20.0, 6.0  # surprise
 MOST_CURVES = 3  # of a model, each in a file of its own
+FLATTENS, SETS_IN, GROWS = "flattens", "sets_in", "grows"
+STATIC = {(stage, "pressure") for stage in ("input", "load", "elastic")}
+STATIC |= {(stage, "output") for stage in ("elastic", "output")}
 Kind = tuple[str, str]
 """A stage and an axis."""
 NOUNS = {
@@ -99,18 +102,27 @@ class Shape:
         """Where it acts, and against what."""
         return self.stage, self.against
 
-    @property
-    def surprise(self) -> float:
-        """How unlikely such an effect is beforehand, as minus twice a log likelihood.
+    def surprise_of(self, answer: str) -> float:
+        """How unlikely such an effect is beforehand, as minus twice a log likelihood, if it changes
+        what is predicted like this.
 
-        It only decides between curves that the data do not tell apart.
+        It only decides between curves that the data do not tell apart: where the output is nearly
+        in proportion to the input, sensors flatten, valves and gauges set in, rubber stiffens.
         """
         if self.stage == "output" and self.against in ("pressure", "wall"):
             return ODD  # a sensor knows neither
-        if self.stage == "output" and self.against == "output" and self.experiment not in BENDING:
-            return ODD  # a bar is pulled for the sake of its rubber
-        if self.base == "linear" and self.kind == ("output", "output"):
-            return RARE  # an actuator that is not linear is likelier than its sensor
+        if self.experiment not in BENDING and self.axis == "time_since_step":
+            return (
+                ODD  # in one pull that is what the stretch is, and a bar is pulled for its rubber
+            )
+        if self.base == "linear":  # an actuator that is not linear is likelier than its sensor
+            return ODD if self.kind == ("output", "output") else 0.0
+        if self.kind in STATIC and self.experiment != "free_bending":
+            usual = {FLATTENS: "output", SETS_IN: "input"}.get(answer, "load")
+            if self.experiment not in BENDING:  # a sheet is tested in modes for its rubber's sake
+                late = answer == FLATTENS and self.experiment != "rubber"
+                usual = "output" if late else "elastic"
+            return 0.0 if self.stage == usual else ODD
         return RARE if self.stage == "structure" else 0.0
 
     @property

@@ -20,7 +20,16 @@ from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
 from model_lab.learning.candidates import Scene
-from model_lab.learning.effect_file import MOST_CURVES, Kind, Shape, effect_of
+from model_lab.learning.effect_file import (
+    FLATTENS,
+    GROWS,
+    MOST_CURVES,
+    ODD,
+    SETS_IN,
+    Kind,
+    Shape,
+    effect_of,
+)
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from softhand_model.effects import Effect, effect_classes
@@ -32,9 +41,11 @@ COARSE = 5  # knots at first
 KNOTS = (3, 5, 8, 12)  # tried for the best
 NEAR = 1.5  # held-out error over the best one's, up to which they are
 SAMPLES, OF_A_RUN = 6000, 150  # that are searched, at least so many of each run
-FITTED = 8  # candidates that are fitted as a whole
+FITTED, BESIDE = 8, 4  # candidates that are fitted as a whole: of a first curve, of others
 GOOD = 1.4  # held-out error over the best one's, up to which the simplest curve is chosen
+THIRDS = (0.05, 0.35), (0.35, 0.65), (0.65, 1.1)  # of the largest prediction
 ALIKE = 1.05  # held-out error over that of the chosen one, up to which another is tied
+BELOW = 0.7  # of the floor, within which errors do not tell curves apart
 REMOVED = 0.5  # share of the excess mean square error that a curve must remove
 EVENLY = 0.5  # share of knots that lie evenly, over that of those where a curve bends
 MOVED = 2  # times that knots are moved to where a curve bends
@@ -42,12 +53,13 @@ MOVED = 2  # times that knots are moved to where a curve bends
 
 @dataclass(frozen=True)
 class Candidate:
-    """A curve that was fitted with everything else."""
+    """A curve that was fitted with everything else; answer: of `answer_of`."""
 
     name: str
     shape: Shape
     scored: Scored
     error: float
+    answer: str = ""
 
     @property
     def values(self) -> Array:
@@ -59,7 +71,12 @@ class Candidate:
         """Minus twice the log likelihood, what its parameters cost (Schwarz), and its surprise."""
         found = self.scored.fit
         complexity = np.log(found.residual.size) * len(found.values)
-        return float(found.deviance + complexity + self.shape.surprise)
+        return float(found.deviance + complexity + self.surprise)
+
+    @property
+    def surprise(self) -> float:
+        """How unlikely such an effect is beforehand."""
+        return self.shape.surprise_of(self.answer)
 
     @property
     def covariance(self) -> Array:
@@ -108,7 +125,7 @@ class Learning:
 
     def is_tied(self, other: Candidate) -> bool:
         """Whether the data cannot tell another curve from the chosen one."""
-        return self.chosen is not None and other.error <= ALIKE * self.chosen.error
+        return self.chosen is not None and _alike(self.problem, self.chosen, other)
 
 
 def learn(
@@ -119,8 +136,13 @@ def learn(
 ) -> Learning:
     """Learn the curve that is missing in a model, if one helps on held-out data.
 
-    Raises ValueError for data that the model cannot use.
+    Raises ValueError for data that the model cannot use, and of several outputs.
     """
+    if len(data.outputs) > 1:
+        raise ValueError(
+            f"experiment: expected one with a single output to learn from, got {data.experiment}, "
+            f"which has {', '.join(data.outputs)}; `diagnose` names known effects in it"
+        )
     tell("fitting the model as it is", 0, 0)
     searched = thinned(data, SAMPLES, OF_A_RUN)
     problem, given = pose_problem(searched, model, classes or effect_classes())
@@ -130,7 +152,7 @@ def learn(
     lower = with_lower_floor(problem, found[0].scored.fit) if found else None
     if lower is not None:
         problem, base = lower, score_base(lower, names)
-        found = _in_order([_fitted(problem, base, one.shape, one) for one in found])
+        found = _in_order(problem, [_fitted(problem, base, one.shape, one) for one in found])
     return _with_further(_judged(problem, base, found), tell)
 
 
@@ -154,17 +176,21 @@ def _with_further(learning: Learning, tell: Tell) -> Learning:
 def _searched(
     problem: FitProblem, base: Scored, name: str, tell: Tell, known: Set[Kind] = frozenset()
 ) -> list[Candidate]:
-    """Candidates fitted as a whole, the best first; none of what is known."""
+    """Candidates fitted as a whole, the best first; beside known ones no others of their kinds, and
+    no odd ones.
+    """
     if not material(problem, base):
         return []
     scene = Scene.of(problem, base.fit)
-    shapes = [shape for shape in scene.shapes(COARSE) if shape.kind not in known]
+    shapes = list(scene.shapes(COARSE))
+    if known:
+        shapes = [s for s in shapes if s.kind not in known and s.surprise_of(GROWS) < ODD]
     promise = []
     for number, shape in enumerate(shapes, 1):
         tell(f"trying {_words(shape)}", number, len(shapes))
         promise.append(_promise(problem, base, shape, name))
     order = sorted(range(len(shapes)), key=lambda n: promise[n])
-    chosen = order[:FITTED]
+    chosen = order[: BESIDE if known else FITTED]
     found = []
     for number, index in enumerate(chosen, 1):
         tell(f"fitting {_words(shapes[index])}", number, len(chosen))
@@ -174,15 +200,27 @@ def _searched(
     for number, one in enumerate(near, 1):
         tell(f"refining {_words(one.shape)}", number, len(near))
         found[found.index(one)] = _refined(problem, base, scene, one)
-    return _in_order(found)
+    return _in_order(problem, found)
 
 
-def _in_order(found: list[Candidate]) -> list[Candidate]:
-    """The simplest of those that predict well, then the others by their error."""
+def _alike(problem: FitProblem, first: Candidate, other: Candidate) -> bool:
+    """Whether another curve predicts as well as one; below the floor all do."""
+    return other.error <= max(ALIKE * first.error, BELOW * problem.floor.total)
+
+
+def _in_order(problem: FitProblem, found: list[Candidate]) -> list[Candidate]:
+    """The simplest of those that predict well, then the others by their error; an odd one comes
+    first only where the data tell it from the others.
+    """
     best = min((one.error for one in found), default=0.0)
-    good = [one for one in found if one.error <= GOOD * best]
-    others = [one for one in found if one.error > GOOD * best]
-    return sorted(good, key=lambda one: one.cost) + sorted(others, key=lambda one: one.error)
+    limit = max(GOOD * best, BELOW * problem.floor.total)
+    good = sorted((one for one in found if one.error <= limit), key=lambda one: one.cost)
+    others = sorted((one for one in found if one.error > limit), key=lambda one: one.error)
+    if good:
+        tied = [one for one in good if _alike(problem, good[0], one)]
+        first = next((one for one in tied if one.surprise < ODD), good[0])
+        good = [first, *(one for one in good if one is not first)]
+    return good + others
 
 
 def _words(shape: Shape) -> str:
@@ -244,7 +282,27 @@ def _fitted(problem: FitProblem, base: Scored, shape: Shape, before: Candidate) 
 
 def _candidate(problem: FitProblem, base: Scored, shape: Shape, name: str, found: Fit) -> Candidate:
     scored = Scored((*base.effects, name), found, hold_out(found))
-    return Candidate(name, shape, scored, error_of(problem, scored))
+    answer = answer_of(problem.data.table.value, base.fit.residual, found.residual)
+    return Candidate(name, shape, scored, error_of(problem, scored), answer)
+
+
+def answer_of(measured: Array, before: Array, after: Array) -> str:
+    """How a curve changes what a model predicts from small to large: `flattens` (the more the
+    larger), `sets_in` (it rises most at the small ones) or `grows`, as anything else.
+
+    measured (samples,), and residuals (samples,) before and after.
+    """
+    plain = measured - before
+    share = np.abs(plain) / (np.abs(plain).max() or 1.0)
+    gains = []
+    for low, high in THIRDS:
+        mine = (share >= low) & (share < high)
+        square = float(plain[mine] @ plain[mine])
+        gains.append(float(plain[mine] @ (measured - after)[mine]) / square if square else 1.0)
+    small, middle, large = gains
+    if middle - large > abs(small - middle):
+        return FLATTENS
+    return SETS_IN if middle - small > abs(large - middle) else GROWS
 
 
 def _squares(problem: FitProblem, likelihood: Likelihood) -> Likelihood:

@@ -39,11 +39,12 @@ def picture_of(learning: Learning) -> Drawing:
     if chosen is None:
         return Drawing("learned", "Residuals and errors", caption, verdict(learning), panels,
                        KEYS[::2], 2, ROW)  # fmt: skip
-    caption = f"{chosen.shape.title} The band holds 95 %. {caption}"
+    titles = " ".join(one.shape.title for one in learning.curves)
+    caption = f"{titles} The band holds 95 %. {caption}"
+    curves = [curve_panel(one) for one in learning.curves]
     return Drawing(
-        "learned", "Learned curve", caption, verdict(learning), (curve_panel(chosen), *panels),
-        KEYS, 3, ROW,
-    )  # fmt: skip
+        "learned", "Learned curve", caption, verdict(learning), (*curves, *panels), KEYS, 3, ROW
+    )
 
 
 def curve_panel(candidate: Candidate) -> Panel:
@@ -105,7 +106,7 @@ def _residuals(learning: Learning) -> Iterator[Course]:
     factor = display_of(learning.problem.data.unit).factor
     parts = [("before", learning.base)]
     if learning.chosen is not None:
-        parts.append(("after", learning.chosen.scored))
+        parts.append(("after", learning.final))
     for label, scored in parts:
         rest = factor * scored.held_out.residual
         yield Course(place, rest, label, marker="o", size=1.3, opacity=0.3, most=DOTS)
@@ -131,13 +132,14 @@ def _means(place: Array, rest: Array) -> tuple[Array, Array]:
 def _error_panel(learning: Learning) -> Panel:
     """Held-out errors of the candidates as bars, the floor as a line."""
     display = display_of(learning.problem.data.unit)
-    every = [one for one in (learning.chosen, *learning.others) if one is not None]
+    chosen = [learning.chosen, *learning.further] if learning.chosen else []
+    every = [*chosen, *learning.others]
     shapes = [one.shape for one in every]
     names = ["without", *(f"{s.stage} {s.form}, {s.against.replace('_', ' ')}" for s in shapes)]
+    names[2 : len(chosen) + 1] = [f"+ {name}" for name in names[2 : len(chosen) + 1]]
     errors = [learning.base.held_out.rmse, *(one.scored.held_out.rmse for one in every)]
     colours = ["before"] + [
-        "after" if one is learning.chosen else "tied" if learning.is_tied(one) else "other"
-        for one in every
+        "after" if one in chosen else "tied" if learning.is_tied(one) else "other" for one in every
     ]
     floor = display.factor * learning.problem.floor.total
     ticks = tuple((float(at), name) for at, name in enumerate(names))

@@ -183,10 +183,10 @@ def shade(value: float) -> str:
     return f"background:{hue}{round(255 * strong):02x};color:{'#fff' if strong > 0.6 else '#222'}"
 
 
-def curve(learned: Learning) -> Table | None:
-    """The learned curve at its knots."""
-    head, *rows = curve_rows(learned.chosen) if learned.chosen else [[]]
-    return Table(head, rows) if rows else None
+def learned_curves(learned: Learning) -> list[Table]:
+    """The learned curves at their knots."""
+    found = map(curve_rows, learned.curves)
+    return [Table(head, rows) for head, *rows in found]
 
 
 def alternatives(learned: Learning) -> Table:

@@ -1,4 +1,4 @@
-"""The command `softhand hand`: design an actuator, draw any hand, write its URDF."""
+"""The command `softhand hand`: design an actuator, its mould, draw any hand, write its URDF."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuflex_sim.commands import design as design_command
+from pneuflex_sim.commands import mould as mould_command
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import write_urdf
 from softhand_model.documents.output_file import PICTURES, check_new, write_new
@@ -123,10 +124,11 @@ def parser() -> argparse.ArgumentParser:
     """The command line."""
     found = argparse.ArgumentParser(
         prog="softhand hand",
-        description="Design an actuator, draw any hand, write its URDF; without ROS.",
+        description="Design an actuator, make its mould, draw any hand, write its URDF; no ROS.",
     )
     commands = found.add_subparsers(dest="command", required=True)
     design_command.add_to(commands)
+    mould_command.add_to(commands)
     add_show(commands)
     add_urdf(commands)
     return found
