@@ -5,8 +5,8 @@ Pressures are searched for by TPE where the thesis chose them by hand; places an
 pressures that differ, and counts as reached when all of these repeats touch it.
 
 Chosen on place 8 alone, before all others (seed 1, 5 segments): the cost, in which a contact
-elsewhere is no worse than none, and the sampler; after 60 evaluations the cost was 21.8 with TPE and
-25.1 with CMA-ES, after 130 18.1 and 18.0.
+elsewhere is no worse than none, and the sampler; after 60 evaluations the cost was 21.8 with TPE
+and 25.1 with CMA-ES, after 130 18.1 and 18.0.
 """
 
 from __future__ import annotations
