@@ -8,16 +8,16 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from softhand_model.bending.balance import SteppedBalance
+from softhand_model.bending.elastic_chain import compiled_effects
 from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
+from softhand_model.bending.run_loops import LONG
 from softhand_model.bending.whole_runs import (
-    LONG,
     Runs,
     force_in_runs,
     stress_in_runs,
     stretch_in_runs,
 )
 from softhand_model.effects import Effect, effect_classes
-from softhand_model.effects.elastic_chain import compiled_effects
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape, Strain
 

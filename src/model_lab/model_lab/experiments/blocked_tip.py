@@ -11,10 +11,10 @@ from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSectio
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance, bending_load, free_curvature
+from softhand_model.bending.elastic_chain import compiled_effects
 from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
 from softhand_model.bending.whole_runs import force_in_runs
 from softhand_model.effects import Effect
-from softhand_model.effects.elastic_chain import compiled_effects
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 from softhand_model.hand import section

@@ -17,9 +17,9 @@ from model_lab.experiments.uniaxial import SHAPELESS, imposed
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance
+from softhand_model.bending.elastic_chain import compiled_effects
 from softhand_model.bending.whole_runs import stretch_in_runs
 from softhand_model.effects import Effect
-from softhand_model.effects.elastic_chain import compiled_effects
 from softhand_model.effects.pipeline import StagedEffects, remembers
 
 EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial")

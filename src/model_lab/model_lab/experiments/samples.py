@@ -12,7 +12,8 @@ from scipy.interpolate import PchipInterpolator
 
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
-from softhand_model.bending.whole_runs import LONG, Runs
+from softhand_model.bending.run_loops import LONG
+from softhand_model.bending.whole_runs import Runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 

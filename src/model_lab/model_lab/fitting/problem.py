@@ -188,7 +188,10 @@ def _held_out(fit: Fit) -> tuple[Array, Array]:
     """Held-out residuals (samples,) by steps without, and with, the weights of banded noise."""
     table = fit.likelihood.spectrum.table
     fold_of, folds = table.fold, len(table.folds)
-    values = np.concatenate([_values_without(fit, fold_of != fold) for fold in range(folds)])
+    systems = [_equations(fit, weighted) for weighted in (False, True)]
+    values = np.concatenate(
+        [_values_without(fit, systems, fold_of != fold) for fold in range(folds)]
+    )
     residuals = fit.likelihood.residuals(values).reshape(folds, len(STEP_SHARES) + 1, -1)
     plain, weighted = np.empty_like(fit.residual), np.empty_like(fit.residual)
     for fold in range(folds):
@@ -200,21 +203,20 @@ def _held_out(fit: Fit) -> tuple[Array, Array]:
     return plain, weighted
 
 
-def _values_without(fit: Fit, kept: Mask) -> Array:
+def _values_without(fit: Fit, systems: Sequence[tuple[Array, Array]], kept: Mask) -> Array:
     """Parameters (n, k) fitted to the kept samples: by shares of the step without weights, and by
-    the step with them.
+    the step with them. systems: the equations of both.
     """
     scales = fit.likelihood.scales
     center = scales.inward(fit.values)
-    plain, weighted = (_step(fit, center, kept, by) for by in (False, True))
+    plain, weighted = (_step(fit, center, rows[kept], rest[kept]) for rows, rest in systems)
     tried = center + np.stack([*(share * plain for share in STEP_SHARES), weighted])
     return scales.outward(np.clip(tried, scales.low, scales.high))
 
 
-def _step(fit: Fit, center: Array, kept: Mask, weighted: bool) -> Array:
-    """Step (k,) of Gauss and Newton to the fit of the kept samples."""
+def _step(fit: Fit, center: Array, rows: Array, rest: Array) -> Array:
+    """Step (k,) of Gauss and Newton by these equations."""
     scales = fit.likelihood.scales
-    rows, rest = _equations(fit, kept, weighted)
     prior = 1.0 / fit.likelihood.prior**2
     normal = rows.T @ rows + np.diag(prior)
     gradient = rows.T @ rest - prior * (fit.values - 1.0)
@@ -225,15 +227,14 @@ def _step(fit: Fit, center: Array, kept: Mask, weighted: bool) -> Array:
     return np.clip(move, -scales.width, scales.width)
 
 
-def _equations(fit: Fit, kept: Mask, weighted: bool) -> tuple[Array, Array]:
-    """Jacobian (n, k) and residual (n,) of what is kept, over their errors.
-
-    A fold is whole series, and so are its coefficients.
+def _equations(fit: Fit, weighted: bool) -> tuple[Array, Array]:
+    """Jacobian (samples, k) and residual (samples,) over their errors; with weights those of the
+    coefficients, of which each fold has its own, as it is whole series.
     """
     if not weighted:
         scale = fit.rmse or 1.0
-        return fit.jacobian[kept] / scale, fit.residual[kept] / scale
+        return fit.jacobian / scale, fit.residual / scale
     spectrum = fit.likelihood.spectrum
-    errors = np.sqrt(fit.variance)[spectrum.bands][kept]
-    rows = spectrum.coefficients(np.ascontiguousarray(fit.jacobian.T)).T[kept]
-    return rows / errors[:, None], fit.coefficients[kept] / errors
+    errors = np.sqrt(fit.variance)[spectrum.bands]
+    rows = spectrum.coefficients(np.ascontiguousarray(fit.jacobian.T)).T
+    return rows / errors[:, None], fit.coefficients / errors
