@@ -57,7 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Gather for some minutes."""
     parser = argparse.ArgumentParser(prog="bench.lab.gather", description=__doc__.splitlines()[0])
     parser.add_argument("--minutes", type=float, default=480.0)
-    parser.add_argument("--sets", type=int, default=800, help="so many in all")
+    parser.add_argument("--sets", type=int, default=1200, help="so many in all")
     parser.add_argument("--experiments", nargs="+", default=[], help="default: all")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--lines", type=Path, default=LINES)
