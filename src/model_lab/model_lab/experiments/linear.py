@@ -17,7 +17,9 @@ from model_lab.experiments.uniaxial import SHAPELESS, imposed
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance
+from softhand_model.bending.whole_runs import stretch_in_runs
 from softhand_model.effects import Effect
+from softhand_model.effects.elastic_chain import compiled_effects
 from softhand_model.effects.pipeline import StagedEffects, remembers
 
 EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial")
@@ -89,8 +91,11 @@ class LinearBase:
         rows = self._rows
         pressure = rows.chamber_pressure(staged, self._input)
         load = staged.act_on_load(slope * pressure / modulus, pressure, SHAPELESS)
+        effects = compiled_effects(staged)
         if not staged.elastic:
             return load
+        if effects is not None:
+            return stretch_in_runs(effects, load, SHAPELESS, rows.runs, "linear") - 1.0
 
         def begin() -> Step:
             stepped = SteppedBalance(staged, "linear")

@@ -44,6 +44,7 @@ class SpecimenMemory:
 
     def __init__(self, rows: SampleRows) -> None:
         self._rows = rows
+        self.runs = rows.runs
         self._before = rows.runs.before.tolist()
 
     def in_steps(self, begin: Callable[[], Step], staged: StagedEffects, values: Array) -> Array:

@@ -14,7 +14,9 @@ from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_
 from model_lab.experiments.specimen_models import SpecimenMemory
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns, require_keys
+from softhand_model.bending.whole_runs import stress_in_runs
 from softhand_model.effects import Effect
+from softhand_model.effects.elastic_chain import compiled_effects
 from softhand_model.effects.pipeline import StagedEffects, remembers
 from softhand_model.effects.stages import SectionShape, Strain
 
@@ -74,5 +76,8 @@ def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Ar
         return step
 
     if remembers(staged.elastic):
+        effects = compiled_effects(staged)
+        if effects is not None:
+            return stress_in_runs(effects, 1.0 + strain, SHAPELESS, memory.runs, mode)
         return memory.in_steps(begin, staged, strain)
     return step(strain, NO_TIME)

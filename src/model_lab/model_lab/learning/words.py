@@ -41,8 +41,14 @@ def _small(sentence: str) -> str:
 
 def words_of(shape: Shape) -> str:
     """A candidate in few words."""
-    noun = "output" if shape.against == "output" else shape.against.replace("_", " ")
-    return f"{shape.form} at the stage {shape.stage} against the {noun}"
+    return f"{shape.form} at the stage {shape.stage} against the {_axis_of(shape)}"
+
+
+def _axis_of(shape: Shape) -> str:
+    """What a curve is a function of: for the input, the input of this experiment."""
+    if shape.against == "pressure":
+        return shape.abscissa.partition(" [")[0]
+    return shape.against.replace("_", " ")
 
 
 def curve_rows(candidate: Candidate) -> list[list[str]]:
@@ -62,7 +68,8 @@ def alternative_rows(learning: Learning) -> list[list[str]]:
     for one in every[:MOST]:
         note = "chosen" if one is learning.chosen else "tied" if learning.is_tied(one) else ""
         shape = one.shape
-        rows.append([shape.stage, shape.form, shape.against, shown(one.scored.held_out.rmse), note])
+        error = shown(one.scored.held_out.rmse)
+        rows.append([shape.stage, shape.form, _axis_of(shape), error, note])
     return rows
 
 

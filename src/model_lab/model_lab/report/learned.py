@@ -41,11 +41,10 @@ def picture_of(learning: Learning) -> Drawing:
                        KEYS[::2], 2, ROW)  # fmt: skip
     titles = " ".join(one.shape.title for one in learning.curves)
     caption = f"{titles} The band holds 95 %. {caption}"
-    drawn = [curve_panel(one) for one in learning.curves]
+    curves = [curve_panel(one) for one in learning.curves]
     return Drawing(
-        "learned", "Learned curve", caption, verdict(learning), (*drawn, *panels),
-        KEYS, 3, ROW,
-    )  # fmt: skip
+        "learned", "Learned curve", caption, verdict(learning), (*curves, *panels), KEYS, 3, ROW
+    )
 
 
 def curve_panel(candidate: Candidate) -> Panel:

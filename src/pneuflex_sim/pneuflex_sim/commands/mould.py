@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import fields
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,8 @@ def add_to(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Make, check and write; raises ValueError for what cannot be made or fails a check."""
+    if find_spec("manifold3d") is None:
+        raise ValueError("mould: expected the package manifold3d, got none: pip install manifold3d")
     # late: manifold3d and matplotlib are extras, PyBullet talks when it starts
     from pneuflex_sim.mould.bed import lay_out, write_bed
     from pneuflex_sim.mould.report import make_mould, paths_of, write_mould

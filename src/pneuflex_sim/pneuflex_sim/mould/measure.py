@@ -207,9 +207,9 @@ def draft_angles(found: Finished) -> tuple[Array, Array]:
     area = np.linalg.norm(normal, axis=1) / 2.0
     fine = area > 1e-6
     corners, area, up = corners[fine], area[fine], normal[fine, 2] / (2.0 * area[fine])
-    middle = corners.mean(axis=1)[:, :2] / used.scale
+    middle = corners.mean(axis=1) / used.scale
     inner = _faces_chamber(found.mould, middle, normal[fine, :2])
-    s = line.track(middle)[:, 0]
+    s = line.track(middle[:, :2])[:, 0]
     wall = (np.abs(up) < STEEP) & (corners[..., 0].min(axis=1) > 1e-3)
     away = np.abs(s[:, None] - groove_places(line, used)).min(axis=1)
     wall &= inner | (away > LAND_FROM_GROOVE)
@@ -218,17 +218,20 @@ def draft_angles(found: Finished) -> tuple[Array, Array]:
 
 
 def _faces_chamber(mould: Mould, points: Array, normals: Array) -> NDArray[np.bool_]:
-    """Whether points (n, 2) [mm] of the cast's surface, with outward normals, belong to a chamber:
-    there the normals point to the middle of the nearest one.
+    """Whether points (n, 3) [mm] of the cast's surface, with outward normals (n, 2), belong to a
+    chamber: they lie inside the middle of the side walls, and the normals point to the middle of
+    the nearest chamber.
     """
     line = mould.line
-    track = line.track(points)
+    track = line.track(points[:, :2])
+    side = line.half_room(track[:, 0]) + line.side_wall(track[:, 0]) / 2.0
+    side -= points[:, 2] * np.tan(np.radians(mould.parameters.draft))
     spines = [np.clip(track[:, 0], start + SPINE, stop - SPINE) for start, stop in mould.chambers]
     away = np.array([track[:, 0] - spine for spine in spines])
     nearest = np.abs(away).argmin(axis=0)
     spine = np.array(spines)[nearest, np.arange(len(points))]
-    outwards = points - line.place(spine, 0.0)
-    return np.sum(outwards * normals, axis=1) < 0.0
+    outwards = points[:, :2] - line.place(spine, 0.0)
+    return (np.sum(outwards * normals, axis=1) < 0.0) & (np.abs(track[:, 1]) < side)
 
 
 def interface_gaps(found: Finished, count: int, seed: int = 3) -> Array:

@@ -22,6 +22,7 @@ LAND = 2.0  # width of the sealing land [mm]
 RAMP = 1.0  # over which the step rises [mm]
 RAMP_RINGS = 4
 FOOT = 6.0  # thickness of the foot [mm]
+SLENDER = 4.0  # most height of the standing mould over the depth of its foot
 SUNK = 1.0  # of the core in its plate [mm], so that both become one
 BEYOND = 2.0  # of the sides past the base [mm], cut off in the end
 FREE = 1.0  # least space between parts of a rim that bends towards itself [mm]
@@ -171,7 +172,8 @@ def _shell(line: Line, used: MouldParameters, outside: Outline) -> manifold3d.Ma
 def _foot(line: Line, used: MouldParameters, edge: Array) -> manifold3d.Manifold:
     """A bar across the tip, flat at the mould's far end, on which it stands while it is filled."""
     low, high = edge[edge[:, 0] > 0.0].min(axis=0), edge.max(axis=0)
-    bottom, top = used.plate / 2.0, float(line.height(np.zeros(1))[0]) + used.shell
+    bottom = used.plate / 2.0
+    top = max(float(line.height(np.zeros(1))[0]) + used.shell, high[0] / SLENDER)
     lean = (top - bottom) * np.tan(np.radians(abs(used.draft)))
     corners = [
         (x, y, z)

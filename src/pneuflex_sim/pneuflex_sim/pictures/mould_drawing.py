@@ -29,7 +29,7 @@ SHARES = (0.15, 0.55, 0.9)  # of the length, where cross sections are drawn
 def draw_mould(made: CheckedMould) -> Figure:
     """The drawing of a mould."""
     figure = Figure(figsize=(14.0, 10.0), dpi=120)
-    grid = figure.add_gridspec(3, 6, height_ratios=(1.6, 0.9, 1.1), hspace=0.2, wspace=0.35)
+    grid = figure.add_gridspec(3, 6, height_ratios=(1.6, 0.9, 1.1), hspace=0.15, wspace=0.1)
     for place, name in ((grid[0, :3], "core"), (grid[0, 3:], "shell")):
         axes = figure.add_subplot(place)
         axes.imshow(photograph_part(getattr(made.found, name), name))
@@ -40,6 +40,7 @@ def draw_mould(made: CheckedMould) -> Figure:
     for i, share in enumerate(SHARES):
         where = grid[2, 2 * i : 2 * i + 2] if i < 2 else grid[2, 4:]
         _cross_section(figure.add_subplot(where), made.mould, straight, share)
+    figure.subplots_adjust(0.02, 0.02, 0.98, 0.92)
     verdict = "all checks passed" if not made.failed else f"{len(made.failed)} checks FAIL"
     figure.suptitle(
         f"Mould of {made.actuator.name}: {verdict}; rubber {made.volumes.measured / 1e3:.2f} cm3, "
@@ -98,7 +99,7 @@ def _sections(
     for name in ("shell", "core", "rubber"):
         _fill(axes, parts[name].rotate(turn).slice(height), COLORS[name], swap)
     axes.set_aspect("equal")
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_axis_off()
 
 
 def _long_section(axes: Axes, mould: Mould, parts: dict[str, manifold3d.Manifold]) -> None:

@@ -159,6 +159,12 @@ class Blocked:
         """Some of the rows, or rows that repeat."""
         return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
 
+    def by_force(self, shape: SectionShape) -> tuple[Array, Array]:
+        """What a unit force takes off the load [1/N], and deflection of the tip per stretch [m]."""
+        return shape.ratio * self.reach / _stiffness(
+            shape
+        ), self.weights * self.reach / shape.height
+
     def spring_force(self, free: Array, stiffness: Array, factor: StiffnessFactor) -> Array:
         """Force (lanes, rows, 1) [N] with linear springs of stiffness B [N m2] about the free
         curvature [1/m] (section 5.2.3).
@@ -191,8 +197,7 @@ class BlockedSolver:
         self, blocked: Blocked, shape: SectionShape, factor: StiffnessFactor | None = None
     ) -> None:
         self._blocked, self._height, self._factor = blocked, shape.height, factor
-        self._moment = shape.ratio * blocked.reach / _stiffness(shape)  # m of a unit force
-        self._deflection = blocked.weights * blocked.reach / shape.height  # per stretch
+        self._moment, self._deflection = blocked.by_force(shape)
         self._free: Balanced | None = None
         self.force = np.zeros(1)
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,20 +22,24 @@ from softhand_model.bending.balance import (
     SETTLED,
     SHORTEST,
     SMALLEST_SLOPE,
+    bending_load,
     rough_root,
 )
+from softhand_model.bending.loaded_finger import Blocked
 from softhand_model.effects import Effect
 from softhand_model.effects.elastic_chain import (
     LARGEST,
     SOFTENED,
     ElasticChain,
     begin_step,
+    compiled_effects,
     elastic_chain,
     remember,
     rest,
     sizes_of,
     stress_at,
 )
+from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
 from softhand_model.numerics.arrays import Array, Flags, Indices
 from softhand_model.numerics.compiled import compiled
@@ -61,6 +66,26 @@ class Runs:
     steady: Flags
     before: Indices
 
+    @cached_property
+    def of_rows(self) -> Indices:
+        """The run (rows,) of each row."""
+        return np.repeat(np.arange(len(self.before)), np.diff(self.starts))
+
+
+def curvature_in_runs(
+    staged: StagedEffects, pressure: Array, shape: SectionShape, runs: Runs
+) -> Array | None:
+    """Free curvature [1/m] (lanes, rows, sections) at chamber pressures [Pa] (lanes, rows, 1); None
+    where an effect is not compiled. shape: of the runs, (lanes or 1, runs, sections).
+    """
+    effects = compiled_effects(staged)
+    if effects is None:
+        return None
+    rows = shape.of_rows(runs.of_rows)
+    load = bending_load(staged, pressure, rows)
+    curvature = (stretch_in_runs(effects, load, shape, runs, "pure_shear") - 1.0) / rows.height
+    return staged.act_on_curvature(curvature, pressure, rows)
+
 
 def stretch_in_runs(
     effects: Sequence[Effect], load: Array, shape: SectionShape, runs: Runs, mode: str
@@ -70,38 +95,78 @@ def stretch_in_runs(
     effects: of `elastic_chain.compiled_effects`. shape: of the runs, (lanes or 1, runs, sections);
     mode: of `effects.stages.Strain`.
     """
-    return _in_runs(_march, effects, load, shape, runs, mode)
+    given = _InLoops.of(effects, load, shape, runs, mode)
+    found = np.empty_like(given.input)
+    _march(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    return given.back(found)
 
 
 def stress_in_runs(
     effects: Sequence[Effect], stretch: Array, shape: SectionShape, runs: Runs, mode: str
 ) -> Array:
     """Elastic side [-] at every row where the stretch [-] (lanes, rows, sections) is imposed."""
-    return _in_runs(_follow, effects, stretch, shape, runs, mode)
+    given = _InLoops.of(effects, stretch, shape, runs, mode)
+    found = np.empty_like(given.input)
+    _follow(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    return given.back(found)
 
 
-def _in_runs(
-    loop: Any,
-    effects: Sequence[Effect],
-    given: Array,
-    shape: SectionShape,
-    runs: Runs,
-    mode: str,
+def force_in_runs(
+    effects: Sequence[Effect], load: Array, shape: SectionShape, blocked: Blocked, runs: Runs
 ) -> Array:
-    """What a loop finds for what is given, in all lanes."""
-    lanes = max([len(given), *(np.size(v) for e in effects for v in e.values.values())])
-    found = np.empty((*given.shape[1:], lanes))
-    loop(
-        np.ascontiguousarray(np.broadcast_to(np.moveaxis(given, 0, -1), found.shape)),
-        elastic_chain(effects, mode, lanes),
-        sizes_of(shape, len(runs.before), given.shape[2]),
-        runs.starts,
-        runs.dt,
-        runs.steady,
-        runs.before,
-        found,
-    )
-    return np.moveaxis(found, -1, 0)
+    """Force [N] (lanes, rows, 1) of tips blocked as `blocked` says of the runs; see
+    `loaded_finger.BlockedSolver`.
+    """
+    parts, compliance = blocked.by_force(shape), np.ravel(blocked.compliance)
+    lanes = max(len(load), compliance.size, *map(len, parts))
+    given = _InLoops.of(effects, load, shape, runs, "pure_shear", lanes)
+    of_runs = (given.lanes, len(runs.before), load.shape[2])
+    moment, deflection = (_lanes_last(part, of_runs) for part in parts)
+    compliance = np.broadcast_to(compliance, given.lanes).astype(float)
+    force = np.empty((load.shape[1], given.lanes))
+    springs = moment, deflection, compliance
+    _march_blocked(*given[1:], *springs, runs.starts, runs.dt, runs.steady, runs.before, force)
+    return force.T[:, :, None]
+
+
+class _InLoops(NamedTuple):
+    """What loops take: input (rows, sections*lanes), chain, sizes (runs, 5, sections*lanes)."""
+
+    lanes: int
+    input: Array
+    chain: ElasticChain
+    sizes: Array
+
+    @classmethod
+    def of(
+        cls,
+        effects: Sequence[Effect],
+        given: Array,
+        shape: SectionShape,
+        runs: Runs,
+        mode: str,
+        lanes: int = 1,
+    ) -> _InLoops:
+        """Of what is given (lanes, rows, sections)."""
+        sections = given.shape[2]
+        lanes = max([lanes, len(given), *(np.size(v) for e in effects for v in e.values.values())])
+        return cls(
+            lanes,
+            _lanes_last(given, (lanes, *given.shape[1:])),
+            elastic_chain(effects, mode, sections, lanes),
+            sizes_of(shape, len(runs.before), sections, lanes),
+        )
+
+    def back(self, found: Array) -> Array:
+        """What was found, as (lanes, rows, sections)."""
+        sections = found.shape[1] // self.lanes
+        return np.moveaxis(found.reshape(len(found), sections, self.lanes), -1, 0)
+
+
+def _lanes_last(values: Array, shape: tuple[int, ...]) -> Array:
+    """Values (lanes, rows, sections) as (rows, sections*lanes)."""
+    moved = np.moveaxis(np.broadcast_to(values, shape), 0, -1)
+    return np.ascontiguousarray(moved).reshape(shape[1], -1)
 
 
 # ---------------------------------------------------------------------- compiled
@@ -116,38 +181,44 @@ def _march(
     before: Indices,
     found: Array,
 ) -> None:
-    """Fill found (rows, sections, lanes) with the stretch."""
-    _, sections, lanes = load.shape
-    ends = np.ones((len(before), sections, len(chain.kinds), lanes))
-    work = np.empty((WORK, lanes))
+    """Fill found (rows, lanes) with the stretch."""
+    ends, work = _kept(before, chain), np.empty((WORK, load.shape[1]))
     for run in range(len(before)):
-        for section in range(sections):
-            chain.sizes[:] = sizes[run, section]
-            _start(run, section, before, ends, chain)
-            _first(load[starts[run], section], steady[run], chain, work)
-            for row in range(starts[run], starts[run + 1]):
-                begin_step(dt[row], chain)
-                _ahead(load[row, section], work)
-                _balance(chain, work)
-                remember(work[STRETCH], chain, work[STRESS])
-                for lane in range(lanes):
-                    found[row, section, lane] = work[STRETCH, lane]
-            ends[run, section] = chain.states[:, LARGEST]
+        _start(run, before, ends, sizes, chain)
+        _first(load[starts[run]], steady[run], chain, work)
+        if steady[run]:
+            _balance(chain, work)
+            remember(work[STRETCH], chain, work[STRESS])
+        for row in range(starts[run], starts[run + 1]):
+            begin_step(dt[row], chain)
+            _ahead(load[row], work)
+            _balance(chain, work)
+            remember(work[STRETCH], chain, work[STRESS])
+            for lane in range(load.shape[1]):
+                found[row, lane] = work[STRETCH, lane]
+        ends[run] = chain.states[:, LARGEST]
 
 
 @compiled
-def _start(run: int, section: int, before: Indices, ends: Array, chain: ElasticChain) -> None:
-    """States of a section at the start of a run."""
+def _kept(before: Indices, chain: ElasticChain) -> Array:
+    """Room for what runs end with (runs, n, lanes)."""
+    return np.ones((len(before), len(chain.kinds), chain.values.shape[2]))
+
+
+@compiled
+def _start(run: int, before: Indices, ends: Array, sizes: Array, chain: ElasticChain) -> None:
+    """The chain at the start of a run."""
+    chain.sizes[:] = sizes[run]
     rest(chain)
     if before[run] >= 0:
         for place in range(len(chain.kinds)):
             if chain.kinds[place] == SOFTENED:
-                chain.states[place, LARGEST] = ends[before[run], section, place]
+                chain.states[place, LARGEST] = ends[before[run], place]
 
 
 @compiled
 def _first(load: Array, steady: bool, chain: ElasticChain, work: Array) -> None:
-    """Balance before a run's first sample: at rest, or under its load for long."""
+    """Where the first balance of a run is sought: at rest, or under its load for long."""
     begin_step(LONG if steady else 0.0, chain)
     for lane in range(len(load)):
         work[LOAD, lane] = load[lane] if steady else 0.0
@@ -158,9 +229,6 @@ def _first(load: Array, steady: bool, chain: ElasticChain, work: Array) -> None:
     for lane in range(len(load)):
         rise = work[AFTER, lane] - work[STRESS, lane]
         work[SLOPE, lane] = max(rise / DIFFERENCE, SMALLEST_SLOPE)
-    if steady:
-        _balance(chain, work)
-        remember(work[STRETCH], chain, work[STRESS])
 
 
 @compiled
@@ -190,13 +258,19 @@ def _balance(chain: ElasticChain, work: Array) -> None:
                 stretch[lane] = moved[lane]
             return
         stress_at(moved, chain, after)
-        for lane in range(len(load)):
-            run = moved[lane] - stretch[lane]
-            long = abs(run) > SHORTEST
-            secant = (after[lane] - stress[lane]) / (run if long else 1.0)
-            slope[lane] = max(secant, SMALLEST_SLOPE) if long else slope[lane]
-            stretch[lane], stress[lane] = moved[lane], after[lane]
+        _take_secants(work)
     _halve(chain, work)
+
+
+@compiled
+def _take_secants(work: Array) -> None:
+    """Slopes over the last move, and the stretch after it."""
+    for lane in range(work.shape[1]):
+        run = work[MOVED, lane] - work[STRETCH, lane]
+        long = abs(run) > SHORTEST
+        secant = (work[AFTER, lane] - work[STRESS, lane]) / (run if long else 1.0)
+        work[SLOPE, lane] = max(secant, SMALLEST_SLOPE) if long else work[SLOPE, lane]
+        work[STRETCH, lane], work[STRESS, lane] = work[MOVED, lane], work[AFTER, lane]
 
 
 @compiled
@@ -226,17 +300,86 @@ def _follow(
     before: Indices,
     found: Array,
 ) -> None:
-    """Fill found (rows, sections, lanes) with the elastic side."""
-    _, sections, lanes = stretch.shape
-    ends = np.ones((len(before), sections, len(chain.kinds), lanes))
+    """Fill found (rows, lanes) with the elastic side."""
+    ends = _kept(before, chain)
     for run in range(len(before)):
-        for section in range(sections):
-            chain.sizes[:] = sizes[run, section]
-            _start(run, section, before, ends, chain)
-            if steady[run]:
-                begin_step(LONG, chain)
-                remember(stretch[starts[run], section], chain, found[starts[run], section])
-            for row in range(starts[run], starts[run + 1]):
-                begin_step(dt[row], chain)
-                remember(stretch[row, section], chain, found[row, section])
-            ends[run, section] = chain.states[:, LARGEST]
+        _start(run, before, ends, sizes, chain)
+        if steady[run]:
+            begin_step(LONG, chain)
+            remember(stretch[starts[run]], chain, found[starts[run]])
+        for row in range(starts[run], starts[run + 1]):
+            begin_step(dt[row], chain)
+            remember(stretch[row], chain, found[row])
+        ends[run] = chain.states[:, LARGEST]
+
+
+# ---------------------------------------------------------------------- blocked tips
+@compiled
+def _march_blocked(
+    load: Array,
+    chain: ElasticChain,
+    sizes: Array,
+    moment: Array,
+    deflection: Array,
+    compliance: Array,
+    starts: Indices,
+    dt: Array,
+    steady: Flags,
+    before: Indices,
+    force: Array,
+) -> None:
+    """Fill force (rows, lanes); moment, deflection (runs, sections*lanes), compliance (lanes,)."""
+    ends, work = _kept(before, chain), np.empty((WORK, load.shape[1]))
+    for run in range(len(before)):
+        _start(run, before, ends, sizes, chain)
+        _first(load[starts[run]], steady[run], chain, work)
+        if steady[run]:
+            _block(moment[run], deflection[run], compliance, chain, work, force[starts[run]])
+            remember(work[STRETCH], chain, work[STRESS])
+        for row in range(starts[run], starts[run + 1]):
+            begin_step(dt[row], chain)
+            for lane in range(load.shape[1]):
+                work[LOAD, lane] = load[row, lane]
+            _block(moment[run], deflection[run], compliance, chain, work, force[row])
+            remember(work[STRETCH], chain, work[STRESS])
+        ends[run] = chain.states[:, LARGEST]
+
+
+@compiled
+def _block(
+    moment: Array,
+    deflection: Array,
+    compliance: Array,
+    chain: ElasticChain,
+    work: Array,
+    force: Array,
+) -> None:
+    """Move the stretch to where it balances load and force, as `BlockedSolver` does."""
+    stretch, slope, stress = work[STRETCH], work[SLOPE], work[STRESS]
+    load, moved, after = work[LOAD], work[MOVED], work[AFTER]
+    give, lanes = np.empty(len(force)), range(len(force))
+    stress_at(stretch, chain, stress)
+    for _ in range(SECANTS):
+        for lane in lanes:
+            force[lane], give[lane] = 0.0, compliance[lane]
+        for first in range(0, len(load), len(force)):
+            for lane in lanes:
+                at = first + lane
+                free = stretch[at] - 1.0 + (load[at] - stress[at]) / slope[at]
+                force[lane] += deflection[at] * free
+                give[lane] += deflection[at] * moment[at] / slope[at]
+        for lane in lanes:
+            force[lane] /= give[lane]
+        far = 0
+        for first in range(0, len(load), len(force)):
+            for lane in lanes:
+                at = first + lane
+                change = (load[at] - stress[at] - moment[at] * force[lane]) / slope[at]
+                moved[at] = min(max(stretch[at] + change, 0.5 * stretch[at]), HIGHEST)
+                far += abs(change) > SETTLED
+        if far == 0:
+            for lane in range(len(load)):
+                stretch[lane] = moved[lane]
+            return
+        stress_at(moved, chain, after)
+        _take_secants(work)

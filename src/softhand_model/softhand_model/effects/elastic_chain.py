@@ -65,10 +65,10 @@ SAME = 1e-9  # relative difference of two durations that are one
 
 
 class ElasticChain(NamedTuple):
-    """Elastic effects in their order, of one section in all lanes.
+    """Elastic effects in their order, in all lanes; the sections of a run are lanes too.
 
-    kinds (n,); values (n, VALUES, lanes); states (n, STATE, lanes); sizes (5,) of the section;
-    mode: of its strain.
+    kinds (n,); values (n, VALUES, lanes); states (n, STATE, lanes); sizes (5, lanes) of the
+    sections; mode: of their strain.
     """
 
     kinds: Indices
@@ -84,17 +84,18 @@ def compiled_effects(staged: StagedEffects) -> list[Effect] | None:
     return None if any(_kind(effect) is None for effect in effects) else effects
 
 
-def elastic_chain(effects: Sequence[Effect], mode: str, lanes: int) -> ElasticChain:
-    """The chain of compiled effects, in a mode of `effects.stages.Strain`."""
-    values = np.zeros((len(effects), VALUES, lanes))
+def elastic_chain(effects: Sequence[Effect], mode: str, sections: int, lanes: int) -> ElasticChain:
+    """The chain of compiled effects for so many sections, each in so many lanes, in a mode of
+    `effects.stages.Strain`.
+    """
+    every = sections * lanes
+    values = np.zeros((len(effects), VALUES, every))
     for place, effect in enumerate(effects):
-        columns = _values_of(effect)
-        values[place, : len(columns)] = np.stack(np.broadcast_arrays(*columns, np.empty(lanes)))[
-            :-1
-        ]
+        for number, column in enumerate(_values_of(effect)):
+            values[place, number] = np.tile(np.broadcast_to(column, lanes), sections)
     kinds = np.array([_kind(effect) for effect in effects], np.intp)
-    states = np.zeros((len(effects), STATE, lanes))
-    return ElasticChain(kinds, values, states, np.zeros(SIZES), MODE_OF[mode])
+    states = np.zeros((len(effects), STATE, every))
+    return ElasticChain(kinds, values, states, np.zeros((SIZES, every)), MODE_OF[mode])
 
 
 def _kind(effect: Effect) -> int | None:
@@ -132,11 +133,11 @@ KINDS: Mapping[type[Effect], int] = {
 }
 
 
-def sizes_of(shape: SectionShape, runs: int, sections: int) -> Array:
-    """Sizes (runs, sections, 5) of sections (1, runs or 1, sections or 1)."""
+def sizes_of(shape: SectionShape, runs: int, sections: int, lanes: int) -> Array:
+    """Sizes (runs, 5, sections*lanes) of sections (1, runs or 1, sections or 1)."""
     parts = (shape.height, shape.width, shape.wall, shape.side_wall, shape.ratio)
     whole = [np.broadcast_to(part, (1, runs, sections))[0] for part in parts]
-    return np.stack(whole, axis=-1)
+    return np.repeat(np.stack(whole, axis=1), lanes, axis=-1)
 
 
 # ---------------------------------------------------------------------- compiled
@@ -205,19 +206,19 @@ def _act(place: int, stretch: Array, chain: ElasticChain, stress: Array) -> None
         for lane in lanes:
             stress[lane] *= 1.0 + 2.0 * values[0, lane] * _invariant(stretch[lane], mode)
     elif kind == THICK:
-        share = thickness(chain.sizes[WALL], chain.sizes[HEIGHT])
         for lane in lanes:
+            share = thickness(chain.sizes[WALL, lane], chain.sizes[HEIGHT, lane])
             stress[lane] *= 1.0 + values[0, lane] * share * fading(stretch[lane])
     else:
         for lane in lanes:
-            walls = _side_walls(stretch[lane], chain.sizes)
-            stress[lane] = 0.5 * chain.sizes[RATIO] * (stress[lane] + walls)
+            walls = _side_walls(lane, stretch[lane], chain.sizes)
+            stress[lane] = 0.5 * chain.sizes[RATIO, lane] * (stress[lane] + walls)
 
 
 @compiled
-def _side_walls(stretch: float, sizes: Array) -> float:
-    height, wall = sizes[HEIGHT], sizes[WALL]
-    share = 2.0 * sizes[SIDE_WALL] / (height * sizes[WIDTH] * wall)
+def _side_walls(lane: int, stretch: float, sizes: Array) -> float:
+    height, wall = sizes[HEIGHT, lane], sizes[WALL, lane]
+    share = 2.0 * sizes[SIDE_WALL, lane] / (height * sizes[WIDTH, lane] * wall)
     return share * side_wall_integral((stretch - 1.0) / height, max(height - wall, 0.0))
 
 
