@@ -34,14 +34,20 @@ ODD_TITLES = {
     "wild_samples": "Wild samples",
     "drift": "Mean error of each run",
     "held_input": "Input that is held until it jumps",
+    "gaps": "Time between samples",
 }
 ODD_ABSCISSAS = {
     "line": "frequency [Hz]",
     "wild_samples": "sample",
     "drift": "run",
     "held_input": "time [s]",
+    "gaps": "sample",
 }
-ODD_SHARES = {"line": "share", "held_input": "share of the largest"}  # the others are errors
+ODD_ORDINATES = {  # the others are errors
+    "line": "share [-]",
+    "held_input": "share of the largest [-]",
+    "gaps": "time [s]",
+}
 LEVELS = ("stated", "within runs", "with repeats")
 
 
@@ -234,10 +240,10 @@ def _odd_panel(view: View, notice: Notice) -> Panel:
         ticks = tuple((float(at), level) for at, level in enumerate(LEVELS))
         x, y = Scale(f"scatter [{view.display.unit}]"), Scale("", (2.6, -0.6), ticks=ticks)
         return Panel((Bars(lengths, ("floor", "other", "before")),), x, y, title, 200)
-    share = ODD_SHARES.get(notice.kind)
-    values = notice.y if share else view.display.factor * notice.y
-    ordinate = f"{share} [-]" if share else f"error [{view.display.unit}]"
-    look = {"width": 1.2} if share else {"marker": "o", "size": 1.5, "most": ODD_DOTS}
+    other = ODD_ORDINATES.get(notice.kind)
+    values = notice.y if other else view.display.factor * notice.y
+    ordinate = other or f"error [{view.display.unit}]"
+    look = {"width": 1.2} if other else {"marker": "o", "size": 1.5, "most": ODD_DOTS}
     marked = notice.marked
     marks = (
         Course(notice.x, values, "other", **look),
