@@ -26,7 +26,7 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
         "figures": ("softhand_bringup.figures", "the two pictures of a grasp, from its bag"),
     },
     "build": {
-        "hand": ("pneuflex_sim.commands.hand", "design an actuator or a mould, draw a hand, URDF"),
+        "hand": ("pneuflex_sim.commands.hand", "design an actuator, its mould; draw a hand, URDF"),
         "skin": ("pneuflex_sim.commands.skin", "a hand that closes, as meshes or pictures"),
         "objects": ("pneuflex_sim.commands.objects", "objects to grasp: table or picture"),
         "materials": ("pneuflex_sim.commands.materials", "rubbers, fibres, and which rubber suits"),

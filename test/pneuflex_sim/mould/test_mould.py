@@ -116,17 +116,21 @@ def test_a_wall_may_be_a_profile():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("name", "changes", "split", "said"),
     [
-        ({"fillet": 4.0}, "fillet: expected at most"),
-        ({"plug": 20.0}, "chambers longer than wide"),
-        ({"rim": 30.0}, "rim: expected at most"),
+        ("P5", {"draft": 10.0}, None, "width: expected a chamber of P5 that leaves edges"),
+        ("P10.thumb", {}, 8.0, "chambers longer than wide beside plugs of 3 mm, got one from 3 to"),
+        ("P10.PalmInner", {"rim": 30.0}, None, "rim: expected at most 21 mm inside the arc"),
     ],
 )
-def test_sizes_without_room_are_refused_by_name(changes, said):
-    name = {"fillet": "P5", "plug": "P10.PalmInner", "rim": "P10.PalmInner"}[next(iter(changes))]
+def test_sizes_without_room_are_refused_by_name(name, changes, split, said):
     with pytest.raises(ValueError, match=said):
-        build_mould(load_actuator(name), MouldParameters(**changes))
+        build_mould(load_actuator(name), MouldParameters(**changes), split)
+
+
+def test_a_narrow_chamber_gets_a_smaller_fillet():
+    mould = build_mould(load_actuator("P5"), MouldParameters(fillet=4.0))
+    assert 1.0 < mould.fillet < 1.5 < mould.parameters.fillet
 
 
 def test_a_name_that_is_neither_actuator_nor_hand_is_refused(capsys):

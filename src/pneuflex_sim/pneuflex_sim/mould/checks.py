@@ -145,6 +145,7 @@ def _sizes(found: Finished, volumes: Volumes) -> Iterator[Check]:
     used = found.mould.parameters
     off = 100.0 * (volumes.measured / volumes.expected - 1.0)
     yield Check("rubber: off the corrected model", off, "%", -VOLUME, VOLUME)
+    yield Check("fillet, as large as the chamber allows", found.mould.fillet, "mm")
     measured, wanted = measure.walls(found, WALLS)
     off = float(np.abs(measured - wanted).max())
     yield Check("wall: furthest off the design", off, "mm", None, WALL)

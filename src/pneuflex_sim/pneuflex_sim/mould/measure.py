@@ -163,12 +163,12 @@ def walls(found: Finished, count: int, seed: int = 2) -> tuple[Array, Array]:
         here = s[i : i + 1]
         roof = float(line.roof(here)[0])
         if i % 2:
-            half = float(line.half_room(here)[0]) - roof * slope - 1.1 * used.fillet
+            half = float(line.half_room(here)[0]) - roof * slope - 1.1 * mould.fillet
             y = (2.0 * share[i] - 1.0) * max(half, 0.0)
             hits = _vertical(solid, s[i], y)
             measured[i], wanted[i] = hits[-1] - hits[-2], float(line.wall(here)[0])
         else:
-            z = 0.3 + share[i] * (roof - 1.2 * used.fillet - 0.3)
+            z = 0.3 + share[i] * (roof - 1.2 * mould.fillet - 0.3)
             across = _across(solid, s[i], z)
             pair = across[:2] if i % 4 else across[2:4]
             measured[i] = (pair[1] - pair[0]) * slant

@@ -49,6 +49,11 @@ class MouldParameters:
         return self.shell + self.rim
 
     @property
+    def edge(self) -> float:
+        """Radius [mm] of the outer edges, which grooves follow without folding."""
+        return max(self.fillet, 1.25 * self.groove_depth)
+
+    @property
     def plate(self) -> float:
         """Thickness [mm] of plate and rim from the plane of the passive layer."""
         return self.shell + self.step

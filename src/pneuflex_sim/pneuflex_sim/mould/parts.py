@@ -18,6 +18,8 @@ from pneuflex_sim.mould.plan import Array, Line, Outline, nose_length, outline
 from pneuflex_sim.mould.surface import Relief, closed, dome, lid_points
 from softhand_model.hand.actuator import Actuator
 
+FLAT = 0.1  # half the flat part of a roof, at least [mm]
+LEAST_FILLET = 0.2  # [mm]
 LAND = 2.0  # width of the sealing land [mm]
 RAMP = 1.0  # over which the step rises [mm]
 RAMP_RINGS = 4
@@ -32,12 +34,13 @@ NUB_HALF = 0.4  # half length of a nub [mm]
 @dataclass(frozen=True)
 class Mould:
     """The two parts [mm], closed, as they lie together; the line and parameters they were made
-    from, and the chambers' ends [mm].
+    from, the chambers' ends and the fillet that they have room for [mm].
     """
 
     line: Line
     parameters: MouldParameters
     chambers: tuple[tuple[float, float], ...]
+    fillet: float
     shell: manifold3d.Manifold
     core: manifold3d.Manifold
 
@@ -51,11 +54,12 @@ def build_mould(
     """
     line, used = Line(actuator), parameters or MouldParameters()
     chambers = _chambers(line, used, split)
+    fillet = _room_for_fillet(line, used, chambers)
     _refuse_far_arcs(line, used)
     outside = _outside(line, used)
     grow = [used.scale] * 3
-    shell, core = _shell(line, used, outside), _core(line, used, outside, chambers)
-    return Mould(line, used, chambers, shell.scale(grow), core.scale(grow))
+    shell, core = _shell(line, used, outside), _core(line, used, outside, chambers, fillet)
+    return Mould(line, used, chambers, fillet, shell.scale(grow), core.scale(grow))
 
 
 def groove_places(line: Line, parameters: MouldParameters) -> Array:
@@ -78,13 +82,24 @@ def _chambers(
                 f"plug: expected chambers longer than wide beside plugs of {used.plug:g} mm, got "
                 f"one from {start:g} to {stop:g} mm of {line.length:g}"
             )
-        roof = float(line.roof(np.linspace(start, stop, 33)).min())
-        if roof < 1.2 * used.fillet:
-            raise ValueError(
-                f"fillet: expected at most {roof / 1.2:.2g} mm, as the chamber of {line.name} is "
-                f"{roof:.2g} mm high at its lowest, got {used.fillet:g}"
-            )
     return found
+
+
+def _room_for_fillet(
+    line: Line, used: MouldParameters, chambers: tuple[tuple[float, float], ...]
+) -> float:
+    """The fillet [mm] of the chamber: smaller where a low or narrow one leaves no room."""
+    slope = np.tan(np.radians(used.draft))
+    s = np.concatenate([np.linspace(*ends, 65) for ends in chambers])
+    tangent = 1.0 / np.tan((np.pi / 2.0 + np.radians(used.draft)) / 2.0)  # over the radius
+    flat = line.half_room(s) - line.roof(s) * slope - FLAT
+    most = float(min((flat / tangent).min(), line.roof(s).min() / 1.2))
+    if most < LEAST_FILLET:
+        raise ValueError(
+            f"width: expected a chamber of {line.name} that leaves edges of {LEAST_FILLET:g} mm "
+            f"room between its slanted walls, got room for {most:.2g} mm"
+        )
+    return min(used.fillet, most)
 
 
 def _refuse_far_arcs(line: Line, used: MouldParameters) -> None:
@@ -147,14 +162,14 @@ def _interface(used: MouldParameters, outside: Outline, clearance: float) -> lis
 def _shell(line: Line, used: MouldParameters, outside: Outline) -> manifold3d.Manifold:
     draft = np.radians(used.draft)
     inner = dome(
-        line, outside, line.height, draft, used.fillet, 0.0, 0.0, _relief(line, used, outside.s)
+        line, outside, line.height, draft, used.edge, 0.0, 0.0, _relief(line, used, outside.s)
     )
     outer = dome(
         line,
         outside,
         lambda s: line.height(s) + used.shell,
         abs(draft),
-        used.fillet + used.shell / 2.0,
+        used.edge + used.shell / 2.0,
         used.plate,
         used.shell,
     )
@@ -185,7 +200,11 @@ def _foot(line: Line, used: MouldParameters, edge: Array) -> manifold3d.Manifold
 
 
 def _core(
-    line: Line, used: MouldParameters, outside: Outline, chambers: tuple[tuple[float, float], ...]
+    line: Line,
+    used: MouldParameters,
+    outside: Outline,
+    chambers: tuple[tuple[float, float], ...],
+    fillet: float,
 ) -> manifold3d.Manifold:
     flat = np.column_stack([outside.points, np.zeros(len(outside.s))])
     edge = np.column_stack([outside.moved(used.reach), np.full(len(outside.s), -used.plate)])
@@ -194,6 +213,6 @@ def _core(
     found = plate.trim_by_plane((1.0, 0.0, 0.0), 0.0)
     for start, stop in chambers:
         around = outline(line, line.half_room, start, stop, np.zeros(0))
-        room = dome(line, around, line.roof, np.radians(used.draft), used.fillet, -SUNK)
+        room = dome(line, around, line.roof, np.radians(used.draft), fillet, -SUNK)
         found += closed(room.rings, lid_points(room.rings[0]), room.lid)
     return found

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import gamma
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,12 +20,11 @@ Array = NDArray[np.float64]
 Along = Callable[[Array], Array]
 
 MILLI = 1e-3
-NOSE_POWER = 2.5  # of the superellipse that rounds the ends; 2 is an ellipse
 NOSE = 5.0  # length of a rounded end [mm] where half the width is not less
+SHARPEST = 3.0  # radius of a rounded end [mm], which slant and round edges take from, as above
 NOSE_POINTS = 20
 SPACING = 0.8  # of stations along the sides [mm]
 APART = 0.1  # at least, from those that are asked for [mm]
-NOSE_AREA = gamma(1.0 + 1.0 / NOSE_POWER) ** 2 / gamma(1.0 + 2.0 / NOSE_POWER)  # of its rectangle
 
 
 class Line:
@@ -92,8 +90,8 @@ class Outline:
 
 
 def nose_length(half_width: float) -> float:
-    """Length [mm] of a rounded end of half a width [mm]."""
-    return min(NOSE, half_width)
+    """Length [mm] of the half ellipse that ends an outline of half a width [mm]."""
+    return min(half_width, max(NOSE, np.sqrt(SHARPEST * half_width)))
 
 
 def outline(line: Line, half_width: Along, start: float, stop: float, extra: Array) -> Outline:
@@ -106,7 +104,7 @@ def outline(line: Line, half_width: Along, start: float, stop: float, extra: Arr
     side = side[np.abs(side[:, None] - inside).min(axis=1, initial=np.inf) > APART]
     side = np.sort(np.concatenate([side, inside]))
     angle = np.linspace(0.0, np.pi / 2.0, NOSE_POINTS + 1)
-    bulge, across = np.sin(angle) ** (2.0 / NOSE_POWER), np.cos(angle) ** (2.0 / NOSE_POWER)
+    bulge, across = np.sin(angle), np.cos(angle)
     across[-1] = 0.0
     s = np.concatenate([start + first * (1.0 - bulge[::-1]), side, stop - last * (1.0 - bulge)])
     share = np.concatenate([across[::-1], np.ones(len(side)), across])

@@ -116,7 +116,7 @@ def _long_section(axes: Axes, mould: Mould, parts: dict[str, manifold3d.Manifold
         height = float(line.height(np.array(s)))
         beside = s - 3.0 if s == 0.0 else s + used.reach + 3.0
         _dimension(axes, (beside, 0.0), (beside, height), height)
-    axes.set_ylim(below - 5.0, float(line.height(np.zeros(1))[0]) + used.shell + 3.0)
+    axes.set_ylim(below - 5.0, mould.shell.bounding_box()[5] + 3.0)
 
 
 def _cross_section(
@@ -153,7 +153,7 @@ def _dimension(axes: Axes, start: tuple, stop: tuple, length: float) -> None:
     ends = {"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", start, stop, arrowprops=ends)
     middle = ((start[0] + stop[0]) / 2.0, (start[1] + stop[1]) / 2.0)
-    shift = (0, -8) if across else (-10, 0)
+    shift = (0, -8) if across else (-10 if start[0] < 0.0 else 10, 0)
     axes.annotate(
         f"{length:.4g}",
         middle,
