@@ -10,8 +10,9 @@ from browser import overlapping, printed, render
 from bench.hidden import make_set
 from model_lab.bench.synthesize import synthesize, write_synthesised
 from model_lab.cli.main import main
+from model_lab.learning.courses import answer_of
 from model_lab.learning.effect_file import Shape
-from model_lab.learning.learn import answer_of, learn
+from model_lab.learning.learn import learn
 from model_lab.live.prediction import ChainPrediction
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet, Run, Specimen

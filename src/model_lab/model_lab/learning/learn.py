@@ -20,12 +20,11 @@ from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
 from model_lab.learning.candidates import Scene
+from model_lab.learning.courses import answer_of, where_it_bends
 from model_lab.learning.effect_file import (
-    FLATTENS,
     GROWS,
     MOST_CURVES,
     ODD,
-    SETS_IN,
     Kind,
     Shape,
     effect_of,
@@ -43,11 +42,9 @@ NEAR = 1.5  # held-out error over the best one's, up to which they are
 SAMPLES, OF_A_RUN = 6000, 150  # that are searched, at least so many of each run
 FITTED, BESIDE = 8, 4  # candidates that are fitted as a whole: of a first curve, of others
 GOOD = 1.4  # held-out error over the best one's, up to which the simplest curve is chosen
-THIRDS = (0.05, 0.35), (0.35, 0.65), (0.65, 1.1)  # of the largest prediction
 ALIKE = 1.05  # held-out error over that of the chosen one, up to which another is tied
 BELOW = 0.7  # of the floor, within which errors do not tell curves apart
 REMOVED = 0.5  # share of the excess mean square error that a curve must remove
-EVENLY = 0.5  # share of knots that lie evenly, over that of those where a curve bends
 MOVED = 2  # times that knots are moved to where a curve bends
 
 
@@ -286,25 +283,6 @@ def _candidate(problem: FitProblem, base: Scored, shape: Shape, name: str, found
     return Candidate(name, shape, scored, error_of(problem, scored), answer)
 
 
-def answer_of(measured: Array, before: Array, after: Array) -> str:
-    """How a curve changes what a model predicts from small to large: `flattens` (the more the
-    larger), `sets_in` (it rises most at the small ones) or `grows`, as anything else.
-
-    measured (samples,), and residuals (samples,) before and after.
-    """
-    plain = measured - before
-    share = np.abs(plain) / (np.abs(plain).max() or 1.0)
-    gains = []
-    for low, high in THIRDS:
-        mine = (share >= low) & (share < high)
-        square = float(plain[mine] @ plain[mine])
-        gains.append(float(plain[mine] @ (measured - after)[mine]) / square if square else 1.0)
-    small, middle, large = gains
-    if middle - large > abs(small - middle):
-        return FLATTENS
-    return SETS_IN if middle - small > abs(large - middle) else GROWS
-
-
 def _squares(problem: FitProblem, likelihood: Likelihood) -> Likelihood:
     """The likelihood of white noise."""
     spectrum = problem.spectrum.in_one_band()
@@ -342,22 +320,6 @@ def _refined(problem: FitProblem, base: Scored, scene: Scene, found: Candidate) 
             break
         best = last
     return best or found
-
-
-def where_it_bends(places: Sequence[float], values: Array) -> tuple[float, ...]:
-    """As many places between the same ends, closer where a curve bends.
-
-    >>> [round(x, 1) for x in where_it_bends((0, 1, 2, 3, 4), np.array([0.0, 0.0, 0.0, 1.0, 1.0]))]
-    [0.0, 1.5, 2.2, 2.8, 4.0]
-    """
-    at = np.asarray(places, float)
-    slope = np.diff(values) / np.diff(at)
-    bend = np.abs(np.diff(slope)) / (0.5 * (at[2:] - at[:-2]))
-    density = np.sqrt(np.interp(0.5 * (at[1:] + at[:-1]), at[1:-1], bend))
-    density = density + EVENLY * (density @ np.diff(at) / np.ptp(at) or 1.0)
-    so_far = np.concatenate([[0.0], np.cumsum(density * np.diff(at))])
-    even = np.linspace(0.0, so_far[-1], len(at))
-    return tuple(np.interp(even, so_far, at).tolist())
 
 
 def _helping(problem: FitProblem, before: Scored, found: Sequence[Candidate]) -> list[Candidate]:
