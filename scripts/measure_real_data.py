@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,6 +25,8 @@ from scipy.optimize import least_squares
 from model_lab.comparison.compare import Comparison, compare
 from model_lab.diagnosis.diagnose import Outcome, diagnose
 from model_lab.diagnosis.result import NamedEffect, named_effect
+from model_lab.learning.learn import learn
+from model_lab.learning.words import words_of
 from model_lab.localisation.axes import resting_share
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
@@ -40,6 +43,10 @@ SHOWN = 7  # runs of a set in the picture
 HEAD = (
     "set", "model", "runs", "samples", "held-out error", "noise floor", "verdict",
     "missing", "error with it", "best effect alone", "error with it", "the rest varies with",
+)  # fmt: skip
+LEARNED = (
+    "set", "learned", "tied with", "held-out error", "with the curves", "falls by",
+    "processor time",
 )  # fmt: skip
 
 
@@ -74,8 +81,26 @@ def row(name: str, model: str, data: MeasurementSet, outcome: Outcome) -> list[s
         shown(found.rmse_after) if found.effects else "-",
         _words(named_effect(best, best.added)) if best else "-",
         shown(best.held_out.rmse) if best else "-",
-        ", ".join(found.unexplained.against).replace("_", " ") or "-",
+        ", ".join(_noun(data, axis) for axis in found.unexplained.against) or "-",
     ]
+
+
+def _noun(data: MeasurementSet, axis: str) -> str:
+    """An axis in words: what drives a test of rubber is the stretch."""
+    said = axis.replace("pressure", "stretch") if data.stretched else axis
+    return said.replace("_", " ")
+
+
+def learned(name: str, data: MeasurementSet, model: Model) -> list[str]:
+    """What `learn` finds in one set, and the error before and after."""
+    started = time.process_time()
+    found, shown = learn(data, model), display_of(data.unit).shown
+    seconds = time.process_time() - started
+    curves = "; ".join(one.shape.title[:-1] for one in found.curves) or found.reason
+    tied = ", ".join(words_of(one.shape) for one in found.others if found.is_tied(one)) or "-"
+    before, after = found.base.held_out.rmse, found.final.held_out.rmse
+    errors = [shown(before), shown(after), f"{before / after:.1f}"]
+    return [f"`{name}`", curves, tied, *errors, f"{seconds:.0f} s"]
 
 
 def _named(effects: tuple, tied: tuple) -> list[str]:
@@ -96,7 +121,12 @@ def _words(effect: NamedEffect) -> str:
 def failures(name: str, comparison: Comparison) -> list[list[str]]:
     """Where the model fails, as far as that is beyond chance."""
     return [
-        [f"`{name}`", axis.against.replace("_", " "), axis.where, f"{axis.share_of_error:.0%}"]
+        [
+            f"`{name}`",
+            _noun(comparison.data, axis.against),
+            axis.where,
+            f"{axis.share_of_error:.0%}",
+        ]
         for axis in comparison.localisation.failures
     ]
 
@@ -174,7 +204,7 @@ def main(arguments: list[str]) -> int:
     if given.folder is None or not sets_in(given.folder):
         print(f"no measurement sets: name a folder or set {VARIABLE}", file=sys.stderr)
         return 1
-    rows, where, laws, compared = [], [], [], {}
+    rows, curves, where, laws, compared = [], [], [], [], {}
     for path in sets_in(given.folder):
         try:
             data = load_measurements(path)
@@ -190,12 +220,14 @@ def main(arguments: list[str]) -> int:
         write_report(outcome, report, [command])
         rows.append(row(path.name, name, data, outcome))
         compared[path.name] = compare(data, model)
+        curves.append(learned(path.name, data, model))
         where += failures(path.name, compared[path.name])
         if data.experiment == "uniaxial":
             laws += [[f"`{path.name}`", *line] for line in fitted_laws(data)]
     if given.figure is not None:
         draw(compared, given.figure)
     print(table(HEAD, rows))
+    print(table(LEARNED, curves))
     print(table(("set", "against", "where the model fails", "share of the error"), where))
     print(table(("set", "law", "shear modulus", "its parameter", "error (rms)"), laws), end="")
     return 0

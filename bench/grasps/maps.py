@@ -20,11 +20,13 @@ MAPS = ("push_map", "surface_map", "edge_map", "wall_success")
 
 def run() -> list[dict[str, Any]]:
     """A row a criterion: 1 where it is met, 0 where it is missed or was not run."""
-    return [
-        at_least(f"{name}: {what}", met, "", 1)
-        for name in MAPS
-        for what, met in criteria(name, frame.experiment(name))
-    ]
+    return [row for name in MAPS for row in rows(name)]
+
+
+def rows(name: str) -> list[dict[str, Any]]:
+    """Those of one experiment."""
+    found = criteria(name, frame.experiment(name))
+    return [at_least(f"{name}: {what}", met, "", 1) for what, met in found]
 
 
 def criteria(name: str, module: ModuleType) -> Iterator[tuple[str, bool]]:

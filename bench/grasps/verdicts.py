@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 
 from bench.kept import Unfinished
 from grasp_strategies.judging.judge import GRIPPED
 from grasp_strategies.sweep import TrialLine, run_lines
-from grasp_strategies.sweep.success_map import finished
 from grasp_strategies.sweep.line import versions
+from grasp_strategies.sweep.results import read_results
+from grasp_strategies.sweep.success_map import finished
 
 OUT = Path("out/bench/sweeps")
 PART = 200  # trials between two looks at the time
@@ -29,12 +31,15 @@ def gripped(name: str, lines: Sequence[TrialLine], jobs: int, end: float) -> dic
         Unfinished: the time is over.
         RuntimeError: a trial has no verdict.
     """
-    folder = OUT / f"{name}-{versions()['code']}"
+    drawn = zlib.crc32("\n".join(line.digest for line in lines).encode())
+    folder = OUT / f"{name}-{versions()['code']}-{drawn:08x}"
     verdicts: dict[str, bool] = {}
-    for done in range(0, len(lines), PART):
-        if time.monotonic() > end:
-            raise Unfinished(f"{name}: {len(lines) - done} of {len(lines)} trials are left")
-        # those before are in the folder
-        records = finished(run_lines(lines[: done + PART], folder, jobs))
+    kept = len({record["key"] for record in read_results(folder)})
+    # what is kept is of the first parts
+    for part in range(max(kept - 1, 0) // PART * PART, len(lines), PART):
+        if time.monotonic() > end and kept < len(lines):
+            raise Unfinished(f"{name}: {len(lines) - kept} of {len(lines)} trials are left")
+        records = finished(run_lines(lines[: part + PART], folder, jobs))
+        kept = len(records)
         verdicts = {record["key"]: record["outcome"] == GRIPPED for record in records}
     return verdicts

@@ -83,4 +83,5 @@ def named(*families: tuple[str, ...]) -> Expected:
 
 
 def hidden(*laws: str) -> tuple[tuple[str, Parameters], ...]:
+    """Laws by name, with parameters that are drawn."""
     return tuple((law, {}) for law in laws)

@@ -158,9 +158,7 @@ def tests_of_rubber() -> Iterator[Case]:
             expected = named(tuple(family.split()))
             for word, ratio in FORM_STRENGTHS.items():
                 name, laws = f"form/rubber/{law}/{way}/{word}", hidden(law)
-                yield Case(
-                    name, "other form", "rubber", laws, expected, ratio, options, LOW_NOISES
-                )
+                yield Case(name, "other form", "rubber", laws, expected, ratio, options, LOW_NOISES)
         yield Case(
             f"nothing/rubber/{way}", "nothing", "rubber", (), ADEQUATE, None, options, LOW_NOISES
         )

@@ -1,4 +1,4 @@
-"""Sets as people have them: few runs, wild samples, coarse sensors, a video beside a pressure log."""
+"""Sets as people have them: few runs, wild samples, coarse sensors, a video beside a gauge."""
 
 from __future__ import annotations
 
@@ -80,4 +80,5 @@ def _case(
     options: dict[str, Any],
 ) -> Case:
     name = f"{way.replace(' ', '_')}/{experiment}/{law or 'nothing'}"
-    return Case(name, row, experiment, hidden(*[law] if law else []), expected, ratio, options, MIDDLE)
+    laws = hidden(law) if law else ()
+    return Case(name, row, experiment, laws, expected, ratio, options, MIDDLE)

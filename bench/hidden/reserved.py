@@ -17,6 +17,9 @@ def reserved() -> Iterator[Case]:
             for ratio in RATIOS[experiment]:
                 name = f"reserved/{experiment}/{law}/{ratio:g}"
                 laws = hidden(law)
-                yield Case(
-                    name, "outside", experiment, laws, UNEXPLAINED, ratio, noises=LOW_NOISES
-                )
+                yield Case(name, "outside", experiment, laws, UNEXPLAINED, ratio, noises=LOW_NOISES)
+
+
+def is_reserved(name: str) -> bool:
+    """Whether a case, by name, is one of these: what is said of it is counted, never listed."""
+    return name.startswith("reserved/")

@@ -26,7 +26,7 @@ def groups(answer: Record) -> list[set[str]]:
 def right(record: Record) -> bool:
     """Whether the diagnosis of a set says what it should.
 
-    catalogue and pairs: just the hidden effects, each in its own group of at most three names.
+    Catalogue and pairs: just the hidden effects, each in its own group of at most three names.
     Other form: the family is named and at most one effect besides. One rate: one group with all
     loops.
     """
@@ -44,6 +44,32 @@ def right(record: Record) -> bool:
         all(names & group and _small(group) for names, group in zip(wanted, order, strict=True))
         for order in permutations(found)
     )
+
+
+def is_guess(record: Record) -> bool:
+    """Whether the verdict is said as a guess."""
+    answer = record.get("answer")
+    return answer is not None and bool(answer.get("guess"))
+
+
+def refused(record: Record) -> bool:
+    """Whether the lab says that it does not know: a guess, or nothing known explains the set."""
+    answer = record.get("answer")
+    return answer is not None and (is_guess(record) or answer["verdict"] == "unexplained")
+
+
+def wrong_name(record: Record) -> bool:
+    """Whether effects are named and are not the right ones, as a guess or not."""
+    answer = record.get("answer")
+    return answer is not None and bool(answer["effects"]) and not right(record)
+
+
+def wrong_alone(record: Record) -> bool:
+    """Whether an effect that is none of the hidden ones is named without a tie."""
+    if not wrong_name(record):
+        return False
+    known = {name for names in record["expected"]["names"] for name in names}
+    return any(len(group) == 1 and not group & known for group in groups(record["answer"]))
 
 
 def _small(group: set[str], more: int = 0) -> bool:

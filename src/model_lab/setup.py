@@ -19,7 +19,9 @@ setup(
     maintainer="Softhand developers",
     maintainer_email="softhand@example.org",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed", "report/*.html", "learning/*.j2"]},
+    package_data={
+        PACKAGE: ["py.typed", "report/templates/*.html", "learning/*.j2", "diagnosis/*.json"]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -36,6 +38,7 @@ setup(
         "rosbags",
         "matplotlib",
         "Jinja2",
+        "plotly>=6",
         "tqdm",
     ],
     extras_require={"test": ["pytest"]},

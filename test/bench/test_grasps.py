@@ -2,9 +2,10 @@
 
 import time
 from collections import Counter
+from types import SimpleNamespace
 
 import pytest
-from made_up_sweep import all_gripped
+from made_up_sweep import all_gripped, lines_gripped
 
 from bench.grasps import maps, over_ros, verdicts
 from bench.grasps.steps import COUNT, SIDES, at_step, beside, scattered
@@ -76,21 +77,29 @@ def test_a_trial_beside_another_differs_in_its_place_alone(kept_here):
     assert at_step(line, 0.001).placement == line.placement
 
 
-def test_verdicts_stop_when_their_time_is_over_and_have_those_of_before(kept_here, monkeypatch):
+def test_verdicts_stop_when_their_time_is_over_and_go_on_from_those_of_before(
+    kept_here, monkeypatch
+):
     ran = []
 
     def run(lines, folder, jobs):
         ran.append((len(lines), folder.parent))
-        return [{"key": line.key, "outcome": "gripped"} for line in lines]
+        return lines_gripped(lines, folder, jobs)
 
     monkeypatch.setattr(verdicts, "run_lines", run)
     monkeypatch.setattr(verdicts, "PART", 3)
-    lines = scattered(0, 5)
+    lines = scattered(0, 8)
+    times = iter([0.0, 0.0, 2.0])
+    with monkeypatch.context() as clock:
+        clock.setattr(verdicts, "time", SimpleNamespace(monotonic=lambda: next(times)))
+        with pytest.raises(Unfinished, match="some: 2 of 8 trials are left"):
+            verdicts.gripped("some", lines, 1, 1.0)
+    assert ran == [(3, verdicts.OUT), (6, verdicts.OUT)]
     found = verdicts.gripped("some", lines, 1, time.monotonic() + 60)
     assert found == {line.key: True for line in lines}
-    assert ran == [(3, verdicts.OUT), (5, verdicts.OUT)]
-    with pytest.raises(Unfinished, match="some: 5 of 5 trials are left"):
-        verdicts.gripped("some", lines, 1, time.monotonic() - 1)
+    assert ran[2:] == [(6, verdicts.OUT), (8, verdicts.OUT)]
+    assert verdicts.gripped("some", lines, 1, time.monotonic() - 1) == found
+    verdicts.gripped("some", scattered(1, 8), 1, time.monotonic() + 60)
 
 
 def test_a_trial_without_a_verdict_is_not_taken_for_a_failed_grasp(kept_here, monkeypatch):

@@ -15,6 +15,7 @@ import yaml
 from model_lab.cli.main import main
 from model_lab.comparison.add import add_effect
 from model_lab.diagnosis.diagnose import diagnose
+from model_lab.learning.learn import learn
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import OUTPUTS
 from model_lab.measurements.save import write_set
@@ -29,6 +30,9 @@ EXPERIMENT_OF = {
     for path in SETS
 }
 KNOWN = [path for path in SETS if EXPERIMENT_OF[path] in OUTPUTS]
+SMALL = [
+    path for path in KNOWN if "blocked" not in path.name
+]  # of a few seconds; see bench.lab.real
 UNKNOWN = [path for path in SETS if EXPERIMENT_OF[path] not in OUTPUTS]
 VERDICTS = {"adequate", "effects_missing", "unexplained"}
 MOST_SAMPLES = 450  # of a set that is diagnosed here; others are thinned
@@ -152,6 +156,14 @@ def test_chambers_that_balloon_take_off_two_thirds_of_the_error_of_bellows(name,
         model = additions[-1].model
     before, after = additions[0].before.held_out.rmse, additions[-1].after.held_out.rmse
     assert after < before / 3.0
+
+
+@pytest.mark.parametrize("folder", SMALL, ids=lambda path: path.name)
+def test_what_a_real_set_lacks_is_learned_as_a_curve_and_most_of_the_error_goes(folder):
+    data = load_measurements(folder)
+    learned = learn(data, load_model(_model(data)[0]))
+    assert learned.curves[0].shape.stage in ("load", "elastic", "input")
+    assert learned.final.held_out.rmse < learned.base.held_out.rmse / 3.0
 
 
 def test_what_takes_most_of_the_error_of_real_rubber_is_said_though_much_is_left():

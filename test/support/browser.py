@@ -1,45 +1,94 @@
-"""A real browser without a window: what a page looks like in it, and what it complains about."""
+"""A real browser without a window and without network: what a page looks like in it."""
 
 import json
 import re
 import shutil
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import unescape
-from pathlib import Path
 
 import pytest
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
-TIME_LIMIT = 60.0  # [s]
-PROBE = """<pre id="probe"></pre><script>
+TIME_LIMIT = 90.0  # [s]
+HEIGHT = 14000  # [pixels] of the window: plots are drawn when they come into view
+SCRIPT = re.compile(r"<script(?! type=).*?</script>", re.DOTALL)
+OFFLINE = ("--host-resolver-rules=MAP * ~NOTFOUND", "--proxy-server=127.0.0.1:9")
+FRAME = """<!DOCTYPE html><body style="margin:0"><pre id="probe"></pre>
+<iframe src="{name}" style="border:0;width:{width}px;height:{height}px"></iframe><script>
+onmessage = e => document.getElementById("probe").textContent = e.data;
+</script></body>"""
+PROBE = """<script>(() => {
+const all = (of, what) => [...of.querySelectorAll(what)];
 const rect = e => e.getBoundingClientRect();
 const box = e => [rect(e).left, rect(e).top, rect(e).right, rect(e).bottom];
 const level = t => !/rotate\\(-?[1-9]/.test(t.getAttribute("transform") || "");
-const figures = [...document.querySelectorAll("figure")].map(f => {
-  const svg = f.querySelector("svg");
-  return {name: f.id, label: svg.getAttribute("aria-label"), box: box(svg),
-    caption: f.querySelector("figcaption").textContent,
-    marks: [...svg.querySelectorAll("path, use")].filter(
-      e => rect(e).width + rect(e).height > 0).length,
-    texts: [...svg.querySelectorAll("text")].filter(level).map(t => [t.textContent, ...box(t)])};
-});
-document.getElementById("probe").textContent = JSON.stringify({figures,
+const shown = e => e.checkVisibility() && rect(e).width > 0;
+const measured = svgs => ({boxes: svgs.map(box), marks: svgs.flatMap(s => all(s, "path, use"))
+    .filter(e => rect(e).width + rect(e).height > 0).length,
+  texts: svgs.map(s => all(s, "text").filter(level).map(t => [t.textContent, ...box(t)]))});
+const figures = () => all(document, "figure").map(f => ({name: f.id,
+  label: f.querySelector("svg").getAttribute("aria-label"),
+  caption: f.querySelector("figcaption").textContent,
+  empty: all(f, ".plot").filter(p => !p.querySelector(".main-svg .trace, .main-svg .bars")).length,
+  panels: all(f, ".plot").length,
+  plots: measured(all(f, ".plot .main-svg").filter(shown)),
+  picture: measured(all(f, ".picture > svg").filter(shown))}));
+const letters = () => all(document, "body *").filter(e => shown(e) &&
+  [...e.childNodes].some(n => n.nodeType == 3 && n.textContent.trim()));
+const report = () => ({figures: figures(),
+  smallest: Math.min(...letters().map(e => parseFloat(getComputedStyle(e).fontSize))),
+  headings: all(document, "h1, h2, h3").map(e => +e.tagName[1]),
   fetched: performance.getEntriesByType("resource").map(e => e.name),
-  width: [document.documentElement.scrollWidth, document.documentElement.clientWidth]});
-</script>"""
+  width: [document.documentElement.scrollWidth, document.documentElement.clientWidth],
+  zoom: all(document, "#curves .plot:has(.main-svg)").slice(0, 1).flatMap(zoomed)});
+const zoomed = plot => {  // what a mouse does that is dragged over the middle of a plot
+  const range = () => [...plot._fullLayout.xaxis.range];
+  const before = range(), area = plot.querySelector(".nsewdrag"), b = rect(area);
+  const mouse = (on, type, part) => on.dispatchEvent(new MouseEvent(type, {bubbles: true,
+    buttons: 1, clientX: b.left + part * b.width, clientY: b.top + part * b.height}));
+  mouse(area, "mousedown", 0.4);
+  [0.5, 0.6].forEach(part => mouse(document, "mousemove", part));
+  mouse(document, "mouseup", 0.6);
+  return [before, range()];
+};
+const left = () => document.documentElement.matches(".live") &&
+  all(document, ".plot").some(p => !p.querySelector(".main-svg"));
+let waited = 0;
+const timer = setInterval(() => {
+  if (left() && ++waited < 100) return;
+  clearInterval(timer);
+  setTimeout(() => parent.postMessage(JSON.stringify(report()), "*"), 500);
+}, 100);
+matchMedia("print").addEventListener("change", e => e.matches && console.log("PRINT " +
+  JSON.stringify({pictures: all(document, ".picture > svg").filter(shown).length,
+    plots: all(document, ".plots").filter(shown).length,
+    right: Math.max(...all(document, "body *").filter(shown).map(e => rect(e).right)),
+    width: document.documentElement.clientWidth})));
+})();</script>"""
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """What a browser made of a page: figures with boxes [pixels], addresses it fetched, messages
-    of its console, and width of content and window [pixels].
+    """What a browser made of a page.
+
+    figures: with name, label, caption, panels, those that stayed empty, and what was measured of
+    plots and picture as far as they are shown (boxes [pixels], marks, texts). width: of content and
+    window [pixels]; smallest: letters that are shown [pixels]; headings: their levels; fetched:
+    addresses; zoom: ends of x of the first curves before and after a mouse was dragged over 0.4 to
+    0.6 of their width; console: what it complains of.
     """
 
-    figures: list
-    fetched: list
-    console: list
-    width: tuple
+    figures: list = field(default_factory=list)
+    width: tuple = (0, 0)
+    smallest: float = 0.0
+    headings: list = field(default_factory=list)
+    fetched: list = field(default_factory=list)
+    zoom: list = field(default_factory=list)
+    console: list = field(default_factory=list)
+
+    def figure(self, name):
+        return next(entry for entry in self.figures if entry["name"] == name)
 
 
 def find_browser():
@@ -50,33 +99,56 @@ def find_browser():
     return found
 
 
-def render(page: Path, folder: Path, width=1200):
-    """Load a page, with a script at its end that measures it."""
-    probed = folder / f"probed-{page.name}"
-    probed.write_text(page.read_text(encoding="utf-8").replace("</body>", PROBE + "</body>"))
-    command = [
-        find_browser(), "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr",
-        "--v=0", f"--user-data-dir={folder / 'profile'}", f"--window-size={width},2000",
-        "--dump-dom", probed.as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=True)
-    measured = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
-    content = json.loads(unescape(measured.group(1))) if measured and measured.group(1) else {}
+def render(page, folder, width=1200, scripts=True):
+    """Load a page in a frame of a width [pixels], with a script at its end that measures it.
+
+    scripts: whether the page's own run.
+    """
+    text = page.read_text(encoding="utf-8")
+    inner = _probed(text if scripts else SCRIPT.sub("", text), folder / f"probed-{page.name}")
+    outer = folder / f"frame-{page.name}"
+    outer.write_text(FRAME.format(name=inner.name, width=width, height=HEIGHT))
+    done = _browse(folder, outer, f"--window-size={max(width, 500)},{HEIGHT}", "--dump-dom")
+    found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
+    content = json.loads(unescape(found.group(1))) if found and found.group(1) else {}
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-    return Rendered(
-        content.get("figures", []), content.get("fetched", []), console,
-        tuple(content.get("width", (0, 0))),
-    )  # fmt: skip
+    return Rendered(**content, console=console)
 
 
-def overlapping(figure):
-    """Pairs of level texts of a figure of which one covers a part of the other."""
-    texts = [entry for entry in figure["texts"] if entry[0].strip()]
+def printed(page, folder):
+    """Print a page: the PDF, and how many pictures and plots are on paper, its width
+    and how far to the right anything stands [pixels].
+    """
+    inner = _probed(page.read_text(encoding="utf-8"), folder / f"printed-{page.name}")
+    paper = folder / f"{page.stem}.pdf"
+    done = _browse(folder, inner, f"--print-to-pdf={paper}")
+    return paper, json.loads(re.search(r"PRINT ({.*?})\"", done.stderr).group(1))
+
+
+def _probed(text, path):
+    head, _, tail = text.rpartition("</body>")
+    path.write_text(f"{head}{PROBE}</body>{tail}", encoding="utf-8")
+    return path
+
+
+def _browse(folder, page, *options):
+    command = [
+        find_browser(), "--headless=new", "--no-sandbox", "--disable-gpu", *OFFLINE,
+        "--enable-logging=stderr", "--v=0", f"--user-data-dir={folder / 'profile'}",
+        "--virtual-time-budget=30000", *options, page.as_uri(),
+    ]  # fmt: skip
+    return subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=True)
+
+
+def overlapping(measured):
+    """Pairs of level texts of plots or of a picture of which one covers a part of the other."""
     pairs = []
-    for index, (first, *a) in enumerate(texts):
-        for second, *b in texts[index + 1 :]:
-            wide = min(a[2], b[2]) - max(a[0], b[0])
-            high = min(a[3], b[3]) - max(a[1], b[1])
-            if wide > 1.0 and high > 2.5:  # boxes are a little larger than letters
-                pairs.append((first, second))
+    for texts in measured["texts"]:
+        seen = [entry for entry in texts if entry[0].strip()]
+        for index, (first, *a) in enumerate(seen):
+            for second, *b in seen[index + 1 :]:
+                wide = min(a[2], b[2]) - max(a[0], b[0])
+                high = min(a[3], b[3]) - max(a[1], b[1])
+                if wide > 1.0 and high > 2.5:  # boxes are a little larger than letters
+                    pairs.append((first, second))
     return pairs

@@ -2,14 +2,17 @@
 
 from pathlib import Path
 
-from grasp_strategies.sweep.results import Results, read_results
+from grasp_strategies.sweep.results import Results
+
+
+def lines_gripped(lines, folder, jobs):
+    """In place of `run_lines`."""
+    with Results(Path(folder), lines) as results:
+        for line in lines:
+            results.append(line.describe() | {"outcome": "gripped", "cause": ""})
+        return [results.records[line.key] for line in lines]
 
 
 def all_gripped(plan, folder, jobs):
     """In place of `run_sweep`."""
-    lines = plan.lines()
-    with Results(Path(folder), lines) as results:
-        for line in lines:
-            results.append(line.describe() | {"outcome": "gripped", "cause": ""})
-    found = {record["key"]: record for record in read_results(Path(folder))}
-    return [found[line.key] for line in lines]
+    return lines_gripped(plan.lines(), folder, jobs)

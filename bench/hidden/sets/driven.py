@@ -47,9 +47,9 @@ class Options:
     strongest). design, drives: of `bench.hidden.design`. samples: a run (the total of twelve such
     runs is kept when a design has more). correlation: of the noise from sample to sample. jitter:
     of the peak pressure from repeat to repeat, relative. adjacent: repeats follow one another at
-    once. wild: share of the samples that are anything. output_steps, drive_steps: of the sensors over
-    their range, 0 without end. drive_rate: readings of the drive a sample, on a clock of their own, of
-    which the table has the latest; 0: read with the output.
+    once. wild: share of the samples that are anything. output_steps, drive_steps: of the sensors
+    over their range, 0 without end. drive_rate: readings of the drive a sample, on a clock of their
+    own, of which the table has the latest; 0: read with the output.
     extra: runs behind those of the design, which have no part in the laws' strength.
     """
 

@@ -1,4 +1,4 @@
-"""What recording does to columns (runs, samples): steps, wild samples, readings of another clock."""
+"""What recording does to columns (runs, samples): steps, wild samples, another clock."""
 
 from __future__ import annotations
 

@@ -7,11 +7,15 @@ its pressure limit is relieved.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from grasp_strategies.scene import Array, Observation, SceneError, hand_body_names
+from pneuflex_sim.hand.skin_places import SkinPlace, SkinPlaces
 from pneuflex_sim.simulation import Simulation, SimulationConfig
 from pneuflex_sim.world import solver_settings
 from softhand_model.gas import (
@@ -141,6 +145,16 @@ class ImposedAir:
         return np.where(self._relieving, -np.inf, held)
 
 
+@dataclass(frozen=True)
+class SkinContact:
+    """A contact point of two of the hand's fingers: where it is on either skin, and its normal
+    force [N].
+    """
+
+    places: tuple[SkinPlace, SkinPlace]
+    force: float
+
+
 class InProcessScene:
     """`grasp_strategies.scene.Scene` over a `pneuflex_sim` simulation; strategies do not see what
     runs behind it.
@@ -213,6 +227,27 @@ class InProcessScene:
             simulation.pressures(),
             simulation.touching_object(),
         )
+
+    @cached_property
+    def skin(self) -> SkinPlaces:
+        """Places on the skin of fingers and thumb."""
+        return SkinPlaces(self.simulation.shape)
+
+    def finger_contacts(self) -> list[SkinContact]:
+        """Contact points of fingers and thumb with each other, with the sides that touch; there are
+        those of neighbours only with the field `finger_contact` of the simulation.
+        """
+        simulation, skin, q = self.simulation, self.skin, self.simulation.bodies.q
+        position, orientation = simulation.wrist_pose()
+        to_wrist = Rotation.from_quat(orientation).inv()
+        found = []
+        for contact in simulation.contacts():
+            pair = contact.first, contact.second
+            if set(pair) <= set(skin.chains):
+                point = to_wrist.apply(np.array(contact.position) - position)
+                first, second = (skin.locate(chain, point, q) for chain in pair)
+                found.append(SkinContact((first, second), contact.force))
+        return found
 
     def save(self) -> dict[str, Any]:
         """Snapshot for `restart`."""

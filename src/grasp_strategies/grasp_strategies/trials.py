@@ -203,6 +203,7 @@ def _empty_course(settings: TrialSettings) -> EmptyCourse:
     scene = started.place(Placement(OUT_OF_THE_WAY))
 
     def keep(watch: GraspWatch) -> str:
+        """Keep where the hand is; a reason to end once the hold begins."""
         course.keep(watch.phase, scene.simulation.hand_boxes)
         return "the hold begins" if watch.stage == HOLD else ""
 

@@ -85,6 +85,7 @@ def nodes(context):
     common = {"namespace": given["namespace"], "output": "screen"}
 
     def node(package, executable, name, taken, *first):
+        """One node, with the parameters that it takes of what was given."""
         return Node(
             package=package,
             executable=executable,

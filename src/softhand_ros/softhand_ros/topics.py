@@ -130,6 +130,7 @@ def slow_clock(node: Node, period: float) -> None:
     """
 
     def look() -> None:
+        """Take the newest tick of /clock by hand, in place of its callback."""
         for subscription in node.subscriptions:
             if subscription.topic_name == "/clock" and subscription.callback is not unused:
                 # with its events: beside them a wait set wakes for data that nobody takes

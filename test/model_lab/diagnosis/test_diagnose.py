@@ -194,3 +194,22 @@ def test_noise_of_the_input_is_not_called_an_effect(tmp_path):
     for run in data.runs:
         run.columns["pressure"] += 150.0 * random.standard_normal(run.samples)
     assert diagnose(data, load_model("base")).diagnosis.effects == ()
+
+
+@pytest.mark.parametrize(
+    ("law", "ratio", "tied"),
+    [
+        ("pressure_offset", 1.6, {"pressure_offset"}),  # and no dead zone
+        ("curved_zero", 2.0, {"pressure_offset"}),  # and no offset of the angle
+        ("dead_zone", 1.6, {"dead_zone"}),
+        ("second_order_tube", 1.4, {"clock_offset", "tube_lag", "angle_sensor_lag"}),
+    ],
+)
+def test_neighbours_of_a_weak_effect_are_tied_unless_gauges_at_rest_part_them(
+    tmp_path, law, ratio, tied
+):
+    make_set(tmp_path, "free_bending", [(law, {})], ratio=ratio, seed=777)
+    alike = ("angle_offset", "section_rounding", *tied, "dead_zone", "pressure_offset")
+    known = {name: kind for name, kind in effect_classes().items() if name in alike}
+    said = diagnose(load_measurements(tmp_path), load_model("base"), known).diagnosis
+    assert named(said.as_json()) == [tied]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
-from bench.hidden.ties import tied
 from bench.hidden.design import ExtraRun
 from bench.hidden.sets.writing import append_runs
+from bench.hidden.ties import tied
 from model_lab.cli.main import main
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import (

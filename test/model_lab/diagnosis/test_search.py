@@ -1,15 +1,12 @@
-"""What effects promise beside a model, and whether the samples can tell their times."""
-
-from types import SimpleNamespace
+"""What effects promise beside a model."""
 
 import numpy as np
 import pytest
 from toy_forward import toy_forward, toy_set
 
-from model_lab.diagnosis.search import Signature, is_resolved, promise
+from model_lab.diagnosis.search import Signature, promise
 from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.noise_floor import make_spectrum, noise_floor
-from softhand_model.effects import effect_classes
 
 
 def promised(kept):
@@ -46,22 +43,3 @@ def test_a_change_the_wrong_way_promises_nothing():
     likelihood, share = promised(lambda bands: bands < 0)
     assert share == pytest.approx(0.0)
     assert likelihood == pytest.approx(0.0, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("effect", "time", "answer"),
-    [
-        ("viscoelasticity", {"relaxation_time": 0.024}, False),
-        ("viscoelasticity", {"relaxation_time": 0.06}, True),
-        ("tube_lag", {"time_constant": 0.024}, True),
-        ("hysteresis", {}, True),
-    ],
-)
-def test_of_two_parameters_a_time_far_below_that_between_samples_is_not_told(effect, time, answer):
-    data = toy_set(np.random.default_rng(0))  # sampled at 10 Hz
-    kind = effect_classes()[effect]
-    values = {f"{effect}.{p.name}": 1.0 for p in kind.parameters}
-    values |= {f"{effect}.{name}": value for name, value in time.items()}
-    likelihood = SimpleNamespace(names=list(values))
-    found = SimpleNamespace(likelihood=likelihood, values=np.array(list(values.values())))
-    assert is_resolved(data, found, kind) == answer

@@ -136,6 +136,20 @@ def test_an_effect_is_named_if_it_removes_half_of_the_excess_error(choose, share
     assert named(choose, {"": BASE, "a": leaves(share)}) == answer
 
 
+def test_of_two_that_explain_as_much_the_one_in_its_usual_range_is_named(choose, monkeypatch):
+    models = {"": BASE, "a": leaves(0.0, 500.0), "b": leaves(0.0, 505.0)}
+    assert choose(models)[0].final.effects == ("a",)
+    made = Landscape._one
+
+    def unusual(landscape, before, effect):
+        scored = made(landscape, before, effect)
+        return replace(scored, unusual=6.0) if effect == "a" else scored
+
+    monkeypatch.setattr(Landscape, "_one", unusual)
+    chosen = choose(models)[0]
+    assert chosen.final.effects == ("b",) and chosen.ties == (("a",),)
+
+
 @pytest.mark.parametrize(("error", "answer"), [(1.11, ""), (1.13, "a")])
 def test_nothing_is_named_where_the_error_is_hardly_above_the_floor(choose, error, answer):
     assert named(choose, {"": Said(error, 1000.0), "a": Said(1.0, 500.0)}) == answer
@@ -325,20 +339,37 @@ def test_the_error_falls_effect_by_effect_in_the_order_of_finding(choose):
 
 
 # ---------------------------------------------------------------- ties
-@pytest.mark.parametrize(("behind", "tied"), [(-2.0, ("b",)), (7.9, ("b",)), (8.1, ())])
+TWO = {"b": leaves(0.1, 500.5), "c": leaves(0.1, 500.6)}  # that are tied in any case
+
+
+def behind_two(choose, base, behind):
+    """What is tied with the best of a model, two near ones and one so far behind."""
+    models = {"": Said(beyond(EXCESS), base), "a": leaves(0.1), **TWO}
+    return choose(models | {"d": leaves(0.1, 500.0 + behind)})[0].ties[0]
+
+
+@pytest.mark.parametrize(("behind", "tied"), [(7.9, "bcd"), (8.1, "bc")])
 def test_an_effect_that_does_nearly_as_well_is_tied(choose, behind, tied):
-    models = {"": Said(beyond(EXCESS), 800.0), "a": leaves(0.1), "b": leaves(0.1, 500.0 + behind)}
-    chosen, _ = choose(models)
-    best = "a" if behind > 0 else "b"
-    assert chosen.final.effects == (best,)
-    assert chosen.ties == (tied if best == "a" else ("a",),)
+    assert behind_two(choose, 800.0, behind) == tuple(tied)
+    chosen = choose({"": BASE, "a": leaves(0.1), "b": leaves(0.1, 498.0)})[0]
+    assert chosen.final.effects == ("b",) and chosen.ties == (("a",),)
 
 
-@pytest.mark.parametrize(("behind", "tied"), [(19.0, ("b",)), (21.0, ())])
+@pytest.mark.parametrize(("behind", "tied"), [(19.0, "bcd"), (21.0, "bc")])
 def test_the_margin_of_ties_is_a_fiftieth_of_a_large_gain(choose, behind, tied):
-    models = {"": Said(beyond(EXCESS), 1503.0), "a": leaves(0.1), "b": leaves(0.1, 500.0 + behind)}
-    chosen, _ = choose(models)  # what the parameter costs is no gain: 1000
-    assert chosen.ties == (tied,)
+    # what the parameter costs is no gain: 1000
+    assert behind_two(choose, 1503.0, behind) == tuple(tied)
+
+
+@pytest.mark.parametrize(("behind", "tied"), [(59.0, ("b",)), (61.0, ())])
+def test_two_are_tied_that_another_form_of_their_equation_would_bring_near(choose, behind, tied):
+    base = Said(beyond(EXCESS), 1503.0)
+    models = {"": base, "a": leaves(0.1), "b": leaves(0.1, 500.0 + behind)}
+    assert choose(models)[0].ties == (tied,)
+    more = {"c": leaves(0.1, 561.0 - 1.5), "d": leaves(0.1, 561.0 - 1.2)}
+    assert len(choose(models | more)[0].ties[0]) == 2
+    implausible = replace(models["b"], at_limit=True)
+    assert choose(models | {"b": implausible})[0].ties == ((),)
 
 
 @pytest.mark.parametrize(("spread", "tied"), [(0.3, ("b",)), (0.0, ())])
@@ -355,7 +386,7 @@ def test_an_effect_that_predicts_as_well_within_the_scatter_of_protocols_is_tied
 
     behind = beyond(0.1 * EXCESS) + 0.01
     monkeypatch.setattr(made_up_fits, "residual", uneven)
-    models = {"": BASE, "a": leaves(0.1), "b": Said(behind, 560.0)}
+    models = {"": BASE, "a": leaves(0.1), "b": Said(behind, 590.0)}
     chosen, _ = choose(models)
     assert chosen.final.effects == ("a",) and chosen.ties == (tied,)
 

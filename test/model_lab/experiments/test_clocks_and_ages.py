@@ -7,7 +7,7 @@ import pytest
 from lab_sets import bending, measured, run
 
 from model_lab.experiments.forward import Forward, inapplicable
-from model_lab.fitting.ranges import in_the_range_of
+from model_lab.fitting.problem import in_the_range_of
 from model_lab.measurements.measurement_set import Specimen
 from softhand_model.effects import effect_classes
 

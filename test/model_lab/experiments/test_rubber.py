@@ -1,10 +1,11 @@
 """Stress of rubber in three modes, and what a test of it teaches the finger."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from lab_sets import bending, measured, run
+from lab_sets import bending, measured, run, specimen
 from rubber_set import STATED, TRUE, neo_hooke, rubber_set, stress_of
 
 from model_lab.cli.main import main
@@ -139,6 +140,14 @@ def test_a_second_effect_starts_from_the_first_as_it_was_fitted(tmp_path):
     assert compare(data, once).errors.calibrated is False
 
 
+def test_a_law_that_data_do_not_ask_for_is_added_at_its_bound():
+    """Of a rubber without second and third terms: c3 is at its lower bound."""
+    model = replace(load_model("base"), free_modulus=True)
+    added = add_effect("yeoh_third_order", rubber_set(entangled), model, EFFECTS).model
+    (third,) = added.effects
+    assert third.values["c3"] == pytest.approx(third.parameters[0].low)
+
+
 def test_a_tensile_test_may_free_its_modulus(tmp_path):
     whole = rubber_set(repeats=1, noise=0.002)
     bare = tuple(replace(one, mode="") for one in whole.runs if one.mode == "uniaxial")
@@ -157,6 +166,57 @@ def test_a_tensile_test_may_free_its_modulus(tmp_path):
     freed = tmp_path / "free.yaml"
     freed.write_text("format: softhand-model/1\nbase: pneuflex\ncalibration: {modulus: free}\n")
     assert load_model(freed).free_modulus
+
+
+def test_laws_that_one_mode_does_not_part_are_to_be_tried_in_another():
+    """Gent's and Yeoh's laws agree in uniaxial tension up to a stretch of 3."""
+    pulls = [one for one in rubber_set(chains, scatter=0.01).runs if one.mode == "uniaxial"]
+    parts = [one.columns["stretch"] < 3.0 for one in pulls]
+    runs = tuple(
+        replace(one, columns={name: values[part] for name, values in one.columns.items()})
+        for one, part in zip(pulls, parts, strict=True)
+    )
+    found = diagnose(replace(rubber_set(), runs=runs), load_model("base")).diagnosis
+    assert {found.effects[0].name, *found.tied[0]} >= {"gent_stiffening", "yeoh_stiffening"}
+    planned = found.next_experiment
+    assert planned["mode"] == "equibiaxial"
+    assert planned["changes"] == ["stretched in equibiaxial"]
+
+
+def test_a_law_sealed_in_a_rubber_set_is_found_added_and_revealed(tmp_path, capsys):
+    folder, model = str(tmp_path / "set"), str(tmp_path / "model.yaml")
+    assert main(["synthesize", "rubber", "--hide", "--seed", "3", "--out", folder]) == 0
+    out = tmp_path / "d.json"
+    assert main(["diagnose", folder, "--jobs", "1", "--json", str(out)]) == 0
+    said = json.loads(out.read_text())
+    (named,) = said["effects"]
+    assert main(["add", named["name"], "--data", folder, "--out", model]) == 0
+    assert main(["compare", folder, "--model", model, "--json", str(tmp_path / "c.json")]) == 0
+    error = json.loads((tmp_path / "c.json").read_text())["rmse_heldout"]
+    assert error < 1.3 * said["noise_floor"] < 0.3 * said["rmse_before"]
+    capsys.readouterr()
+    assert main(["reveal", folder]) == 0
+    assert named["name"] in capsys.readouterr().out
+
+
+def test_the_file_of_a_tested_rubber_acts_alike_in_bending_and_simulator(tmp_path):
+    folder, file = tmp_path / "set", tmp_path / "rubber.yaml"
+    write_set(rubber_set(chains), folder)
+    assert main(["add", "gent_stiffening", "--data", str(folder), "--out", str(file)]) == 0
+    model, chain = load_model(file), load_hand("single_finger").chain("finger")
+    simulated = discretise(chain, 60, model).free_rotation(0.0, [30e3]).sum(axis=0)[1]
+    actuator = next(iter(chain.actuators.values()))
+    sizes = {name: getattr(actuator, name) for name in ("length", "wall", "side_wall")}
+    at = np.linspace(0.0, actuator.length, 41)
+    for name in ("height", "width"):
+        profile = getattr(actuator, name)
+        sizes[name] = np.stack([at, [float(profile(x)) for x in at]], axis=1).tolist()
+    finger = specimen(shear_modulus=actuator.shear_modulus, **sizes)
+    data = made_of(
+        measured("free_bending", [run("r", pressure=np.array([0.0, 30e3]))], finger), model
+    )
+    forward = Forward(data, fixed=model.effects, free_calibration=False)
+    assert simulated == pytest.approx(forward.predict(np.zeros((1, 0)))[0, -1], rel=0.02)
 
 
 def test_a_set_is_written_and_read_back_with_its_modes(tmp_path):

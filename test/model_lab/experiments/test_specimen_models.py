@@ -66,7 +66,7 @@ def largest_at_each_sample(runs, *specimens):
 
         return step
 
-    memory = SpecimenMemory(data, rows)
+    memory = SpecimenMemory(rows)
     return memory.in_steps(begin, staged, rows.column("pressure"))[0, :, 0].reshape(len(runs), -1)
 
 

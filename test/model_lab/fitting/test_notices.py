@@ -78,3 +78,21 @@ def test_a_drift_over_the_session_is_said_with_its_size():
 def test_what_is_said_holds_no_points():
     said = noticed(hum)["line"].as_json()
     assert said.keys() == {"kind", "value", "size", "text"}
+
+
+def test_gaps_in_the_time_column_are_counted_and_their_longest_is_said():
+    data = toy_set(np.random.default_rng(0))
+    for run in data.runs[:2]:
+        run.columns["time"][40:] += 1.5  # beside 0.1 s between samples
+    data.runs[0].columns["time"][70:] += 0.7
+    found = noticed(data=data)["gaps"]
+    assert found.value == pytest.approx(1.6)
+    assert found.marked.tolist() == [39, 69]
+    assert "3 gaps of up to 1.6 s" in found.text
+
+
+def test_samples_at_uneven_times_are_no_gaps():
+    data = toy_set(np.random.default_rng(0))
+    for run in data.runs:
+        run.columns["time"][::2] += 0.04
+    assert "gaps" not in noticed(data=data)

@@ -49,6 +49,18 @@ def test_what_named_effects_leave_is_said_where_it_is_more_than_noise():
     assert said.endswith("at a noise floor of 0.573 deg; 5.16 deg of it nothing known explains.")
 
 
+def test_how_sure_a_verdict_is_stands_behind_it():
+    sure = replace(diagnosis("effects_missing", (GENT,)), confidence=0.97)
+    assert verdict_sentence(sure).startswith("The model lacks gent_stiffening")
+    assert verdict_sentence(sure).endswith("0.573 deg. 97 of 100 such verdicts are right.")
+
+
+def test_a_verdict_that_is_not_sure_enough_is_said_as_a_guess():
+    guess = replace(diagnosis("effects_missing", (GENT,)), confidence=0.55, guess=True)
+    assert verdict_sentence(guess).startswith("The model may lack gent_stiffening")
+    assert verdict_sentence(guess).endswith("That is a guess: 55 of 100 such verdicts are right.")
+
+
 def test_an_effect_without_parameters_is_named_alone():
     plain = NamedEffect("side_wall_integral", {})
     assert "lacks side_wall_integral: with it" in verdict_sentence(

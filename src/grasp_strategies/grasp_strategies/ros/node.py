@@ -63,6 +63,7 @@ class Background:
         """
 
         def run() -> None:
+            """The work, and word of how it ended."""
             result = on_error
             try:
                 result = work()
@@ -333,6 +334,7 @@ def run(node: SequencerNode, stop: threading.Event) -> None:
     executor.add_node(node)
 
     def spin() -> None:
+        """Serve callbacks until ROS is shut down; then all ends."""
         try:
             executor.spin()
         except ExternalShutdownException:

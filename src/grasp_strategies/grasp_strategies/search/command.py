@@ -48,7 +48,7 @@ def summary(result: SearchResult) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a search from the command line; returns 0, or 2 when problem or results cannot be used."""
+    """Run a search from the command line; returns 0, or 2 when it cannot be run."""
     options = _parser().parse_args(arguments)
     try:
         return _run(options)

@@ -44,7 +44,7 @@ def choose_strategy(object_name: str | None, hand: str | None = None) -> str:
         wanted = quoted(object_name or USUAL_OBJECT) + (f" with {quoted(hand)}" if hand else "")
         raise ValueError(
             f"object: no strategy is known to lift {wanted}; known are\n{fits()}\n"
-            f"with a strategy of your choice it is tried all the same"
+            "it is tried all the same with one of your choice (make: STRATEGY=..., else --strategy)"
         )
     return fitting[0]
 

@@ -59,7 +59,7 @@ class Processes:
             executor.shutdown(wait=False, cancel_futures=True)
 
     def run(self, lines: Sequence[Line]) -> Iterator[Record]:
-        """Records of lines as they are done."""
+        """Records of lines as they are done; the line of a lost worker is run again."""
         if self._jobs == 0:
             yield from map(run_line, lines)
             return

@@ -10,8 +10,8 @@ from functools import cached_property
 from scipy.stats import binomtest
 
 from grasp_strategies.judging.judge import GRIPPED
-from grasp_strategies.sweep.success_map import SuccessMap, map_of
 from grasp_strategies.sweep.line import Record
+from grasp_strategies.sweep.success_map import SuccessMap, map_of
 
 COMMONEST = 3  # reasons of failures that a summary shows
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from grasp_strategies.sweep.drawing import maps_figure, shares_figure
+from grasp_strategies.sweep.line import Record
 from grasp_strategies.sweep.report import Group, codes_of, groups_of
 from grasp_strategies.sweep.results import NAME, read_results
 from grasp_strategies.sweep.success_map import SuccessMap, largest_hole, largest_share
-from grasp_strategies.sweep.line import Record
 from softhand_model.documents.output_file import check_new, write_json, write_new
 
 FORMAT = "softhand-sweep-report/1"

@@ -49,6 +49,7 @@ def diagnose(arguments: argparse.Namespace) -> None:
     """Diagnose, print the verdict, and write JSON and report."""
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.diagnosis.result import UNEXPLAINED
+    from model_lab.learning.learn import learn as learn_curve
     from model_lab.report.text import diagnosis_text
     from softhand_model.documents.output_file import check_new
 
@@ -61,15 +62,20 @@ def diagnose(arguments: argparse.Namespace) -> None:
     with Progress("diagnosing") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     print(diagnosis_text(outcome.diagnosis), end="")
+    commands, learned = [_again(arguments)], None
     if outcome.diagnosis.verdict == UNEXPLAINED:
         again = shlex.join(["model-lab", "learn", str(arguments.data), "--model", arguments.model])
-        print(f"\nWhere it acts, and its curve: {again} --out my_effect.py")
+        commands.append(f"{again} --out my_effect.py")
+        print(f"\nWhere it acts, and its curve: {commands[-1]}")
     options.save_json(arguments, outcome.diagnosis.as_json())
     if arguments.report is not None:
         from model_lab.report import write_report
 
+        if len(commands) > 1:
+            with Progress("learning") as progress:
+                learned = learn_curve(data, model, classes, progress)
         arguments.report.mkdir(parents=True, exist_ok=True)
-        write_report(outcome, arguments.report / REPORT, [_again(arguments)])
+        write_report(outcome, arguments.report / REPORT, commands, learned)
 
 
 def _again(arguments: argparse.Namespace) -> str:
@@ -125,18 +131,19 @@ def learn(arguments: argparse.Namespace) -> None:
     with Progress("learning") as progress:
         found = learn(data, model, classes, progress)
     print(f"{words.verdict(found)}\n\n{text_table(words.alternative_rows(found))}")
-    if found.chosen is not None:
-        chosen = found.chosen
+    files = effect_file.files_of(arguments.out)[: len(found.curves)]
+    for curve, file in zip(found.curves, files, strict=True):
         origin = f" from {data.title or data.experiment}"
-        text = effect_file.text_of(
-            chosen.shape, arguments.out.stem, chosen.values.tolist(), chosen.spread.tolist(), origin
-        )
-        write_new(arguments.out, text, arguments.force)
-        print(f"\n{text_table(words.curve_rows(chosen))}\n\nWritten: {arguments.out}. Next:")
-        print(f"  {words.next_step(arguments.data, arguments.model, arguments.out)}")
+        values, spread = curve.values.tolist(), curve.spread.tolist()
+        text = effect_file.text_of(curve.shape, file.stem, values, spread, origin)
+        write_new(file, text, arguments.force)
+        print(f"\n{text_table(words.curve_rows(curve))}\n\nWritten: {file}.")
+    if files:
+        steps = words.next_steps(arguments.data, arguments.model, files)
+        print("Next:", *steps, sep="\n  ")
     options.save_json(arguments, learning_json(found))
     if arguments.report is not None:
-        from model_lab.report.learned import write_learned
+        from model_lab.report import write_learned
 
         arguments.report.mkdir(parents=True, exist_ok=True)
         command = shlex.join(["model-lab", *map(str, _learned_again(arguments))])
@@ -273,7 +280,11 @@ COMMANDS: Mapping[str, Command] = {
             options.FREE_MODULUS,
             *options.EFFECTS,
             argument(
-                "--report", type=Path, metavar="DIR", help=f"folder in which to write {REPORT}"
+                "--report",
+                type=Path,
+                metavar="DIR",
+                help=f"folder in which to write {REPORT}; learns the missing curve for it where "
+                "nothing known explains the error",
             ),
             *options.RESULTS,
             options.SEED,

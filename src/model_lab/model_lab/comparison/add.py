@@ -139,8 +139,13 @@ def _with_generic_term(problem: FitProblem, before: Scored, name: str) -> Scored
 
 
 def _instance(problem: FitProblem, named: NamedEffect) -> Effect:
-    values = {key: estimate.value for key, estimate in named.parameters.items()}
-    return problem.classes[named.name](**values)
+    effect = problem.classes[named.name]
+    values = {
+        # a logarithm's rounding may lead out of bounds
+        p.name: min(max(named.parameters[p.name].value, p.low), p.high)
+        for p in effect.parameters
+    }
+    return effect(**values)
 
 
 def write_model(path: Path, model: Model, comment: str = "", force: bool = False) -> None:

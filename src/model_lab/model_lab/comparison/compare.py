@@ -67,8 +67,8 @@ class Errors:
     standard errors, fitted anew, so that every protocol (or block, as `holdout` says) is predicted
     without its own data. calibration: the one of as_is.
 
-    table: of the samples as they were judged. residual_as_is, residual (samples,): residual is the
-    held-out one.
+    data: the set as it was judged; table: of its samples. residual_as_is, residual (samples,):
+    residual is the held-out one.
     """
 
     model: Model
@@ -78,6 +78,7 @@ class Errors:
     as_is: Accuracy
     held_out: Accuracy
     floor: NoiseFloor
+    data: MeasurementSet
     table: SampleTable
     residual_as_is: Array
     residual: Array
@@ -106,6 +107,7 @@ def errors_of(data: MeasurementSet, model: Model, tell: Tell = tell_nobody) -> E
         as_is=accuracy(data.table.value, as_is, data.table.output),
         held_out=accuracy(data.table.value, held_out, data.table.output),
         floor=problem.floor,
+        data=data,
         table=data.table,
         residual_as_is=as_is,
         residual=held_out,
@@ -182,7 +184,7 @@ def compare(
         _parts(errors, data.outputs, errors.table.output),
         found,
         input_relation(data, errors.residual),
-        notices(data, errors.floor, errors.residual),
+        notices(errors.data, errors.floor, errors.residual),
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
+from model_lab.diagnosis.confidence import confidence_of
 from model_lab.diagnosis.errors import excess
 from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.next_experiment import proposal
@@ -158,6 +159,8 @@ def _judged(
         Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
         for axis in localised.failures
     )
+    evidence = evidence_of(problem, selection, black_boxes, len(odd))
+    sure = confidence_of(problem.data.experiment, verdict, evidence)
     diagnosis = Diagnosis(
         experiment=problem.data.experiment,
         verdict=verdict,
@@ -182,7 +185,9 @@ def _judged(
         story=story(problem, base, selection.growth) if added else (),
         notices=tuple(notice.as_json() for notice in odd),
         helps=tuple(Help(scored.added, scored.held_out.rmse) for scored in helped),
-        evidence=evidence_of(problem, selection, black_boxes, len(odd)),
+        confidence=sure.value,
+        guess=sure.guess,
+        evidence=evidence,
     )
     return Outcome(diagnosis, problem, selection, black_boxes, odd)
 

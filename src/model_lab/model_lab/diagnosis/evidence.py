@@ -36,7 +36,7 @@ def evidence_of(
         "after": _log(error_of(problem, final), floor),
         "left": 1.0 if final is base else share_left(problem, final, base),
         "effects": len(final.effects) - len(base.effects),
-        "ties": float(np.mean([len(names) for names in selection.ties] or [0.0])),
+        "ties": float(np.mean([len(names) for names in selection.ties] or [0])),
         "proof": _log(_weakest(selection), selection.threshold),
         "margin": _margin(base, final, rival),
         "lead": _log(rival.held_out.rmse, final.held_out.rmse) if rival else FARTHEST,

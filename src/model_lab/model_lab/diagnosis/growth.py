@@ -46,8 +46,8 @@ class Growth:
 
 
 def criterion(scored: Scored) -> float:
-    """Deviance of a model, and what its parameters must bring."""
-    return scored.fit.deviance + PARAMETER_PENALTY * len(scored.fit.values)
+    """Deviance of a model, what its parameters must bring, and how unusual they are."""
+    return scored.fit.deviance + PARAMETER_PENALTY * len(scored.fit.values) + scored.unusual
 
 
 def proven(scored: Iterable[Scored], threshold: float) -> list[Scored]:

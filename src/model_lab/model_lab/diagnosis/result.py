@@ -111,7 +111,9 @@ class Diagnosis:
 
     story: the named effects as they were found. helps: where nothing known explains the error,
     effects that each take half of it or more, in order. notices: what is odd about the set whatever
-    the model, see `fitting.notices`.
+    the model, see `fitting.notices`. confidence: share of such verdicts that are right, 0 to 1,
+    None if it is not known; guess: whether that is too little to stand by it; evidence: what it
+    follows from, see `diagnosis.confidence`.
     """
 
     experiment: str
@@ -137,6 +139,8 @@ class Diagnosis:
     helps: tuple[Help, ...] = ()
     notices: tuple[Mapping[str, Any], ...] = ()
     modulus: Mapping[str, Estimate] | None = None
+    confidence: float | None = None
+    guess: bool = False
     evidence: Mapping[str, float] | None = None
 
     def as_json(self) -> dict[str, Any]:

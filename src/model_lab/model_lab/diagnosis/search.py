@@ -14,9 +14,9 @@ from multiprocessing import get_context
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
+from model_lab.diagnosis.beforehand import is_resolved, seen_at_rest, unusual
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, HeldOut, base_starts, hold_out
-from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect, Parameter
 
 GRID = {0: 1, 1: 7, 2: 4, 3: 3}  # trial values of each parameter, by their number
@@ -24,7 +24,6 @@ LARGEST_GRID = 16
 ROUNDING = 1e-9
 SMALLEST_SIGNATURE = 0.25  # of the noise floor: what an effect must change to be seen at all
 LARGEST_PARTS = 2  # effects that are fitted for the part of the error that they promise
-UNRESOLVED = 0.5  # of the time between samples
 KNOWN, KNOWN_FACTOR = 0.6, 0.8  # standard error over a value, or of its logarithm
 KNOWN_BESIDE = 1.0 / 3.0  # the former of an effect beside others: what is left invites small ones
 
@@ -162,7 +161,8 @@ class Scored:
     """A fitted model with what it says of held-out data.
 
     known: whether every effect has a parameter that the data tell. improvement: fall of the
-    deviance against the model it came from. signature: of the effect that was added last.
+    deviance against the model it came from. signature: of the effect that was added last. unusual:
+    deviance by which the model is unlikely besides its error (`beforehand`).
     """
 
     effects: tuple[str, ...]
@@ -171,6 +171,7 @@ class Scored:
     known: bool = True
     improvement: float = 0.0
     signature: Signature | None = None
+    unusual: float = 0.0
 
     @property
     def added(self) -> str:
@@ -208,7 +209,12 @@ def score_base(
     if start is None and all(p.name in problem.fitted for p in parameters):
         start = np.array([problem.fitted[p.name] for p in parameters], float)
     found = fit(likelihood, base_starts(parameters) if start is None else start[None])
-    return Scored(tuple(effects), found, hold_out(found))
+    return Scored(
+        tuple(effects),
+        found,
+        hold_out(found),
+        unusual=unusual(found) - seen_at_rest(problem.data, found),
+    )
 
 
 def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Unseen:
@@ -225,7 +231,8 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
     kind = problem.classes[effect]
     resolved = is_resolved(problem.data, after, kind)
     known = before.known and resolved and is_known(after, kind, bool(before.effects))
-    return Scored(effects, after, hold_out(after), known, gained, found)
+    odds = unusual(after) - seen_at_rest(problem.data, after)
+    return Scored(effects, after, hold_out(after), known, gained, found, odds)
 
 
 def is_known(fit: Fit, effect: type[Effect], beside: bool = False) -> bool:
@@ -252,19 +259,6 @@ def score_without(problem: FitProblem, before: Scored, effect: str) -> Scored:
     values = dict(zip(before.fit.likelihood.names, before.fit.values, strict=True))
     start = np.array([values.get(p.name, p.start) for p in likelihood.parameters])
     return score_base(problem, kept, start)
-
-
-def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect]) -> bool:
-    """Whether the samples are near enough to each other to tell the times of an effect that has
-    other parameters besides: far below their distance only a product of both is told.
-    """
-    times = [p.name for p in effect.parameters if p.unit == "s" and p.neutral is None]
-    if not times or len(effect.parameters) < 2 or not data.has_time:
-        return True
-    apart = [float(np.median(np.diff(run.columns["time"]))) for run in data.runs if run.samples > 1]
-    values = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))
-    shortest = UNRESOLVED * float(np.median(apart or [0.0]))
-    return all(values[f"{effect.name}.{name}"] >= shortest for name in times)
 
 
 def score_all(

@@ -33,6 +33,8 @@ SMALLEST_SHOWN = 0.5  # rms of an effect over the floor that makes an error mate
 SIGNIFICANCE = 0.01  # against the best of all candidates in mere noise
 TIE = 8.0  # deviance within which two explanations are not told apart
 TIE_SHARE = 0.02  # the same over what they gain: equations are no better than that
+OTHER_FORM = 0.06  # the same that another form of an equation may make up
+FEW = 2  # names that are tied for that, besides
 
 
 @dataclass(frozen=True)
@@ -95,17 +97,32 @@ def _ties(
         without, instead = base, list(singles)
         if len(added) > 1:
             without = score_without(problem, final, effect)
-            others = [s.added for s in singles if s.added not in final.effects]
-            tried = search(problem, without, others, limit=FITTED)
+            names = [s.added for s in singles if s.added not in final.effects]
+            tried = search(problem, without, names, limit=FITTED)
             instead = [s for s in tried if isinstance(s, Scored)]
-        margin = max(TIE, TIE_SHARE * (criterion(without) - criterion(final)))
-        near = [
-            (s.added, criterion(s) - criterion(final) < margin or _as_good(problem, s, final))
-            for s in sorted(instead, key=criterion)
-            if s.added != effect
-        ]
-        result.append(tuple(name for name, tied in near if tied))
+        others = sorted((s for s in instead if s.added != effect), key=criterion)
+        result.append(_as_near(problem, others, final, criterion(without) - criterion(final)))
     return tuple(result)
+
+
+def _as_near(
+    problem: FitProblem, others: Sequence[Scored], final: Scored, gained: float
+) -> tuple[str, ...]:
+    """Names of models, nearest first, that explain as much as the final one, which gains so much
+    deviance; and of few that would but for the form of an equation. What is unlikely besides
+    its error is none of them.
+    """
+    likely = [s for s in others if s.unusual - final.unusual < TIE]
+    behind = {s.added: criterion(s) - criterion(final) for s in likely}
+    tied = {
+        s.added
+        for s in likely
+        if behind[s.added] < max(TIE, TIE_SHARE * gained) or _as_good(problem, s, final)
+    }
+    for scored in likely:
+        if len(tied) < FEW and scored.plausible and behind[scored.added] < OTHER_FORM * gained:
+            tied.add(scored.added)
+    return tuple(name for name in behind if name in tied)
 
 
 def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:

@@ -17,6 +17,7 @@ from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSegmen
 from model_lab.measurements.measurement_set import INPUTS, OUTPUTS, TIP_POSE, MeasurementSet
 from model_lab.measurements.specimens import require_columns, require_keys
 from softhand_model.bending.balance import SteppedBalance, free_curvature
+from softhand_model.bending.whole_runs import curvature_in_runs
 from softhand_model.chain.segments import SegmentChain
 from softhand_model.effects import Effect
 from softhand_model.effects.load import STANDARD_GRAVITY
@@ -56,7 +57,7 @@ class BaseTorque:
         require_columns(data, INPUTS["base_torque"], "the model of base_torque")
         self._data = data
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         self._segments = SpecimenSegments(data, segments, joints)
         self._pressure = self._rows.column("pressure")
         pose = np.array([self._rows.column(name)[0, :, 0] for name in TIP_POSE])
@@ -92,6 +93,11 @@ class BaseTorque:
     def _free_angles(self, staged: StagedEffects, shape: SectionShape, pressure: Array) -> Array:
         """Free angles (lanes, rows, segments or 1) [rad] at chamber pressures (lanes, rows, 1)."""
         weight = self._segments.weight
+        curvature = curvature_in_runs(staged, pressure, shape, self._rows.runs)
+        if curvature is not None:
+            lengths = weight[:, self._rows.run]
+            shaped = curvature.reshape(*curvature.shape[:2], *lengths.shape[2:])
+            return np.sum(lengths * shaped, axis=-1)
 
         def bend(stepped: SteppedBalance, at: SectionShape, of: Array, *step: Array) -> Array:
             curvature = free_curvature(stepped, step[0], at, step[1])
@@ -222,6 +228,7 @@ def _factor(effects: Sequence[StructureEffect], samples: int) -> Factor | None:
     at_points: tuple[Indices | None, list[StructureEffect]] = None, []
 
     def factor(bend: Array, rest: Array, points: Indices) -> Array:
+        """Factor [-] at bends from rests [rad] of these points."""
         nonlocal at_points
         if at_points[0] is not points:  # which stay for many calls
             at_points = points, [_at_points(effect, points // samples) for effect in scaling]

@@ -11,7 +11,9 @@ from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSectio
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance, bending_load, free_curvature
+from softhand_model.bending.elastic_chain import compiled_effects
 from softhand_model.bending.loaded_finger import Blocked, BlockedSolver
+from softhand_model.bending.whole_runs import force_in_runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
 from softhand_model.effects.stages import SectionShape
@@ -36,7 +38,7 @@ class BlockedTip:
         self._data, self._linear = data, springs == "linear"
         require_columns(data, INPUTS["blocked_tip"], "the model")
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         self._sections = SpecimenSections(data, uniform=False)
         self.strained = self._sections.shape, "pure_shear"
         self._edge = circumference(data, self._sections) / 4.0
@@ -57,10 +59,14 @@ class BlockedTip:
 
     def _force(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:
         """Force (lanes, rows, 1) [N] of the tip at chamber pressures (lanes, rows, 1) [Pa]."""
-        sections = self._sections
+        sections, rows = self._sections, self._rows
         reach = sections.length - sections.x
         blocked = Blocked(reach, sections.weight, staged.tip_compliance())
         fingers = _Fingers(at_modulus(sections.shape, modulus), blocked, self._edge)
+        effects = compiled_effects(staged)
+        if effects is not None and not self._linear and not staged.stiffens:
+            load = bending_load(staged, pressure, fingers.shape.of_rows(rows.run))
+            return force_in_runs(effects, load, fingers.shape, blocked, rows.runs)
 
         def stepping(fingers: _Fingers) -> Step:
             stepped = SteppedBalance(staged)

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from model_lab.aliases import Array, Mask
+from model_lab.aliases import Array, Indices, Mask
 from model_lab.experiments.base_torque import BaseTorque
 from model_lab.experiments.blocked_tip import BlockedTip
 from model_lab.experiments.free_bending import FreeBending
@@ -16,6 +16,7 @@ from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.rubber import Rubber
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
+from model_lab.measurements.held_input import with_jumps
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from softhand_model.bending.balance import grows
 from softhand_model.effects import Effect, Parameter
@@ -105,7 +106,9 @@ class Forward:
         self._free = in_order(effects)
         for effect in [*map(type, self._fixed), *self._free]:
             check_applicable(effect, data, base)
-        self._experiment = experiment_of(data, base, springs, joints)
+        driven, own = with_jumps(data) if data.jumps else (data, None)
+        self._own: Indices | slice = slice(None) if own is None else own
+        self._experiment = experiment_of(driven, base, springs, joints)
         known = self._experiment.calibration([*self._free, *self._fixed])
         self._calibration = {**known, **_named(calibration or {}, known)}
         calibrated = (
@@ -128,7 +131,7 @@ class Forward:
             name: columns.get(name, np.full(1, value)) for name, value in self._calibration.items()
         }
         found = self._experiment.predict(calibration, [*self._fixed, *self.effects_at(values)])
-        return np.broadcast_to(found, (len(values), self.measured.size))
+        return np.broadcast_to(found[:, self._own], (len(values), self.measured.size))
 
     def grows(self, values: Array) -> Mask:
         """Whether the elastic side grows up to a stretch of 4, (lanes,) for values (lanes, k).

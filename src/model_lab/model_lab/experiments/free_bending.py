@@ -13,8 +13,13 @@ from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_
 from model_lab.experiments.specimen_models import SpecimenMemory, SpecimenSections, numbers
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet, Specimen
 from model_lab.measurements.specimens import require_columns, require_keys
-from softhand_model.bending.balance import SteppedBalance, balance, free_curvature
+from softhand_model.bending.balance import (
+    SteppedBalance,
+    balance,
+    free_curvature,
+)
 from softhand_model.bending.loaded_finger import Weight
+from softhand_model.bending.whole_runs import curvature_in_runs
 from softhand_model.effects import Effect
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.effects.pipeline import StagedEffects, at_modulus, remembers
@@ -35,7 +40,7 @@ class FreeBending:
         self._data = data
         require_columns(data, INPUTS["free_bending"], "the model")
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         self._pressure = self._rows.column("pressure")
         self._specimens = [data.specimens[run.specimen] for run in data.runs]
         shares = [_share_of_weight(specimen) for specimen in self._specimens]
@@ -66,6 +71,11 @@ class FreeBending:
     def _angle(self, staged: StagedEffects, modulus: Array, pressure: Array) -> Array:
         """Tip angle (lanes, rows, 1) [rad] at chamber pressures (lanes, rows, 1) [Pa]."""
         finger = self._finger(staged, modulus)
+        if finger.weight is None:
+            curvature = curvature_in_runs(staged, pressure, finger.shape, self._rows.runs)
+            if curvature is not None:
+                weights = finger.weights[:, self._rows.run]
+                return np.sum(weights * curvature, axis=-1, keepdims=True)
 
         def begin() -> Step:
             return finger.stepping(SteppedBalance(staged))

@@ -17,6 +17,8 @@ from model_lab.experiments.uniaxial import SHAPELESS, imposed
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns
 from softhand_model.bending.balance import SteppedBalance
+from softhand_model.bending.elastic_chain import compiled_effects
+from softhand_model.bending.whole_runs import stretch_in_runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 
@@ -38,7 +40,7 @@ class LinearBase:
         self._data, self._output = data, data.outputs[0]
         require_columns(data, INPUTS[data.experiment], "the model")
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         self.strained = SHAPELESS, "linear"
         self._imposed = data.experiment == "uniaxial"
         self._input = (
@@ -89,8 +91,11 @@ class LinearBase:
         rows = self._rows
         pressure = rows.chamber_pressure(staged, self._input)
         load = staged.act_on_load(slope * pressure / modulus, pressure, SHAPELESS)
+        effects = compiled_effects(staged)
         if not staged.elastic:
             return load
+        if effects is not None:
+            return stretch_in_runs(effects, load, SHAPELESS, rows.runs, "linear") - 1.0
 
         def begin() -> Step:
             stepped = SteppedBalance(staged, "linear")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,8 @@ from scipy.interpolate import PchipInterpolator
 
 from model_lab.aliases import Array, Indices
 from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.bending.run_loops import LONG
+from softhand_model.bending.whole_runs import Runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 
@@ -20,7 +22,7 @@ Step = Callable[[Array, Array], Array]
 duration (runs, 1) [s].
 """
 NO_TIME = np.zeros(1)  # [s] of a step that takes none
-LONG = 1e12  # [s] after which everything has settled
+JUMP = 1e-3  # of the usual time between samples: what is nearer belongs to a jump
 ROWS_AT_ONCE = 2048  # so that the numbers of ten lanes stay in the cache
 
 
@@ -58,6 +60,23 @@ class SampleRows:
         self._steady = np.array([run.steady for run in data.runs])[:, None]
         self._axes: dict[str, NDArray[Any]] = {}
 
+    @cached_property
+    def runs(self) -> Runs:
+        """The runs with the times of their steps."""
+        counts = [run.samples for run in self._data.runs]
+        times = [run.columns.get("time", np.zeros(run.samples)) for run in self._data.runs]
+        latest: dict[str, int] = {}
+        before = []
+        for index, run in enumerate(self._data.runs):
+            before.append(-1 if run.virgin else latest.get(run.specimen, -1))
+            latest[run.specimen] = index
+        return Runs(
+            np.concatenate([[0], np.cumsum(counts)]),
+            np.concatenate([np.diff(time, prepend=time[:1]) for time in times]).astype(float),
+            np.array([run.steady for run in self._data.runs]),
+            np.array(before, np.intp),
+        )
+
     def column(self, name: str) -> Array:
         """A column (1, rows, 1)."""
         parts = [np.asarray(run.columns[name], float) for run in self._data.runs]
@@ -92,7 +111,8 @@ class SampleRows:
     def _delayed(self, staged: StagedEffects, reading: Array) -> Array:
         """The reading (lanes, rows, 1) as it was when what shows now was read.
 
-        A run that does not start steady was at 0 one sample before it.
+        A run that does not start steady was at 0 one sample before it. Jumps go from one sample to
+        the next here: which delay suits them best could not be sought otherwise.
         """
         elapsed = self.column("time")
         elapsed = elapsed - elapsed[:, self._starts][:, self.run]
@@ -104,7 +124,9 @@ class SampleRows:
         values = np.insert(reading[0, :, 0], self._starts, first)
         wanted = elapsed - staged.delay(elapsed)
         within = np.clip(wanted[..., 0], -before[self.run], ends[self.run]) + apart[self.run]
-        return np.asarray(PchipInterpolator(known, values)(within))[..., None]
+        steps = np.diff(known, append=np.inf)
+        alone = steps > JUMP * np.median(steps)
+        return np.asarray(PchipInterpolator(known[alone], values[alone])(within))[..., None]
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
         """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""

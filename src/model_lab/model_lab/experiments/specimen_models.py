@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from model_lab.aliases import Array
-from model_lab.experiments.samples import LONG, SampleRows, Step
+from model_lab.experiments.samples import SampleRows, Step
 from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.specimens import require_keys
 from softhand_model.bending.loaded_finger import running_integral
+from softhand_model.bending.run_loops import LONG
 from softhand_model.chain.segments import SegmentChain, cut_chain
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
@@ -41,13 +42,10 @@ class SpecimenMemory:
     before it, and mended in further passes where time has changed these peaks.
     """
 
-    def __init__(self, data: MeasurementSet, rows: SampleRows) -> None:
+    def __init__(self, rows: SampleRows) -> None:
         self._rows = rows
-        self._before: list[int | None] = []
-        latest: dict[str, int] = {}
-        for index, run in enumerate(data.runs):
-            self._before.append(None if run.virgin else latest.get(run.specimen))
-            latest[run.specimen] = index
+        self.runs = rows.runs
+        self._before = rows.runs.before.tolist()
 
     def in_steps(self, begin: Callable[[], Step], staged: StagedEffects, values: Array) -> Array:
         """Outputs (lanes, rows, 1) for inputs (lanes, rows, 1); begin resets and gives the step."""
@@ -81,7 +79,7 @@ class SpecimenMemory:
         for key, end in ends.items():
             start = np.full_like(end, virgin[key])
             for run, before in enumerate(self._before):
-                if before is not None:
+                if before >= 0:
                     start[:, run] = np.maximum(start[:, before], end[:, before])
             starts[key] = start
         return starts

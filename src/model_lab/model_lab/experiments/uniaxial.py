@@ -14,6 +14,8 @@ from model_lab.experiments.samples import NO_TIME, SampleRows, Step, modulus_of_
 from model_lab.experiments.specimen_models import SpecimenMemory
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from model_lab.measurements.specimens import require_columns, require_keys
+from softhand_model.bending.elastic_chain import compiled_effects
+from softhand_model.bending.whole_runs import stress_in_runs
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects, remembers
 from softhand_model.effects.stages import SectionShape, Strain
@@ -32,7 +34,7 @@ class Uniaxial:
         self._data, self._mode = data, mode
         require_columns(data, INPUTS[data.experiment], "the model")
         self._rows = SampleRows(data)
-        self._memory = SpecimenMemory(data, self._rows)
+        self._memory = SpecimenMemory(self._rows)
         for name in dict.fromkeys(run.specimen for run in data.runs):
             require_keys(
                 data, data.specimens[name], ["shear_modulus"], f"the model of {data.experiment}"
@@ -74,5 +76,8 @@ def imposed(staged: StagedEffects, mode: str, memory: SpecimenMemory, strain: Ar
         return step
 
     if remembers(staged.elastic):
+        effects = compiled_effects(staged)
+        if effects is not None:
+            return stress_in_runs(effects, 1.0 + strain, SHAPELESS, memory.runs, mode)
         return memory.in_steps(begin, staged, strain)
     return step(strain, NO_TIME)

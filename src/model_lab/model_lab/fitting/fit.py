@@ -28,6 +28,7 @@ PSEUDO_OBSERVATIONS = 4.0
 GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have in any case
 FAR_OFF = 5.0  # error over the floor from which on it is no noise
 AT_LIMIT = 3e-3  # of the usual range: a parameter this near to a bound lies on it
+ONE_PLACE = 0.01  # of the usual range: searches that meet so near end in the same place
 FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
 DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the same time
 
@@ -209,18 +210,36 @@ def fit(likelihood: Likelihood, starts: Array) -> Fit:
         moved = _improved(likelihood, [points[index] for index in active])
         for index, point in zip(active, moved, strict=True):
             points[index] = point
+        _finish_followers(likelihood.scales, points)
     return _finished(likelihood, min(points, key=lambda point: point.deviance))
 
 
-def _points(likelihood: Likelihood, coordinates: Array) -> list[_Point]:
-    """The model at points (n, k) with its Jacobian, by differences that stay inside the bounds."""
+def _finish_followers(scales: Scales, points: list[_Point]) -> None:
+    """End the search of points that go where a better one is already."""
+    ranked = sorted(points, key=lambda point: point.deviance)
+    for place, point in enumerate(ranked):
+        near = [
+            np.all(np.abs(point.coordinates - other.coordinates) <= ONE_PLACE * scales.width)
+            for other in ranked[:place]
+        ]
+        point.finished = point.finished or any(near)
+
+
+def _points(likelihood: Likelihood, coordinates: Array, known: Array | None = None) -> list[_Point]:
+    """The model at points (n, k) with its Jacobian, by differences that stay inside the bounds.
+
+    known (n, samples): the residual there, if it is.
+    """
     scales = likelihood.scales
     step = DIFFERENCE * scales.width
     step = np.where(coordinates + step > scales.high, -step, step)
-    shifts = np.concatenate([np.zeros((len(step), 1, step.shape[1])), _diagonals(step)], axis=1)
-    lanes = coordinates[:, None] + shifts
+    lanes = coordinates[:, None] + _diagonals(step)
+    if known is None:
+        lanes = np.concatenate([coordinates[:, None], lanes], axis=1)
     residual = likelihood.residuals(scales.outward(lanes.reshape(-1, step.shape[1])))
-    residual = residual.reshape(len(step), step.shape[1] + 1, -1)
+    residual = residual.reshape(*lanes.shape[:2], -1)
+    if known is not None:
+        residual = np.concatenate([known[:, None], residual], axis=1)
     coefficients = likelihood.spectrum.coefficients(residual[:, 0])
     power = likelihood.spectrum.power(coefficients)
     values = scales.outward(coordinates)
@@ -249,18 +268,16 @@ def _improved(likelihood: Likelihood, points: list[_Point]) -> list[_Point]:
     scales = likelihood.scales
     trials = np.stack([_trial_coordinates(likelihood, point) for point in points])
     values = scales.outward(trials.reshape(-1, trials.shape[-1]))
-    power = likelihood.spectrum.power(
-        likelihood.spectrum.coefficients(likelihood.residuals(values))
-    )
+    residual = likelihood.residuals(values)
+    power = likelihood.spectrum.power(likelihood.spectrum.coefficients(residual))
+    residual = residual.reshape(*trials.shape[:2], -1)
     deviance = likelihood.deviance(power, values).reshape(len(points), -1)
     deviance = np.where(np.isfinite(deviance), deviance, np.inf)
     best = np.argmin(deviance, axis=1)
     better = [n for n, point in enumerate(points) if deviance[n, best[n]] < point.deviance]
-    moved = dict(
-        zip(better, _points(likelihood, trials[better, best[better]]), strict=True)
-        if better
-        else ()
-    )
+    chosen = better, best[better]
+    found = _points(likelihood, trials[chosen], residual[chosen]) if better else ()
+    moved = dict(zip(better, found, strict=True))
     return [_next(point, moved.get(n), DAMPINGS[best[n]]) for n, point in enumerate(points)]
 
 

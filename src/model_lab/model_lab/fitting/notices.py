@@ -1,4 +1,4 @@
-"""What is odd about a set whatever the model: scatter, a line, wild samples, a drift.
+"""What is odd about a set whatever the model: scatter, a line, wild samples, a drift, jumps, gaps.
 
 Repeats that scatter excuse a model from what differs between them, a disturbance too. So what their
 scatter looks like is said beside every verdict.
@@ -15,6 +15,7 @@ from scipy.stats import gamma, linregress
 
 from model_lab.aliases import Array, IntArray
 from model_lab.fitting.noise_floor import REPEATS, NoiseFloor
+from model_lab.measurements.held_input import jumps
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import NORMAL_MEDIAN
 from model_lab.measurements.units import display_of
@@ -32,15 +33,17 @@ CHANCE = 1e-4
 WILD = 8.0  # standard deviations by which a sample leaves both its neighbours
 DRIFTED = 1.0  # change of the error's mean over the session, over the noise floor
 FEWEST_RUNS = 6
+GAP = 5.0  # times between samples, over the usual one of their run
 
 
 @dataclass(frozen=True)
 class Notice:
-    """Something odd: `repeats`, `line`, `wild_samples` or `drift`.
+    """Something odd: `repeats`, `line`, `wild_samples`, `drift`, `held_input` or `gaps`.
 
     value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
-    unit of the outputs. size: root mean square, or mean of absolute values, in that unit. text: a
-    clause that says it. x, y: the points that show it; marked: indices of those that stand out.
+    unit of the outputs; number of jumps; longest gap [s]. size: root mean square,
+    or mean of absolute values, in that unit. text: a clause that says it. x, y: the points that
+    show it; marked: indices of those that stand out.
     """
 
     kind: str
@@ -63,6 +66,8 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _line(data, residual),
         _wild(residual, data),
         _drift(data, floor, residual),
+        _held_input(data),
+        _gaps(data),
     )
     return tuple(notice for notice in found if notice is not None)
 
@@ -182,3 +187,34 @@ def _drift(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice |
     text = f"the error drifts by {shown} from the first run to the last"
     size = float(np.sqrt(np.mean(means**2)))
     return Notice("drift", change, size, text, order, means, marked)
+
+
+def _held_input(data: MeasurementSet) -> Notice | None:
+    """An input that is held between samples where it jumps: time constants hang on that."""
+    if not data.jumps:
+        return None
+    places = [jumps(data, run) for run in data.runs]
+    run, marked = max(zip(data.runs, places, strict=True), key=lambda pair: len(pair[1]))
+    text = "the input is held until it jumps: so what was held out is predicted better"
+    count = float(sum(map(len, places)))
+    x, y = run.columns["time"], data.driving(run) / float(np.max(np.abs(data.driving(run))))
+    return Notice("held_input", count, 0.0, text, x, y, marked)
+
+
+def _gaps(data: MeasurementSet) -> Notice | None:
+    """Gaps in the time column, over which what the input did is not known."""
+    if not data.has_time or data.experiment == "valve_pulse":
+        return None
+    steps = [np.diff(run.columns["time"]) for run in data.runs if run.samples >= SHORTEST]
+    gaps = [np.flatnonzero(step > GAP * float(np.median(step))) for step in steps]
+    count = sum(map(len, gaps))
+    if not count:
+        return None
+    found, marked = max(zip(steps, gaps, strict=True), key=lambda pair: len(pair[1]))
+    longest = max(float(step[at].max()) for step, at in zip(steps, gaps, strict=True) if len(at))
+    text = (
+        f"the time column has {count} gap{'s' if count > 1 else ''} of up to {longest:.2g} s: "
+        "memory is followed over them as if the input went straight, so its time constants are "
+        "less sure than their errors say"
+    )
+    return Notice("gaps", longest, 0.0, text, np.arange(len(found), dtype=float), found, marked)

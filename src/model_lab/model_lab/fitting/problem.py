@@ -17,19 +17,21 @@ import numpy as np
 
 from model_lab.aliases import Array, Mask
 from model_lab.experiments.forward import Forward
+from model_lab.fitting.between_samples import with_input_between
 from model_lab.fitting.fit import Fit, Likelihood, fit, held, inverse
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
-from model_lab.fitting.ranges import in_the_range_of
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of
-from softhand_model.effects import Effect
+from softhand_model.effects import Effect, Parameter
+from softhand_model.effects.effect import OUTPUT_UNIT
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
 
 LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
-STEP_SHARES = (1.0, 0.5, 0.0)  # tried; the one that fits the other folds best is taken
+STEP_SHARES = (1.0, 0.5)  # tried beside none; the one that fits the other folds best is taken
 SINGULAR = 1e-8
+SMALLEST = 1e-9  # of a largest value, where nothing was measured
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,14 @@ def pose_problem(
     known = {**classes, **{effect.name: type(effect) for effect in given}}
     known = in_the_range_of(data, known)
     free = [known[effect.name] for effect in given]
-    forward = Forward(data, model.base, free, fixed, joints=model.springs)
+
+    def forward_of(data: MeasurementSet) -> Forward:
+        return Forward(data, model.base, free, fixed, joints=model.springs)
+
+    forward = forward_of(data)
     starts = _as_given(base_starts(forward.parameters), forward.parameters, given)
+    data = with_input_between(data, lambda other: forward_of(other).predict(starts[:1])[0])
+    forward = forward_of(data)
     predicted = forward.predict(starts[:1])[0]
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
@@ -92,6 +100,46 @@ def _as_given(starts: Array, parameters: Sequence[Any], given: Iterable[Effect])
     )
 
 
+# ---------------------------------------------------------------------- usual ranges
+def in_the_range_of(
+    data: MeasurementSet, classes: Mapping[str, type[Effect]]
+) -> dict[str, type[Effect]]:
+    """Classes of effects whose parameters have usual ranges, and units, of this set.
+
+    Those of which no parameter is relative to it stay as they are.
+    """
+    largest = {
+        "pressure": _largest(data, ("pressure",)),
+        "output": _largest(data, data.outputs),
+    }
+    return {name: _placed(effect, largest, data.unit) for name, effect in classes.items()}
+
+
+def _largest(data: MeasurementSet, names: tuple[str, ...]) -> float:
+    """Largest size of these columns over the set."""
+    columns = [run.columns[name] for run in data.runs for name in names if name in run.columns]
+    return max((float(np.max(np.abs(column))) for column in columns), default=0.0) or SMALLEST
+
+
+def _placed(effect: type[Effect], largest: Mapping[str, float], unit: str) -> type[Effect]:
+    if not any(parameter.relative for parameter in effect.parameters):
+        return effect
+    placed = tuple(_in_range(parameter, largest, unit) for parameter in effect.parameters)
+    return type(effect.__name__, (effect,), {"parameters": placed, "__doc__": effect.__doc__})
+
+
+def _in_range(parameter: Parameter, largest: Mapping[str, float], unit: str) -> Parameter:
+    if parameter.relative is None:
+        return parameter
+    of, *shares = parameter.relative
+    low, high = np.clip(np.array(shares) * largest[of], parameter.low, parameter.high).tolist()
+    if not low < high:
+        return parameter
+    shown = parameter.unit.replace(OUTPUT_UNIT, unit)
+    return replace(parameter, unit=shown, typical=(low, high), relative=None)
+
+
+# ---------------------------------------------------------------------- floor and starts
 def with_lower_floor(problem: FitProblem, better: Fit) -> FitProblem | None:
     """The problem with the floor below a better model, where that is clearly lower.
 
@@ -110,6 +158,7 @@ def base_starts(parameters: Sequence[Any]) -> Array:
     return np.stack([np.where(scales, factor * start, start) for factor in (1.0, 0.9, 1.1)])
 
 
+# ---------------------------------------------------------------------- held out
 @dataclass(frozen=True)
 class HeldOut:
     """Held-out residual (samples,), and for each fold its mean square (folds,)."""
@@ -130,54 +179,62 @@ def hold_out(fit: Fit) -> HeldOut:
     count = np.maximum(np.bincount(fold_of, minlength=folds), 1)
     if not len(fit.values):
         return HeldOut(fit.residual, np.bincount(fold_of, fit.residual**2, folds) / count)
-    found = [_held_out(fit, weighted) for weighted in (False, True)]
+    found = _held_out(fit)
     residual = min(found, key=lambda rest: float(np.sum(rest**2)))
     return HeldOut(residual, np.bincount(fold_of, residual**2, folds) / count)
 
 
-def _held_out(fit: Fit, weighted: bool) -> Array:
-    """Held-out residual (samples,) by steps with, or without, the weights of banded noise."""
+def _held_out(fit: Fit) -> tuple[Array, Array]:
+    """Held-out residuals (samples,) by steps without, and with, the weights of banded noise."""
     table = fit.likelihood.spectrum.table
     fold_of, folds = table.fold, len(table.folds)
-    values = np.stack([_values_without(fit, fold_of != fold, weighted) for fold in range(folds)])
-    residuals = fit.likelihood.residuals(values.reshape(-1, len(fit.values)))
-    residuals = residuals.reshape(folds, len(STEP_SHARES), -1)
-    residual = np.empty_like(fit.residual)
+    systems = [_equations(fit, weighted) for weighted in (False, True)]
+    values = np.concatenate(
+        [_values_without(fit, systems, fold_of != fold) for fold in range(folds)]
+    )
+    residuals = fit.likelihood.residuals(values).reshape(folds, len(STEP_SHARES) + 1, -1)
+    plain, weighted = np.empty_like(fit.residual), np.empty_like(fit.residual)
     for fold in range(folds):
         mine = fold_of == fold
-        errors = np.mean(residuals[fold][:, ~mine] ** 2, axis=1)
-        chosen = 0 if weighted else int(np.argmin(errors))
-        residual[mine] = residuals[fold, chosen, mine]
-    return residual
+        tried = np.concatenate([residuals[fold, :-1], fit.residual[None]])
+        errors = np.mean(tried[:, ~mine] ** 2, axis=1)
+        plain[mine] = tried[int(np.argmin(errors)), mine]
+        weighted[mine] = residuals[fold, -1, mine]
+    return plain, weighted
 
 
-def _values_without(fit: Fit, kept: Mask, weighted: bool) -> Array:
-    """Parameters (shares, k) fitted to the kept samples, by shares of one step."""
-    likelihood, scales = fit.likelihood, fit.likelihood.scales
-    rows, rest = _equations(fit, kept, weighted)
-    prior = 1.0 / likelihood.prior**2
-    normal = rows.T @ rows + np.diag(prior)
-    gradient = rows.T @ rest - prior * (fit.values - 1.0)
+def _values_without(fit: Fit, systems: Sequence[tuple[Array, Array]], kept: Mask) -> Array:
+    """Parameters (n, k) fitted to the kept samples: by shares of the step without weights, and by
+    the step with them. systems: the equations of both.
+    """
+    scales = fit.likelihood.scales
     center = scales.inward(fit.values)
-    free = ~held(scales, center, gradient)
-    move = np.zeros(len(gradient))
-    if free.any():
-        system = normal[np.ix_(free, free)]
-        move[free] = inverse(system, SINGULAR) @ gradient[free]
-    step = np.clip(move, -scales.width, scales.width)
-    tried = np.stack([center + share * step for share in STEP_SHARES])
+    plain, weighted = (_step(fit, center, rows[kept], rest[kept]) for rows, rest in systems)
+    tried = center + np.stack([*(share * plain for share in STEP_SHARES), weighted])
     return scales.outward(np.clip(tried, scales.low, scales.high))
 
 
-def _equations(fit: Fit, kept: Mask, weighted: bool) -> tuple[Array, Array]:
-    """Jacobian (n, k) and residual (n,) of what is kept, over their errors.
+def _step(fit: Fit, center: Array, rows: Array, rest: Array) -> Array:
+    """Step (k,) of Gauss and Newton by these equations."""
+    scales = fit.likelihood.scales
+    prior = 1.0 / fit.likelihood.prior**2
+    normal = rows.T @ rows + np.diag(prior)
+    gradient = rows.T @ rest - prior * (fit.values - 1.0)
+    free = ~held(scales, center, gradient)
+    move = np.zeros(len(gradient))
+    if free.any():
+        move[free] = inverse(normal[np.ix_(free, free)], SINGULAR) @ gradient[free]
+    return np.clip(move, -scales.width, scales.width)
 
-    A fold is whole series, and so are its coefficients.
+
+def _equations(fit: Fit, weighted: bool) -> tuple[Array, Array]:
+    """Jacobian (samples, k) and residual (samples,) over their errors; with weights those of the
+    coefficients, of which each fold has its own, as it is whole series.
     """
     if not weighted:
         scale = fit.rmse or 1.0
-        return fit.jacobian[kept] / scale, fit.residual[kept] / scale
+        return fit.jacobian / scale, fit.residual / scale
     spectrum = fit.likelihood.spectrum
-    errors = np.sqrt(fit.variance)[spectrum.bands][kept]
-    rows = spectrum.coefficients(np.ascontiguousarray(fit.jacobian.T)).T[kept]
-    return rows / errors[:, None], fit.coefficients[kept] / errors
+    errors = np.sqrt(fit.variance)[spectrum.bands]
+    rows = spectrum.coefficients(np.ascontiguousarray(fit.jacobian.T)).T
+    return rows / errors[:, None], fit.coefficients / errors

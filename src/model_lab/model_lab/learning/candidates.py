@@ -109,6 +109,10 @@ class Scene:
             return None
         if stage == "structure" and experiment == "blocked_tip":
             return None
+        if self.data.stretched and (stage, against) == ("output", "pressure"):
+            return None  # a load cell does not know the stretch
+        if stage == "elastic" and self.base == "linear" and not imposed:
+            return None  # of an actuator of unknown inside that is one with output against output
         bends = experiment == "free_bending" and self.base == "pneuflex"
         if bends and (stage, form, against) == ("output", "factor", "pressure"):
             return None  # one with that of the structure, which needs no sensor to know pressures

@@ -25,6 +25,12 @@ COURSE_AXES |= {"time_in_run": "time"}
 NAMED_AXES = ("mount", "specimen")
 RUN_AXES = ("run_order", "temperature", "wall", *NAMED_AXES)
 ODD, RARE = 20.0, 6.0  # surprise
+MOST_CURVES = 3  # of a model, each in a file of its own
+FLATTENS, SETS_IN, GROWS = "flattens", "sets_in", "grows"
+STATIC = {(stage, "pressure") for stage in ("input", "load", "elastic")}
+STATIC |= {(stage, "output") for stage in ("elastic", "output")}
+Kind = tuple[str, str]
+"""A stage and an axis."""
 NOUNS = {
     "pressure_rate": "rate",
     "direction": "direction (-1 falls, 0 rests, 1 rises)",
@@ -92,15 +98,31 @@ class Shape:
         return "time_since_step" if self.against == "time_in_run" else self.against
 
     @property
-    def surprise(self) -> float:
-        """How unlikely such an effect is beforehand, as minus twice a log likelihood.
+    def kind(self) -> Kind:
+        """Where it acts, and against what."""
+        return self.stage, self.against
 
-        It only decides between curves that the data do not tell apart.
+    def surprise_of(self, answer: str) -> float:
+        """How unlikely such an effect is beforehand, as minus twice a log likelihood, if it changes
+        what is predicted like this.
+
+        It only decides between curves that the data do not tell apart: where the output is nearly
+        in proportion to the input, sensors flatten, valves and gauges set in, rubber stiffens.
         """
         if self.stage == "output" and self.against in ("pressure", "wall"):
             return ODD  # a sensor knows neither
-        if self.stage == "output" and self.against == "output" and self.experiment not in BENDING:
-            return ODD  # a bar is pulled for the sake of its rubber
+        if self.experiment not in BENDING and self.axis == "time_since_step":
+            return (
+                ODD  # in one pull that is what the stretch is, and a bar is pulled for its rubber
+            )
+        if self.base == "linear":  # an actuator that is not linear is likelier than its sensor
+            return ODD if self.kind == ("output", "output") else 0.0
+        if self.kind in STATIC and self.experiment != "free_bending":
+            usual = {FLATTENS: "output", SETS_IN: "input"}.get(answer, "load")
+            if self.experiment not in BENDING:  # a sheet is tested in modes for its rubber's sake
+                late = answer == FLATTENS and self.experiment != "rubber"
+                usual = "output" if late else "elastic"
+            return 0.0 if self.stage == usual else ODD
         return RARE if self.stage == "structure" else 0.0
 
     @property
@@ -247,9 +269,19 @@ def _place(shape: Shape, stage: str, given: str) -> str:
     return "pressure" if shape.against == "pressure" else given
 
 
+def files_of(path: Path, count: int = MOST_CURVES) -> list[Path]:
+    """Files of so many curves: the one that was asked for, and those beside it.
+
+    >>> [file.name for file in files_of(Path("seen.py"), 2)]
+    ['seen.py', 'seen_2.py']
+    """
+    return [path, *(path.with_stem(f"{path.stem}_{n}") for n in range(2, count + 1))]
+
+
 def check_name(path: Path, force: bool) -> None:
-    """Raise ValueError unless an effect of that file's name could be written and loaded."""
-    check_new(path, force, (".py",))
+    """Raise ValueError unless effects of that file's name could be written and loaded."""
+    for file in files_of(path):
+        check_new(file, force, (".py",))
     if not path.stem.isidentifier() or keyword.iskeyword(path.stem):
         raise ValueError(f"{path}: expected a name that Python can have, got {path.stem}")
     if path.stem in effect_classes():

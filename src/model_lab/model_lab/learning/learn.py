@@ -1,12 +1,13 @@
 """Learning what is missing: candidates screened, the best fitted as a whole, and judged held out.
 
 A candidate is a curve at a stage against an axis, of few values that are fitted together with the
-calibration and the model's effects by the lab's own fit.
+calibration and the model's effects by the lab's own fit. Real things lack more than one effect, so
+as long as much is left another curve is learned beside the first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,47 +20,68 @@ from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
 from model_lab.learning.candidates import Scene
-from model_lab.learning.effect_file import Shape, effect_of
+from model_lab.learning.effect_file import (
+    FLATTENS,
+    GROWS,
+    MOST_CURVES,
+    ODD,
+    SETS_IN,
+    Kind,
+    Shape,
+    effect_of,
+)
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model
 
 NAME = "learned"
+ENOUGH = 1.5  # held-out error over the floor, up to which no other curve is looked for
 COARSE = 5  # knots at first
 KNOTS = (3, 5, 8, 12)  # tried for the best
 NEAR = 1.5  # held-out error over the best one's, up to which they are
-SAMPLES, OF_A_RUN = 12000, 250  # that are searched, at least so many of each run
-FITTED = 8  # candidates that are fitted as a whole
+SAMPLES, OF_A_RUN = 6000, 150  # that are searched, at least so many of each run
+FITTED, BESIDE = 8, 4  # candidates that are fitted as a whole: of a first curve, of others
 GOOD = 1.4  # held-out error over the best one's, up to which the simplest curve is chosen
+THIRDS = (0.05, 0.35), (0.35, 0.65), (0.65, 1.1)  # of the largest prediction
 ALIKE = 1.05  # held-out error over that of the chosen one, up to which another is tied
-REMOVED = 0.5  # share of the excess error that a curve must remove
+BELOW = 0.7  # of the floor, within which errors do not tell curves apart
+REMOVED = 0.5  # share of the excess mean square error that a curve must remove
+EVENLY = 0.5  # share of knots that lie evenly, over that of those where a curve bends
+MOVED = 2  # times that knots are moved to where a curve bends
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A curve that was fitted with everything else."""
+    """A curve that was fitted with everything else; answer: of `answer_of`."""
 
+    name: str
     shape: Shape
     scored: Scored
     error: float
+    answer: str = ""
 
     @property
     def values(self) -> Array:
         """Values (k,) of the curve."""
-        return self.scored.fit.values[self.scored.parameters_of(NAME)]
+        return self.scored.fit.values[self.scored.parameters_of(self.name)]
 
     @property
     def cost(self) -> float:
         """Minus twice the log likelihood, what its parameters cost (Schwarz), and its surprise."""
         found = self.scored.fit
         complexity = np.log(found.residual.size) * len(found.values)
-        return float(found.deviance + complexity + self.shape.surprise)
+        return float(found.deviance + complexity + self.surprise)
+
+    @property
+    def surprise(self) -> float:
+        """How unlikely such an effect is beforehand."""
+        return self.shape.surprise_of(self.answer)
 
     @property
     def covariance(self) -> Array:
         """Of these values (k, k)."""
-        mine = self.scored.parameters_of(NAME)
+        mine = self.scored.parameters_of(self.name)
         found = self.scored.fit
         scale = np.where(found.likelihood.scales.logarithmic[mine], self.values, 1.0)
         return np.asarray(found.covariance[np.ix_(mine, mine)] * np.outer(scale, scale))
@@ -72,17 +94,38 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Learning:
-    """What was learned: the chosen curve, none with a `reason`, and the others, best first."""
+    """What was learned: the chosen curve, none with a `reason`, and the others, best first.
+
+    further: curves that were learned beside it, each as fitted together with those before.
+    """
 
     problem: FitProblem
     base: Scored
     chosen: Candidate | None
     others: tuple[Candidate, ...]
     reason: str
+    further: tuple[Candidate, ...] = ()
+
+    @property
+    def curves(self) -> tuple[Candidate, ...]:
+        """All that was learned, as fitted together."""
+        found = (self.chosen, *self.further) if self.chosen is not None else ()
+        return tuple(replace(one, scored=found[-1].scored) for one in found)
+
+    @property
+    def kinds(self) -> frozenset[Kind]:
+        """Stages and axes of what was learned, and of what cannot be told from it."""
+        tied = (one for one in self.others if self.is_tied(one))
+        return frozenset(one.shape.kind for one in (*self.curves, *tied))
+
+    @property
+    def final(self) -> Scored:
+        """The model with all that was learned."""
+        return self.curves[-1].scored if self.chosen is not None else self.base
 
     def is_tied(self, other: Candidate) -> bool:
         """Whether the data cannot tell another curve from the chosen one."""
-        return self.chosen is not None and other.error <= ALIKE * self.chosen.error
+        return self.chosen is not None and _alike(self.problem, self.chosen, other)
 
 
 def learn(
@@ -93,67 +136,106 @@ def learn(
 ) -> Learning:
     """Learn the curve that is missing in a model, if one helps on held-out data.
 
-    Raises ValueError for data that the model cannot use.
+    Raises ValueError for data that the model cannot use, and of several outputs.
     """
+    if len(data.outputs) > 1:
+        raise ValueError(
+            f"experiment: expected one with a single output to learn from, got {data.experiment}, "
+            f"which has {', '.join(data.outputs)}; `diagnose` names known effects in it"
+        )
     tell("fitting the model as it is", 0, 0)
     searched = thinned(data, SAMPLES, OF_A_RUN)
     problem, given = pose_problem(searched, model, classes or effect_classes())
     names = [effect.name for effect in given]
     base = score_base(problem, names)
-    found = _searched(problem, base, tell)
+    found = _searched(problem, base, NAME, tell)
     lower = with_lower_floor(problem, found[0].scored.fit) if found else None
     if lower is not None:
-        problem = lower
-        base = score_base(problem, names)
-        found = _searched(problem, base, tell)
-    return _judged(problem, base, found)
+        problem, base = lower, score_base(lower, names)
+        found = _in_order(problem, [_fitted(problem, base, one.shape, one) for one in found])
+    return _with_further(_judged(problem, base, found), tell)
 
 
-def _searched(problem: FitProblem, base: Scored, tell: Tell) -> list[Candidate]:
-    """Candidates fitted as a whole, the best first."""
+def _with_further(learning: Learning, tell: Tell) -> Learning:
+    """What was learned, with another curve as long as much is left and one takes half of that."""
+    problem = learning.problem
+    while learning.chosen is not None and len(learning.curves) < MOST_CURVES:
+        last = learning.curves[-1]
+        if last.scored.held_out.rmse <= ENOUGH * problem.floor.total:
+            break
+        problem = _with(problem, last.shape, last.name)
+        name = f"{NAME}_{len(learning.curves) + 1}"
+        found = _searched(problem, last.scored, name, tell, learning.kinds)
+        helping = _helping(problem, last.scored, found)
+        if not helping:
+            break
+        learning = replace(learning, further=(*learning.further, helping[0]))
+    return learning
+
+
+def _searched(
+    problem: FitProblem, base: Scored, name: str, tell: Tell, known: Set[Kind] = frozenset()
+) -> list[Candidate]:
+    """Candidates fitted as a whole, the best first; beside known ones no others of their kinds, and
+    no odd ones.
+    """
     if not material(problem, base):
         return []
     scene = Scene.of(problem, base.fit)
     shapes = list(scene.shapes(COARSE))
+    if known:
+        shapes = [s for s in shapes if s.kind not in known and s.surprise_of(GROWS) < ODD]
     promise = []
     for number, shape in enumerate(shapes, 1):
         tell(f"trying {_words(shape)}", number, len(shapes))
-        promise.append(_promise(problem, base, shape))
+        promise.append(_promise(problem, base, shape, name))
     order = sorted(range(len(shapes)), key=lambda n: promise[n])
-    chosen = order[:FITTED]
+    chosen = order[: BESIDE if known else FITTED]
     found = []
     for number, index in enumerate(chosen, 1):
         tell(f"fitting {_words(shapes[index])}", number, len(chosen))
-        found.append(_coarse(problem, base, shapes[index]))
+        found.append(_coarse(problem, base, shapes[index], name))
     best = min((one.error for one in found), default=0.0)
     near = [one for one in found if one.error <= NEAR * best]
     for number, one in enumerate(near, 1):
         tell(f"refining {_words(one.shape)}", number, len(near))
         found[found.index(one)] = _refined(problem, base, scene, one)
-    return _in_order(found)
+    return _in_order(problem, found)
 
 
-def _in_order(found: list[Candidate]) -> list[Candidate]:
-    """The simplest of those that predict well, then the others by their error."""
+def _alike(problem: FitProblem, first: Candidate, other: Candidate) -> bool:
+    """Whether another curve predicts as well as one; below the floor all do."""
+    return other.error <= max(ALIKE * first.error, BELOW * problem.floor.total)
+
+
+def _in_order(problem: FitProblem, found: list[Candidate]) -> list[Candidate]:
+    """The simplest of those that predict well, then the others by their error; an odd one comes
+    first only where the data tell it from the others.
+    """
     best = min((one.error for one in found), default=0.0)
-    good = [one for one in found if one.error <= GOOD * best]
-    others = [one for one in found if one.error > GOOD * best]
-    return sorted(good, key=lambda one: one.cost) + sorted(others, key=lambda one: one.error)
+    limit = max(GOOD * best, BELOW * problem.floor.total)
+    good = sorted((one for one in found if one.error <= limit), key=lambda one: one.cost)
+    others = sorted((one for one in found if one.error > limit), key=lambda one: one.error)
+    if good:
+        tied = [one for one in good if _alike(problem, good[0], one)]
+        first = next((one for one in tied if one.surprise < ODD), good[0])
+        good = [first, *(one for one in good if one is not first)]
+    return good + others
 
 
 def _words(shape: Shape) -> str:
     return f"{shape.form} of {shape.stage} against {shape.against}"
 
 
-def _with(problem: FitProblem, shape: Shape) -> FitProblem:
-    """The problem in which the name of the learned effect stands for a shape."""
-    return replace(problem, classes={**problem.classes, NAME: effect_of(shape, NAME)})
+def _with(problem: FitProblem, shape: Shape, name: str) -> FitProblem:
+    """The problem in which the name of a learned effect stands for a shape."""
+    return replace(problem, classes={**problem.classes, name: effect_of(shape, name)})
 
 
-def _promise(problem: FitProblem, base: Scored, shape: Shape) -> float:
+def _promise(problem: FitProblem, base: Scored, shape: Shape, name: str) -> float:
     """Held-out error that a curve promises when its answer is taken as linear."""
-    likelihood = _with(problem, shape).likelihood((*base.effects, NAME))
-    start, mine = _start(likelihood.parameters, base)
+    likelihood = _with(problem, shape, name).likelihood((*base.effects, name))
+    start, mine = _start(likelihood.parameters, base, name)
     scales = likelihood.scales
     center = scales.inward(start)
     step = 0.2 * scales.width[mine]
@@ -171,33 +253,56 @@ def _promise(problem: FitProblem, base: Scored, shape: Shape) -> float:
     return float(np.sqrt(np.mean(left**2)))
 
 
-def _start(parameters: Sequence[FreeParameter], known: Scored) -> tuple[Array, list[int]]:
+def _start(
+    parameters: Sequence[FreeParameter], known: Scored, name: str
+) -> tuple[Array, list[int]]:
     """Values (k,) of parameters as they are known, and which of them are the curve's."""
     fitted = dict(zip(known.fit.likelihood.names, known.fit.values.tolist(), strict=True))
     start = np.array([fitted.get(p.name, p.start) for p in parameters])
-    return start, [index for index, p in enumerate(parameters) if p.effect == NAME]
+    return start, [index for index, p in enumerate(parameters) if p.effect == name]
 
 
-def _coarse(problem: FitProblem, base: Scored, shape: Shape) -> Candidate:
+def _coarse(problem: FitProblem, base: Scored, shape: Shape, name: str) -> Candidate:
     """The model with a curve of few knots, by least squares: banded noise would take a large error
     for slow noise.
     """
-    likelihood = _with(problem, shape).likelihood((*base.effects, NAME))
-    start, _ = _start(likelihood.parameters, base)
-    return _candidate(problem, base, shape, fit(_squares(problem, likelihood), start[None]))
+    likelihood = _with(problem, shape, name).likelihood((*base.effects, name))
+    start, _ = _start(likelihood.parameters, base, name)
+    return _candidate(problem, base, shape, name, fit(_squares(problem, likelihood), start[None]))
 
 
 def _fitted(problem: FitProblem, base: Scored, shape: Shape, before: Candidate) -> Candidate:
     """The model with a curve, from one of other knots."""
-    likelihood = _with(problem, shape).likelihood((*base.effects, NAME))
-    start, mine = _start(likelihood.parameters, before.scored)
+    name = before.name
+    likelihood = _with(problem, shape, name).likelihood((*base.effects, name))
+    start, mine = _start(likelihood.parameters, before.scored, name)
     start[mine] = _resampled(before, shape)
-    return _candidate(problem, base, shape, fit(likelihood, start[None]))
+    return _candidate(problem, base, shape, name, fit(likelihood, start[None]))
 
 
-def _candidate(problem: FitProblem, base: Scored, shape: Shape, found: Fit) -> Candidate:
-    scored = Scored((*base.effects, NAME), found, hold_out(found))
-    return Candidate(shape, scored, error_of(problem, scored))
+def _candidate(problem: FitProblem, base: Scored, shape: Shape, name: str, found: Fit) -> Candidate:
+    scored = Scored((*base.effects, name), found, hold_out(found))
+    answer = answer_of(problem.data.table.value, base.fit.residual, found.residual)
+    return Candidate(name, shape, scored, error_of(problem, scored), answer)
+
+
+def answer_of(measured: Array, before: Array, after: Array) -> str:
+    """How a curve changes what a model predicts from small to large: `flattens` (the more the
+    larger), `sets_in` (it rises most at the small ones) or `grows`, as anything else.
+
+    measured (samples,), and residuals (samples,) before and after.
+    """
+    plain = measured - before
+    share = np.abs(plain) / (np.abs(plain).max() or 1.0)
+    gains = []
+    for low, high in THIRDS:
+        mine = (share >= low) & (share < high)
+        square = float(plain[mine] @ plain[mine])
+        gains.append(float(plain[mine] @ (measured - after)[mine]) / square if square else 1.0)
+    small, middle, large = gains
+    if middle - large > abs(small - middle):
+        return FLATTENS
+    return SETS_IN if middle - small > abs(large - middle) else GROWS
 
 
 def _squares(problem: FitProblem, likelihood: Likelihood) -> Likelihood:
@@ -215,7 +320,10 @@ def _resampled(before: Candidate, shape: Shape) -> Array:
 
 
 def _refined(problem: FitProblem, base: Scored, scene: Scene, found: Candidate) -> Candidate:
-    """The candidate with as many knots as the data call for: the simplest curve that does."""
+    """The candidate with as many knots as the data call for: the simplest curve that does.
+
+    One that calls for the most is tried with its knots where it bends.
+    """
     best: Candidate | None = None
     last = found
     for knots in KNOTS:
@@ -225,17 +333,46 @@ def _refined(problem: FitProblem, base: Scored, scene: Scene, found: Candidate) 
         last = _fitted(problem, base, shape, last)
         if best is None or last.cost < best.cost:
             best = last
+    for _ in range(MOVED):
+        if best is None or len(best.shape.places) < KNOTS[-1]:
+            break
+        moved = replace(best.shape, places=where_it_bends(best.shape.places, best.values))
+        last = _fitted(problem, base, moved, best)
+        if last.cost >= best.cost:
+            break
+        best = last
     return best or found
+
+
+def where_it_bends(places: Sequence[float], values: Array) -> tuple[float, ...]:
+    """As many places between the same ends, closer where a curve bends.
+
+    >>> [round(x, 1) for x in where_it_bends((0, 1, 2, 3, 4), np.array([0.0, 0.0, 0.0, 1.0, 1.0]))]
+    [0.0, 1.5, 2.2, 2.8, 4.0]
+    """
+    at = np.asarray(places, float)
+    slope = np.diff(values) / np.diff(at)
+    bend = np.abs(np.diff(slope)) / (0.5 * (at[2:] - at[:-2]))
+    density = np.sqrt(np.interp(0.5 * (at[1:] + at[:-1]), at[1:-1], bend))
+    density = density + EVENLY * (density @ np.diff(at) / np.ptp(at) or 1.0)
+    so_far = np.concatenate([[0.0], np.cumsum(density * np.diff(at))])
+    even = np.linspace(0.0, so_far[-1], len(at))
+    return tuple(np.interp(even, so_far, at).tolist())
+
+
+def _helping(problem: FitProblem, before: Scored, found: Sequence[Candidate]) -> list[Candidate]:
+    """Curves that take off enough of a model's error."""
+    allowed = (1.0 - REMOVED) * excess(problem, before) ** 2
+    return [one for one in found if excess(problem, one.scored) ** 2 <= allowed]
 
 
 def _judged(problem: FitProblem, base: Scored, found: list[Candidate]) -> Learning:
     """The first candidate that takes off enough of the error, or the reason why there is none."""
-    allowed = (1.0 - REMOVED) * excess(problem, base)
-    helping = [one for one in found if excess(problem, one.scored) <= allowed]
+    helping = _helping(problem, base, found)
     if material(problem, base) and helping:
         others = tuple(one for one in found if one is not helping[0])
         return Learning(problem, base, helping[0], others, "")
-    reason = "no curve takes off half of the error on held-out data"
+    reason = "no curve takes off half of the mean square error on held-out data"
     if not material(problem, base):
         reason = f"the model is adequate: its held-out error is within {MATERIAL:g} times the floor"
     return Learning(problem, base, None, tuple(found), reason)

@@ -41,8 +41,12 @@ def _weights(candidate: Candidate, places: Array) -> Array:
 
 
 def learning_json(learning: Learning) -> dict[str, Any]:
-    """What `--json` writes."""
-    chosen, problem = learning.chosen, learning.problem
+    """What `--json` writes.
+
+    rmse_after is the error with all that was learned; `further` are the curves beside the first,
+    with the error that each has left.
+    """
+    problem = learning.problem
     common = {
         "format": FORMAT,
         "experiment": problem.data.experiment,
@@ -52,19 +56,39 @@ def learning_json(learning: Learning) -> dict[str, Any]:
         "noise_floor": problem.floor.total,
     }
     alternatives = [_alternative(learning, one) for one in learning.others]
-    if chosen is None:
+    if not learning.curves:
         after = {"rmse_after": learning.base.held_out.rmse, "reason": learning.reason}
-        return common | {"stage": None, **after, "curve": [], "alternatives": alternatives}
-    shape = chosen.shape
-    return common | {
+        return (
+            common
+            | {"stage": None, **after, "curve": []}
+            | {
+                "further": [],
+                "alternatives": alternatives,
+            }
+        )
+    first, *others = map(_curve, learning.curves)
+    left = [one.scored.held_out.rmse for one in learning.further]
+    further = [one | {"rmse_after": error} for one, error in zip(others, left, strict=True)]
+    return (
+        common
+        | first
+        | {
+            "rmse_after": learning.final.held_out.rmse,
+            "further": further,
+            "alternatives": alternatives,
+        }
+    )
+
+
+def _curve(candidate: Candidate) -> dict[str, Any]:
+    shape = candidate.shape
+    return {
         "stage": shape.stage,
         "form": shape.form,
         "against": shape.axis,
         "abscissa": shape.abscissa,
-        "curve": curve_points(chosen),
+        "curve": curve_points(candidate),
         "unit": {"factor": "", "lag": "s"}.get(shape.form, shape.unit),
-        "rmse_after": chosen.scored.held_out.rmse,
-        "alternatives": alternatives,
     }
 
 

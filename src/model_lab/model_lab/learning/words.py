@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from model_lab.learning.effect_file import Shape
@@ -21,20 +22,33 @@ def verdict(learning: Learning) -> str:
         )
     chosen = learning.chosen
     after = shown(chosen.scored.held_out.rmse)
-    first = (
+    said = [
         f"{chosen.shape.title[:-1]}: with it the held-out error falls from {before} to {after}, "
         f"at a noise floor of {floor}."
-    )
+    ]
     tied = [words_of(one.shape) for one in learning.others if learning.is_tied(one)]
-    if not tied:
-        return first
-    return f"{first} These data cannot tell it from: {'; '.join(tied)}."
+    if tied:
+        said.append(f"These data cannot tell it from: {'; '.join(tied)}.")
+    for one in learning.further:
+        left = shown(one.scored.held_out.rmse)
+        said.append(f"Beside it: {_small(one.shape.title[:-1])}, which leaves {left}.")
+    return " ".join(said)
+
+
+def _small(sentence: str) -> str:
+    return sentence[0].lower() + sentence[1:]
 
 
 def words_of(shape: Shape) -> str:
     """A candidate in few words."""
-    noun = "output" if shape.against == "output" else shape.against.replace("_", " ")
-    return f"{shape.form} at the stage {shape.stage} against the {noun}"
+    return f"{shape.form} at the stage {shape.stage} against the {_axis_of(shape)}"
+
+
+def _axis_of(shape: Shape) -> str:
+    """What a curve is a function of: for the input, the input of this experiment."""
+    if shape.against == "pressure":
+        return shape.abscissa.partition(" [")[0]
+    return shape.against.replace("_", " ")
 
 
 def curve_rows(candidate: Candidate) -> list[list[str]]:
@@ -54,13 +68,19 @@ def alternative_rows(learning: Learning) -> list[list[str]]:
     for one in every[:MOST]:
         note = "chosen" if one is learning.chosen else "tied" if learning.is_tied(one) else ""
         shape = one.shape
-        rows.append([shape.stage, shape.form, shape.against, shown(one.scored.held_out.rmse), note])
+        error = shown(one.scored.held_out.rmse)
+        rows.append([shape.stage, shape.form, _axis_of(shape), error, note])
     return rows
 
 
-def next_step(data: Path, model: str, out: Path) -> str:
-    """The command that adds what was learned."""
-    return (
-        f"model-lab add {out.stem} --effects {out} --data {data} --model {model} --out "
-        f"{out.with_suffix('.yaml')}"
-    )
+def next_steps(data: Path, model: str, files: Sequence[Path]) -> list[str]:
+    """The commands that add what was learned, one after the other."""
+    steps, allow = [], ""
+    for file in files:
+        new = file.with_suffix(".yaml")
+        steps.append(
+            f"model-lab add {file.stem} --effects {file} --data {data} --model {model}{allow} "
+            f"--out {new}"
+        )
+        model, allow = str(new), " --allow-effect-files"
+    return steps

@@ -97,7 +97,8 @@ class MeasurementSet:
     """A measurement set; `noise` holds one sigma by output column in SI units, as far as stated.
 
     free_modulus: whether the shear modulus is what is measured, so that no 15 % bound it; always so
-    in the experiment `rubber`.
+    in the experiment `rubber`. jumps: whether the input is held between samples where its course
+    jumps (`measurements.held_input`), instead of going in straight lines.
     """
 
     experiment: str
@@ -107,6 +108,7 @@ class MeasurementSet:
     noise: Mapping[str, float] = field(default_factory=dict)
     folder: Path = Path()
     free_modulus: bool = False
+    jumps: bool = False
 
     def __post_init__(self) -> None:
         if self.experiment == "rubber":

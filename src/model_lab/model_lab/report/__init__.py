@@ -1,5 +1,5 @@
-"""The report of a diagnosis: one HTML page that needs nothing else."""
+"""Reports of a diagnosis and of a learned curve: HTML pages that need nothing else."""
 
-from model_lab.report.page import write_report
+from model_lab.report.page import write_learned, write_report
 
-__all__ = ["write_report"]
+__all__ = ["write_learned", "write_report"]

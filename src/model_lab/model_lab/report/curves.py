@@ -2,61 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.measurements.sample_table import Series
-from model_lab.report.drawing import (
-    COLOURS,
-    Drawing,
-    by_rows,
-    legend_above,
-    light_grid,
-    line_handle,
-    thinned,
-)
-from model_lab.report.view import Panel, View
+from model_lab.report.drawing import Drawing, Key, Panel, Scale
+from model_lab.report.marks import PAPER_POINTS, Course, Mark, evenly
+from model_lab.report.view import Repeats, View
 
 MOST_PANELS = 36
 SHAPES = (
-    (9, 3, 2.1),
-    (16, 4, 1.75),
-    (MOST_PANELS, 6, 1.45),
+    (9, 3, 1.9),
+    (16, 4, 1.6),
+    (MOST_PANELS, 5, 1.3),
 )  # panels, columns, height of a row [in]
-DOTS = 60  # of a measured curve
-TITLES = {4: 7.5, 6: 6.5}  # [pt] by columns, where there are many
-LETTERS = 150  # of all titles of a row
-DASHED = (0, (4, 1.5))
+DOTS, POINTS = 2000, 9000  # on paper: of all measured curves, of all lines
+MARGIN = 0.04  # of a scale
 
 
 def curves(view: View) -> Drawing:
     """The figure of all runs, or of as many as can be told apart, spread evenly over the set."""
-    panels = view.panels()
-    shown = [panels[index] for index in thinned(len(panels), MOST_PANELS)]
+    every = view.panels()
+    shown = [every[index] for index in evenly(len(every), MOST_PANELS)]
     name = view.abscissa()[0]
-    part = "" if len(shown) == len(panels) else f" {len(shown)} of {len(panels)} panels are shown."
+    part = "" if len(shown) == len(every) else f" {len(shown)} of {len(every)} panels are shown."
     pulses = view.data.experiment == "valve_pulse"
     marks, hits = (
         ("crosses", "they meet") if pulses else ("lines", "its line runs through the dots")
     )
     caption = (
-        f"Dots are measured ({_output_name(view)} over {name}; "
+        f"Dots are measured ({view.output_name} over {name}; "
         f"repeats lie in one panel), {marks} are predicted by parameters that were fitted to the "
         f"other {view.diagnosis.holdout}: {_legend(view)}. "
         f"A model is right where {hits}.{part}"
     )
     columns, height = next((c, h) for most, c, h in SHAPES if len(shown) <= most)
-    columns = min(columns, len(shown))
-    rows = -(-len(shown) // columns)
     alt = f"Measured and predicted curves in {len(shown)} panels"
     return Drawing(
-        "curves", "Measured and predicted", caption, alt, 0.75 + height * rows,
-        lambda figure: draw_panels(figure, view, shown, columns),
+        "curves", "Measured and predicted", caption, alt, tuple(panels_of(view, shown)),
+        tuple(curve_keys(view)), columns, height,
     )  # fmt: skip
 
 
@@ -66,70 +52,54 @@ def _legend(view: View) -> str:
     return "orange before, blue with the missing effects"
 
 
-def draw_panels(figure: Figure, view: View, panels: Sequence[Panel], columns: int) -> None:
-    """Panels in a grid with shared axes and one legend above."""
-    rows = -(-len(panels) // columns)
-    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+def panels_of(view: View, shown: Sequence[Repeats]) -> Iterator[Panel]:
+    """A panel for each of some repeats, all with the same scales."""
     name, display, abscissa = view.abscissa()
-    for axes, panel in zip(grid.flat, panels, strict=False):
-        light_grid(axes)
-        for course in panel.courses:
-            _draw_course(axes, view, course, display.factor * abscissa[course.run])
-        axes.set_title(
-            _short(panel.title, columns), loc="left", pad=3, fontsize=TITLES.get(columns)
-        )
-    by_rows(grid.flat, len(panels), columns)
-    figure.supxlabel(f"{name} [{display.unit}]", fontsize=8.5)
-    figure.supylabel(f"{_output_name(view)} [{view.display.unit}]", fontsize=8.5)
-    legend_above(figure, _handles(view), 3)
+    courses = [course for repeats in shown for course in repeats.courses]
+    each = [max(total // len(courses), 8) for total in (DOTS, POINTS // len(view.models))]
+    across = {course: display.factor * abscissa[course.run] for course in courses}
+    marks = {course: tuple(_marks(view, course, across[course], *each)) for course in courses}
+    heights = [mark.y for each in marks.values() for mark in each]
+    x = Scale(f"{name} [{display.unit}]", _ends(list(across.values())))
+    y = Scale(f"{view.output_name} [{view.display.unit}]", _ends(heights))
+    for repeats in shown:
+        found: list[Mark] = [mark for course in repeats.courses for mark in marks[course]]
+        yield Panel(tuple(found), x, y, repeats.title)
 
 
-def _short(title: str, columns: int) -> str:
-    """As much of a title as a panel has room for."""
-    room = LETTERS // columns
-    return title if len(title) <= room else f"{title[: room - 1]}…"
+def _ends(values: Sequence[Array]) -> tuple[float, float]:
+    every = np.concatenate(values)
+    low, high = float(every.min()), float(every.max())
+    margin = MARGIN * ((high - low) or abs(high) or 1.0)
+    return low - margin, high + margin
 
 
-def _output_name(view: View) -> str:
-    outputs = view.data.outputs
-    return outputs[0].replace("_", " ") if len(outputs) == 1 else "torque on the base"
-
-
-def _draw_course(axes: Axes, view: View, course: Series, at: Array) -> None:
+def _marks(view: View, course: Series, at: Array, dots: int, points: int) -> Iterator[Course]:
     factor = view.display.factor
     measured = factor * view.measured[course.samples]
-    dots = thinned(len(at), DOTS)
-    axes.plot(
-        at[dots],
-        measured[dots],
-        "o",
-        color=COLOURS["measured"],
-        markersize=2.6,
-        alpha=0.35,
-        markeredgewidth=0,
-    )
-    kept = dots if view.data.experiment == "valve_pulse" else thinned(len(at))
+    name = view.data.runs[course.run].name
+    yield Course(at, measured, "measured", name, marker="o", size=2.6, opacity=0.4, most=dots)
     for label, scored in view.models:
-        line = factor * view.predicted(scored)[course.samples][kept]
-        axes.plot(at[kept], line, color=COLOURS[label], **_style(view, label))
+        line = factor * view.predicted(scored)[course.samples]
+        look = _look(view, label)
+        if look in ("x", "+"):
+            yield Course(at, line, label, label, marker=look, size=4.5, most=dots)
+        else:
+            most = min(points, PAPER_POINTS)
+            yield Course(at, line, label, label, width=1.1, dash=look, most=most)
 
 
-def _style(view: View, label: str) -> dict[str, Any]:
+def _look(view: View, label: str) -> str:
     """Dashes tell lines apart without colours, but not where a line runs over itself."""
     if view.data.experiment == "valve_pulse":
-        return {"linestyle": "", "marker": "x" if label == "before" else "+", "markersize": 4.5}
-    over_time = view.abscissa()[0] == "time"
-    dashed = over_time and label == "before"
-    return {"linewidth": 1.1, "linestyle": DASHED if dashed else "-"}
+        return "x" if label == "before" else "+"
+    return "dash" if view.abscissa()[0] == "time" and label == "before" else "solid"
 
 
-def _handles(view: View) -> list[Line2D]:
-    words = {"before": "model as it was" if view.after else "model", "after": _after_label(view)}
-    return [
-        line_handle("measured", "measured", linestyle="", marker="o", markersize=3, alpha=0.6),
-        *(line_handle(label, words[label], **_style(view, label)) for label, _ in view.models),
-    ]
-
-
-def _after_label(view: View) -> str:
-    return "with " + " and ".join(effect.name for effect in view.diagnosis.effects)
+def curve_keys(view: View) -> Iterator[Key]:
+    """Entries of the legend."""
+    after = "with " + " and ".join(effect.name for effect in view.diagnosis.effects)
+    words = {"before": "model as it was" if view.after else "model", "after": after}
+    yield Key("measured", "measured", "o")
+    for label, _ in view.models:
+        yield Key(words[label], label, _look(view, label))

@@ -1,33 +1,25 @@
-"""How the figures of a report look, and how one becomes a picture inside the page."""
+"""Figures of a report: panels of marks, as one picture for paper and as plots to zoom into."""
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from html import escape
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib as mpl
-import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from model_lab.aliases import Indices
+from model_lab.report.marks import COLOURS, DASHES, Mark
 
-# Okabe and Ito's colours, told apart by colour-blind readers too
-COLOURS = {
-    "measured": "#333333",
-    "before": "#D55E00",
-    "after": "#0072B2",
-    "floor": "#009E73",
-    "tied": "#CC79A7",
-    "other": "#8A8A8A",
-}
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text: small, searchable, read aloud
     "svg.hashsalt": "model-lab",
@@ -47,37 +39,169 @@ STYLE: dict[Any, Any] = {
     "ytick.labelcolor": "#222222",
     "legend.frameon": False,
     "legend.fontsize": 8.5,
-    "lines.linewidth": 1.2,
     "text.parse_math": False,  # names of users may hold dollar signs
 }
 FONTS = "'DejaVu Sans', Verdana, sans-serif"  # alike in width, or narrower
-WIDTH = 10.0  # [in] of all figures, so that their letters are alike
+WIDTH = 8.0  # [in] of all figures, so that their letters are alike, and of a page's text
 GAP = 0.02  # between a legend and the panels below it, share of the height
-MOST_POINTS = 200  # of a curve: more do not show
+LONG_NAMES = 22  # letters of all names that fit beside each other on paper
+TITLES = {4: 7.5, 5: 6.5}  # [pt] by columns, where there are many
+LETTERS = 120  # of all titles of a row
+POINTS, MOST_POINTS = 18_000, 2_000  # on screen: of a figure, of a curve
+GLYPHS = {"solid": "━", "dash": "╍", "dot": "┅", "o": "●", "x": "×", "+": "+", "strip": "█"}
+
+
+@dataclass(frozen=True)
+class Scale:
+    """An axis of a panel; ticks: places and their names, of the rows from above to below."""
+
+    label: str = ""
+    ends: tuple[float, float] | None = None
+    logarithmic: bool = False
+    ticks: tuple[tuple[float, str], ...] = ()
+    hidden: bool = False
+    strong: tuple[tuple[str, str], ...] = ()
+
+    def draw(self, axes: Axes, side: str) -> None:
+        """Draw it on paper; side: x or y."""
+        axis = axes.xaxis if side == "x" else axes.yaxis
+        axis.set_label_text(self.label)
+        if self.logarithmic:
+            (axes.set_xscale if side == "x" else axes.set_yscale)("log")
+            axis.set_major_locator(LogLocator(subs=(1.0, 3.0), numticks=4))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.4g}"))
+            axis.set_minor_formatter(NullFormatter())
+        elif not self.ticks:
+            axis.set_major_locator(MaxNLocator(5))
+        if self.ticks or self.hidden:
+            self._name(axes, side)
+        if self.ends:
+            (axes.set_xlim if side == "x" else axes.set_ylim)(*self.ends)
+
+    def _name(self, axes: Axes, side: str) -> None:
+        axis = axes.xaxis if side == "x" else axes.yaxis
+        axis.set_ticks([at for at, _ in self.ticks], [name for _, name in self.ticks])
+        long = sum(len(name) for _, name in self.ticks) > LONG_NAMES
+        for text, (_, name) in zip(axis.get_ticklabels(), self.ticks, strict=False):
+            if side == "x" and long:
+                text.set(rotation=20, horizontalalignment="right", rotation_mode="anchor")
+            if name in dict(self.strong):
+                text.set(color=COLOURS[dict(self.strong)[name]], fontweight="bold")
+        if side == "y":
+            axes.spines["left"].set_visible(False)
+            axes.tick_params(left=False)
+
+    def screen(self) -> dict[str, Any]:
+        """The axis of plotly."""
+        found: dict[str, Any] = {"title": {"text": escape(self.label)}}
+        if self.ends:
+            found["range"] = list(self.ends)
+        if self.logarithmic:
+            found |= {"type": "log", "tickformat": ".3~g", "nticks": 4}
+        if self.ticks or self.hidden:
+            found["tickvals"] = [at for at, _ in self.ticks]
+            found["ticktext"] = [self._shown(name) for _, name in self.ticks]
+        if self.hidden or self.strong or (self.ends and self.ends[0] > self.ends[1]):
+            found["showgrid"] = False
+        return found
+
+    def _shown(self, name: str) -> str:
+        label = dict(self.strong).get(name)
+        text = escape(name)
+        return f'<b style="color:{COLOURS[label]}">{text}</b>' if label else text
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Marks between two axes; pixels: height on screen."""
+
+    marks: tuple[Mark, ...]
+    x: Scale = Scale()
+    y: Scale = Scale()
+    title: str = ""
+    pixels: int = 280
+
+    def draw(self, axes: Axes) -> None:
+        """Draw it on paper."""
+        along = axes.xaxis if self.y.ticks or self.y.hidden else axes.yaxis
+        along.grid(True, color="#E3E3E3", linewidth=0.6)
+        axes.set_axisbelow(True)
+        for mark in self.marks:
+            mark.draw(axes)
+        self.x.draw(axes, "x")
+        self.y.draw(axes, "y")
+
+    def screen(self, most: int) -> dict[str, Any]:
+        """Data and layout of plotly; most: points of a mark."""
+        found: dict[str, list[dict[str, Any]]] = {"data": [], "shapes": []}
+        for mark in self.marks:
+            place, entry = mark.screen(most)
+            found[place].append(entry)
+        longest = max((len(t) for m in self.marks for t in getattr(m, "texts", ())), default=0)
+        layout = {"xaxis": self.x.screen(), "yaxis": self.y.screen(), "shapes": found["shapes"]}
+        return {"data": found["data"], "layout": layout, "right": 8 + 9 * longest}
+
+
+@dataclass(frozen=True)
+class Key:
+    """An entry of a legend; look: a dash, a marker or `strip`."""
+
+    text: str
+    colour: str
+    look: str = "solid"
+
+    @property
+    def hue(self) -> str:
+        """The colour for the page."""
+        return COLOURS[self.colour]
+
+    @property
+    def glyph(self) -> str:
+        """A letter that looks like it."""
+        return GLYPHS[self.look]
+
+    def handle(self) -> Artist:
+        """The entry on paper."""
+        if self.look == "strip":
+            alpha = 0.3 if self.colour == "floor" else 1.0
+            return Patch(color=self.hue, alpha=alpha, linewidth=0, label=self.text)
+        if self.look in DASHES:
+            return Line2D([], [], color=self.hue, label=self.text, linestyle=DASHES[self.look])
+        return Line2D(
+            [], [], color=self.hue, label=self.text, linestyle="", marker=self.look, markersize=4
+        )
+
+
+FLOOR_KEY = Key("noise floor", "floor", "strip")
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure of the page: `name` for its anchor, what it shows for those who do not see it, and
-    how it is drawn.
+    """A figure of the page: `name` for its anchor, what it shows for those who do not see it, its
+    panels and legend, and how they lie on paper; row: height [in].
     """
 
     name: str
     title: str
     caption: str
     alt: str
-    height: float
-    draw: Callable[[Figure], None]
-    width: float = WIDTH
+    panels: tuple[Panel, ...]
+    keys: tuple[Key, ...] = ()
+    columns: int = 1
+    row: float = 2.3
 
     def figure(self) -> Figure:
-        """The figure, drawn; call within `styled()`."""
-        figure = Figure(figsize=(self.width, self.height), layout="constrained")
-        self.draw(figure)
+        """The picture for paper; call within `styled()`."""
+        rows = -(-len(self.panels) // self.columns)
+        height = 0.45 + 0.3 * bool(self.keys) + self.row * rows
+        figure = Figure(figsize=(WIDTH, height), layout="constrained")
+        paint(figure, self.panels, self.columns)
+        if self.keys:
+            legend_above(figure, self.keys)
         return figure
 
     def svg(self) -> str:
-        """The figure as an SVG element, its ids made unique to it."""
+        """The picture as an SVG element, its ids made unique to it."""
         with styled():
             stream = io.StringIO()
             self.figure().savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
@@ -93,9 +217,38 @@ class Drawing:
     def _opening(self, found: re.Match[str]) -> str:
         return (
             f'<svg viewBox="{found.group(1)}" role="img" aria-label="{escape(self.alt)}" '
-            f'xmlns:xlink="http://www.w3.org/1999/xlink" style="max-width:{self.width:g}in">'
+            f'xmlns:xlink="http://www.w3.org/1999/xlink" style="max-width:{WIDTH:g}in">'
             f"<title>{escape(self.title)}</title>"
         )
+
+    def shown(self) -> list[tuple[Panel, dict[str, Any]]]:
+        """Every panel with data and layout of plotly."""
+        points = [mark.points for panel in self.panels for mark in panel.marks]
+        most = min(MOST_POINTS, max(POINTS // max(sum(count > 0 for count in points), 1), 50))
+        return [(panel, panel.screen(most)) for panel in self.panels]
+
+
+def paint(figure: FigureBase, panels: Sequence[Panel], columns: int) -> None:
+    """Panels in a grid on paper; scales that are alike are labelled once."""
+    alike_x, alike_y = (
+        len({getattr(panel, side) for panel in panels}) == 1 and len(panels) > 1 for side in "xy"
+    )
+    columns = min(columns, len(panels))
+    rows = -(-len(panels) // columns)
+    grid = figure.subplots(rows, columns, sharex=alike_x, sharey=alike_y, squeeze=False)
+    for place, (axes, panel) in enumerate(zip(grid.flat, panels, strict=False)):
+        panel.draw(axes)
+        title = _short(panel.title, columns)
+        axes.set_title(title, loc="left", pad=3, fontsize=TITLES.get(columns))
+        if alike_x:
+            axes.set_xlabel("")
+        if alike_y and (place % columns or alike_x):
+            axes.set_ylabel("")
+    if alike_x:
+        figure.supxlabel(panels[0].x.label, fontsize=8.5)
+    if alike_x and alike_y:
+        figure.supylabel(panels[0].y.label, fontsize=8.5)
+    _hide(grid.flat, len(panels), columns)
 
 
 def styled() -> AbstractContextManager[None]:
@@ -103,46 +256,38 @@ def styled() -> AbstractContextManager[None]:
     return mpl.rc_context(STYLE)
 
 
+def _short(title: str, columns: int) -> str:
+    """As much of a title as a panel has room for."""
+    room = LETTERS // columns
+    return title if len(title) <= room else f"{title[: room - 1]}…"
+
+
 def _coarse(text: str) -> str:
-    """Coordinates to a hundredth of a point, which nobody sees; numbers to read stay."""
+    """Coordinates to a tenth of a point, which nobody sees; numbers to read stay. Markers of one
+    group share its style.
+    """
 
     def rounded(found: re.Match[str]) -> str:
-        return re.sub(r"-?\d+\.\d{3,}", lambda m: f"{float(m.group()):.2f}", found.group())
+        return re.sub(r"-?\d+\.\d{2,}", lambda m: f"{float(m.group()):.1f}", found.group())
 
-    return re.sub(r'\s(?:d|x|y|transform)="[^"]*"', rounded, text)
+    def shared(found: re.Match[str]) -> str:
+        uses = re.sub(r' style="[^"]*"', "", found.group(2))
+        return f"<g {found.group(1)} {found.group(3)}>{uses}</g>"
 
-
-def thinned(count: int, most: int = MOST_POINTS) -> Indices:
-    """Indices (n,) of at most so many of `count` points, evenly and with both ends."""
-    if count <= most:
-        return np.arange(count)
-    return np.unique(np.linspace(0, count - 1, most).round().astype(np.intp))
+    group = r'<g (clip-path="[^"]*")>\s*((?:<use [^>]*?( style="[^"]*")/>\s*)+)</g>'
+    return re.sub(r'\s(?:d|x|y|transform)="[^"]*"', rounded, re.sub(group, shared, text))
 
 
-def light_grid(axes: Axes, which: Literal["x", "y", "both"] = "y") -> None:
-    """Thin lines behind the data."""
-    axes.grid(True, axis=which, color="#E3E3E3", linewidth=0.6)
-    axes.set_axisbelow(True)
-
-
-def line_handle(label: str, text: str, **style: Any) -> Line2D:
-    """A legend's entry for a line in the colour of a label."""
-    return Line2D([], [], color=COLOURS[label], label=text, **style)
-
-
-def floor_handle() -> Patch:
-    """A legend's entry for the strip of the noise floor."""
-    return Patch(color=COLOURS["floor"], alpha=0.3, linewidth=0, label="noise floor")
-
-
-def legend_above(figure: Figure, handles: list[Any], columns: int) -> None:
+def legend_above(figure: Figure, keys: Sequence[Key]) -> None:
     """A legend above all panels; matplotlib before 3.7 has no place `outside` for it."""
+    handles = [key.handle() for key in keys]
+    columns = 3 if max(len(key.text) for key in keys) > LONG_NAMES else 6
     legend = figure.legend(handles=handles, loc="upper left", ncols=columns)
     share = legend.get_window_extent().height / figure.bbox.height + GAP
     figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 1.0 - share))
 
 
-def by_rows(axes: Iterable[Axes], used: int, columns: int) -> None:
+def _hide(axes: Iterable[Axes], used: int, columns: int) -> None:
     """Hide the axes of a grid beyond `used`, and show tick labels above them."""
     every = list(axes)
     for index in range(used, len(every)):

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from model_lab.report.drawing import COLOURS, Drawing, floor_handle, light_grid, line_handle
+from model_lab.report.drawing import FLOOR_KEY, Drawing, Key, Panel, Scale
+from model_lab.report.marks import Bars, Course, Mark, Strip
 from model_lab.report.view import View
 
 MOST_ROWS = 22  # candidates in the figure; the table beside it has all
-ROW = 0.24  # [in]
+ROW, PIXELS = 0.24, 30  # of a candidate [in], on screen
+STEP, STEP_PIXELS = 0.36, 44  # of a rung of the ladder
+FRAME, FRAME_PIXELS = 0.55, 80  # above and below the rows
 FARTHEST = 1.5  # of the error before, where the scale ends
 
 
@@ -35,42 +35,39 @@ def ladder(view: View) -> Drawing:
         caption += f"The model stands at {first / diagnosis.noise_floor:.3g} times the floor."
     steps = ", ".join(f"{step.label} {display.shown(step.rmse)}" for step in view.steps)
     alt = f"Held-out errors: {steps}; noise floor {display.shown(diagnosis.noise_floor)}"
+    row = FRAME + STEP * len(view.steps)
     return Drawing(
-        "ladder", "Ladder of errors", caption, alt, 0.95 + 0.36 * len(view.steps),
-        lambda figure: draw_ladder(figure.subplots(), view),
-    )  # fmt: skip
-
-
-def draw_ladder(axes: Axes, view: View) -> None:
-    """Bars from above to below, the last one in the colour of the model after."""
-    factor = view.display.factor
-    places = np.arange(len(view.steps))
-    last = len(view.steps) - 1
-    mixed = [COLOURS["before"], *[COLOURS["other"]] * (last - 1), COLOURS["after"]]
-    colours = mixed if last else [COLOURS["before"]]
-    lengths = [factor * step.rmse for step in view.steps]
-    axes.barh(places, lengths, height=0.62, color=colours)
-    for place, length, step in zip(places, lengths, view.steps, strict=True):
-        text = view.display.shown(step.rmse)
-        end = max(length, factor * view.outcome.problem.floor.upper)  # clear of the strip
-        axes.annotate(text, (end, place), (4, 0), textcoords="offset points", va="center")
-    _floor(axes, view)
-    axes.set_yticks(places, [step.label for step in view.steps])
-    axes.set_ylim(last + 0.6, -0.6)
-    axes.set_xlim(0.0, 1.2 * max(lengths))
-    axes.set_xlabel(f"held-out error (rms) [{view.display.unit}]")
-    axes.spines["left"].set_visible(False)
-    axes.tick_params(left=False)
-
-
-def _floor(axes: Axes, view: View) -> None:
-    """The noise floor, from its value to its upper bound."""
-    factor, floor = view.display.factor, view.outcome.problem.floor
-    light_grid(axes, "x")
-    axes.axvspan(
-        factor * floor.total, factor * floor.upper, color=COLOURS["floor"], alpha=0.25, lw=0
+        "ladder", "Ladder of errors", caption, alt, (ladder_panel(view),), (FLOOR_KEY,), row=row
     )
-    axes.axvline(factor * floor.total, color=COLOURS["floor"], linewidth=1.4)
+
+
+def ladder_panel(view: View) -> Panel:
+    """Bars from above to below, the last one in the colour of the model after."""
+    factor, last = view.display.factor, len(view.steps) - 1
+    lengths = [factor * step.rmse for step in view.steps]
+    colours = ["before", *["other"] * (last - 1), "after"] if last else ["before"]
+    texts = [view.display.shown(step.rmse) for step in view.steps]
+    clear = np.maximum(lengths, factor * view.outcome.problem.floor.upper)
+    places = np.arange(last + 1.0)
+    marks = (*_floor(view), Bars(lengths, colours), Course(clear, places, "before", texts=texts))
+    names = tuple((float(at), step.label) for at, step in enumerate(view.steps))
+    return Panel(
+        marks,
+        _error_scale(view, 1.2 * max(lengths)),
+        Scale("", (last + 0.6, -0.6), ticks=names),
+        pixels=FRAME_PIXELS + STEP_PIXELS * len(lengths),
+    )
+
+
+def _error_scale(view: View, end: float) -> Scale:
+    return Scale(f"held-out error (rms) [{view.display.unit}]", (0.0, end))
+
+
+def _floor(view: View) -> tuple[Mark, ...]:
+    """The noise floor, and from its value to its upper bound."""
+    factor, floor = view.display.factor, view.outcome.problem.floor
+    low, high = factor * floor.total, factor * floor.upper
+    return Strip(low, high, "floor"), Strip(low, low, "floor")
 
 
 @dataclass(frozen=True)
@@ -99,9 +96,13 @@ def ranking(view: View) -> Drawing | None:
     alt = "Best first: " + ", ".join(
         f"{row.name} {view.display.shown(row.rmse)}" for row in shown[:5]
     )
+    labels = {row.label for row in rows}
+    words = (("after", "named"), ("tied", "tied with it"), ("other", "others"))
+    keys = [Key(text, label, "o") for label, text in words if label in labels]
+    keys += [Key("error before", "before", "dash"), FLOOR_KEY]
     return Drawing(
-        "ranking", "Ranking of effects", caption, alt, 1.0 + ROW * len(shown),
-        lambda figure: _draw_ranking(figure, view, shown),
+        "ranking", "Ranking of effects", caption, alt, (ranking_panel(view, shown),), tuple(keys),
+        row=FRAME + ROW * len(shown),
     )  # fmt: skip
 
 
@@ -120,52 +121,37 @@ def _candidates(view: View) -> list[Row]:
     return sorted(rows, key=lambda row: row.rmse)
 
 
-def _draw_ranking(figure: Figure, view: View, rows: Sequence[Row]) -> None:
-    axes = figure.subplots()
-    draw_ranking(axes, view, rows)
-    _ranking_legend(axes, rows)
-
-
-def draw_ranking(axes: Axes, view: View, rows: Sequence[Row] | None = None) -> None:
+def ranking_panel(view: View, rows: Sequence[Row] | None = None) -> Panel:
     """A dot a row on the scale of errors, the best rows if none are given."""
     rows = _candidates(view)[:MOST_ROWS] if rows is None else rows
-    _dots(axes, view, rows, view.before.held_out.rmse)
+    return _dots(view, rows, view.before.held_out.rmse)
 
 
-def _ranking_legend(axes: Axes, rows: Sequence[Row]) -> None:
-    labels = {row.label for row in rows}
-    handles: list[Artist] = [
-        line_handle(label, text, linestyle="", marker="o", markersize=5)
-        for label, text in (("after", "named"), ("tied", "tied with it"), ("other", "others"))
-        if label in labels
-    ]
-    handles += [line_handle("before", "error before", linestyle="--"), floor_handle()]
-    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5)
-
-
-def _dots(axes: Axes, view: View, rows: Sequence[Row], before: float) -> None:
-    factor, most = view.display.factor, _end_of_scale(rows, before)
-    _floor(axes, view)
-    axes.axvline(factor * before, color=COLOURS["before"], linestyle="--", linewidth=1.2)
+def _dots(view: View, rows: Sequence[Row], before: float) -> Panel:
+    factor = view.display.factor
+    end = factor * _end_of_scale(rows, before)
+    marks = [*_floor(view), Strip(factor * before, factor * before, "before", dash="dash")]
     for place, row in enumerate(rows):
-        colour, end = COLOURS[row.label], factor * min(row.rmse, most)
-        axes.hlines(place, 0.0, end, color=colour, linewidth=0.8, alpha=0.6)
-        marker = "o" if row.rmse <= most else ">"
-        inside = colour if row.filled else "white"
-        axes.plot(end, place, marker, color=colour, markerfacecolor=inside, markersize=5)
-        if row.rmse > most:
-            text = view.display.shown(row.rmse)
-            axes.annotate(text, (end, place), (6, 0), textcoords="offset points", va="center")
-    axes.set_yticks(range(len(rows)), [row.name for row in rows])
-    for row, label in zip(rows, axes.get_yticklabels(), strict=True):
-        if row.label != "other":
-            label.set_color(COLOURS[row.label])
-            label.set_fontweight("bold")
-    axes.set_ylim(len(rows) - 0.4, -0.6)
-    axes.set_xlim(0.0, 1.1 * factor * most)
-    axes.set_xlabel(f"held-out error (rms) [{view.display.unit}]")
-    axes.spines["left"].set_visible(False)
-    axes.tick_params(left=False)
+        marks += _dot(float(place), row, factor * row.rmse, end, view.display.shown(row.rmse))
+    names = tuple((float(at), row.name) for at, row in enumerate(rows))
+    strong = tuple((row.name, row.label) for row in rows if row.label != "other")
+    scale = Scale("", (len(rows) - 0.4, -0.6), ticks=names, strong=strong)
+    pixels = FRAME_PIXELS + PIXELS * len(rows)
+    return Panel(tuple(marks), _error_scale(view, 1.1 * end), scale, pixels=pixels)
+
+
+def _dot(place: float, row: Row, error: float, end: float, text: str) -> list[Mark]:
+    """A line from zero to a dot, or to an arrow with the error beyond the end of the scale."""
+    at = min(error, end)
+    y = np.array([place])
+    found: list[Mark] = [
+        Course(np.array([0.0, at]), np.array([place, place]), row.label, width=0.8, opacity=0.6),
+        Course(
+            np.array([at]), y, row.label, row.name,
+            marker="o" if error <= end else ">", size=5.0, hollow=not row.filled,
+        ),
+    ]  # fmt: skip
+    return [*found, Course(np.array([at]), y, row.label, texts=(text,))] if error > end else found
 
 
 def _end_of_scale(rows: Sequence[Row], before: float) -> float:
@@ -194,16 +180,8 @@ def rest(view: View) -> Drawing | None:
         "that input; one right of it, that the black box only learned noise."
     )
     alt = "Best first: " + ", ".join(f"{r.name} {view.display.shown(r.rmse)}" for r in rows[:3])
+    keys = (Key("model without black box", "before", "dash"), FLOOR_KEY)
     return Drawing(
-        "rest", "What the rest depends on", caption, alt, 1.0 + ROW * len(rows),
-        lambda figure: _draw_rest(figure, view, rows, final),
-    )  # fmt: skip
-
-
-def _draw_rest(figure: Figure, view: View, rows: Sequence[Row], final: float) -> None:
-    axes = figure.subplots()
-    _dots(axes, view, rows, final)
-    axes.legend(
-        handles=[line_handle("before", "model without black box", linestyle="--"), floor_handle()],
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2,
+        "rest", "What the rest depends on", caption, alt, (_dots(view, rows, final),), keys,
+        row=FRAME + ROW * len(rows),
     )  # fmt: skip

@@ -1,87 +1,75 @@
-"""Report of a learned curve: one page with the curve, its band, and the error before and after."""
+"""Figure of a learned curve: the curve with its band, and the error before and after."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from model_lab.aliases import Array
 from model_lab.learning.learn import Candidate, Learning
 from model_lab.learning.result import curve_points
-from model_lab.learning.words import alternative_rows, curve_rows, verdict
+from model_lab.learning.words import verdict
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.units import display_of
-from model_lab.report.drawing import COLOURS, WIDTH, Drawing, light_grid, styled, thinned
+from model_lab.report.drawing import Drawing, Key, Panel, Scale
+from model_lab.report.marks import Band, Bars, Course, Mark, Strip
+from model_lab.report.residuals import bars_of_error
 
-PAGE, PICTURE = "learned.html", "learned.png"
-HEIGHT, DPI = 3.4, 130
-DOTS = 3000  # residuals drawn
+ROW = 2.8  # [in]
+DOTS = 3000  # residuals drawn on paper
 BINS = 30
-
-
-def write_learned(learning: Learning, folder: Path, command: str) -> None:
-    """Write the page and the picture of what was learned to a folder.
-
-    command: the shell line that makes them again.
-    """
-    from model_lab.report.page import template
-
-    drawing = picture_of(learning)
-    chosen = learning.chosen
-    text = template("learned.html").render(
-        title=f"Learned: {learning.problem.data.title}",
-        verdict=verdict(learning),
-        drawing=drawing,
-        curve=curve_rows(chosen) if chosen else [],
-        alternatives=alternative_rows(learning),
-        command=command,
-    )
-    (folder / PAGE).write_text(text, encoding="utf-8")
-    with styled():
-        drawing.figure().savefig(folder / PICTURE, dpi=DPI)
+KEYS = (
+    Key("before, without the curve", "before"),
+    Key("after, with the curve", "after"),
+    Key("noise floor", "floor"),
+    Key("tied with it", "tied", "strip"),
+    Key("others", "other", "strip"),
+)
 
 
 def picture_of(learning: Learning) -> Drawing:
     """The curve with its band, the residual before and after, and the candidates' errors."""
     chosen = learning.chosen
-    caption = "Residual before in orange, after in blue, means in bins as lines; errors held out."
-    if chosen is not None:
-        caption = f"{chosen.shape.title} Band: 95 %. {caption}"
+    caption = (
+        "Residuals are measured less predicted, dots single samples, lines means over parts of the "
+        "axis. Errors are root mean squares, all of held-out data."
+    )
+    panels = (_residual_panel(learning), _error_panel(learning))
+    if chosen is None:
+        return Drawing("learned", "Residuals and errors", caption, verdict(learning), panels,
+                       KEYS[::2], 2, ROW)  # fmt: skip
+    titles = " ".join(one.shape.title for one in learning.curves)
+    caption = f"{titles} The band holds 95 %. {caption}"
+    curves = [curve_panel(one) for one in learning.curves]
+    return Drawing(
+        "learned", "Learned curve", caption, verdict(learning), (*curves, *panels), KEYS, 3, ROW
+    )
 
-    def draw(figure: Figure) -> None:
-        panels = figure.subplots(1, 3 if chosen else 2)
-        if chosen is not None:
-            draw_curve(panels[0], chosen)
-        _draw_residuals(panels[-2], learning)
-        _draw_errors(panels[-1], learning)
 
-    return Drawing("learned", "Learned curve", caption, verdict(learning), HEIGHT, draw, WIDTH)
-
-
-def draw_curve(axes: Axes, candidate: Candidate) -> None:
+def curve_panel(candidate: Candidate) -> Panel:
     """The curve with its band and knots."""
     shape, points = candidate.shape, curve_points(candidate)
     middle, low, high = (np.array([row[k] for row in points]) for k in (1, 2, 3))
-    light_grid(axes, "both")
+    marks: list[Mark] = []
+    if shape.neutral is not None:
+        marks.append(Strip(shape.neutral, shape.neutral, "other", "y", width=0.8, dash="dash"))
     if shape.names:
-        at = np.arange(len(points))
-        axes.errorbar(at, middle, [middle - low, high - middle], fmt="o", color=COLOURS["after"])
-        axes.set_xticks(at, shape.names, rotation=30, ha="right")
+        at = np.arange(float(len(points)))
+        marks += [bars_of_error(at, low, high, "after"), Course(at, middle, "after", marker="o")]
+        ticks = tuple((float(place), name) for place, name in enumerate(shape.names))
+        x = Scale(shape.abscissa, (-0.5, len(points) - 0.5), ticks=ticks)
     else:
         along, factor = _shown_along(shape.abscissa)
         course = factor * np.array([row[0] for row in points], float)
-        axes.fill_between(course, low, high, color=COLOURS["after"], alpha=0.25, linewidth=0)
-        axes.plot(course, middle, color=COLOURS["after"])
         knots = factor * np.array(shape.places, float)
-        axes.plot(knots, candidate.values, "o", color=COLOURS["after"], markersize=3)
-        axes.set_xlabel(along)
-    if shape.neutral is not None:
-        axes.axhline(shape.neutral, color=COLOURS["other"], linestyle="--", linewidth=0.8)
-    axes.set_ylabel(shape.ordinate)
-    axes.set_title("learned curve", loc="left")
+        marks += [
+            Band(course, low, high, "after"),
+            Course(course, middle, "after", width=1.4),
+            Course(knots, candidate.values, "after", marker="o", size=3.0),
+        ]
+        x = Scale(along)
+    return Panel(tuple(marks), x, Scale(shape.ordinate), "Learned curve")
 
 
 def _shown_along(abscissa: str) -> tuple[str, float]:
@@ -102,27 +90,29 @@ def _place(learning: Learning) -> tuple[Array, str]:
         return display.factor * data.table.value, f"{name} [{display.unit}]"
     axis = next((one for one in axes_of(data) if one.name == against), axes_of(data)[0])
     display = display_of(axis.unit)
-    return display.factor * axis.values, f"{axis.noun} [{display.unit or '-'}]"
+    return display.factor * axis.values + display.offset, f"{axis.noun} [{display.unit or '-'}]"
 
 
-def _draw_residuals(axes: Axes, learning: Learning) -> None:
+def _residual_panel(learning: Learning) -> Panel:
     """Held-out residuals before and after along the axis of the curve."""
-    place, label = _place(learning)
-    display = display_of(learning.problem.data.unit)
-    some = thinned(len(place), DOTS)
+    unit = display_of(learning.problem.data.unit).unit
+    label = _place(learning)[1]
+    y = Scale(f"residual [{unit}]")
+    return Panel(tuple(_residuals(learning)), Scale(label), y, "Residual before and after")
+
+
+def _residuals(learning: Learning) -> Iterator[Course]:
+    place, _ = _place(learning)
+    factor = display_of(learning.problem.data.unit).factor
     parts = [("before", learning.base)]
     if learning.chosen is not None:
-        parts.append(("after", learning.chosen.scored))
-    for name, scored in parts:
-        rest = display.factor * scored.held_out.residual
-        axes.plot(place[some], rest[some], ".", color=COLOURS[name], markersize=1.5, alpha=0.3)
-    for name, scored in parts:
-        at, mean = _means(place, display.factor * scored.held_out.residual)
-        axes.plot(at, mean, color=COLOURS[name], linewidth=1.8)
-    light_grid(axes)
-    axes.set_xlabel(label)
-    axes.set_ylabel(f"measured less predicted [{display.unit}]")
-    axes.set_title("residual before and after", loc="left")
+        parts.append(("after", learning.final))
+    for label, scored in parts:
+        rest = factor * scored.held_out.residual
+        yield Course(place, rest, label, marker="o", size=1.3, opacity=0.3, most=DOTS)
+    for label, scored in parts:
+        at, mean = _means(place, factor * scored.held_out.residual)
+        yield Course(at, mean, label, label, width=1.8)
 
 
 def _means(place: Array, rest: Array) -> tuple[Array, Array]:
@@ -139,21 +129,20 @@ def _means(place: Array, rest: Array) -> tuple[Array, Array]:
     )
 
 
-def _draw_errors(axes: Axes, learning: Learning) -> None:
+def _error_panel(learning: Learning) -> Panel:
     """Held-out errors of the candidates as bars, the floor as a line."""
-    factor = display_of(learning.problem.data.unit).factor
-    every = [one for one in (learning.chosen, *learning.others) if one is not None]
-    names = ["without"] + [
-        f"{c.shape.stage} {c.shape.form}\n{c.shape.against.replace('_', ' ')}" for c in every
+    display = display_of(learning.problem.data.unit)
+    chosen = [learning.chosen, *learning.further] if learning.chosen else []
+    every = [*chosen, *learning.others]
+    shapes = [one.shape for one in every]
+    names = ["without", *(f"{s.stage} {s.form}, {s.against.replace('_', ' ')}" for s in shapes)]
+    names[2 : len(chosen) + 1] = [f"+ {name}" for name in names[2 : len(chosen) + 1]]
+    errors = [learning.base.held_out.rmse, *(one.scored.held_out.rmse for one in every)]
+    colours = ["before"] + [
+        "after" if one in chosen else "tied" if learning.is_tied(one) else "other" for one in every
     ]
-    errors = [learning.base.held_out.rmse, *(c.scored.held_out.rmse for c in every)]
-    colours = [COLOURS["before"]] + [
-        COLOURS["after" if c is learning.chosen else "tied" if learning.is_tied(c) else "other"]
-        for c in every
-    ]
-    at = np.arange(len(names))[::-1]
-    axes.barh(at, factor * np.array(errors), color=colours, height=0.65)
-    axes.axvline(factor * learning.problem.floor.total, color=COLOURS["floor"])
-    axes.set_yticks(at, names, fontsize=6.5)
-    axes.set_xlabel(f"held-out error [{display_of(learning.problem.data.unit).unit}]")
-    axes.set_title("floor green, tied pink", loc="left")
+    floor = display.factor * learning.problem.floor.total
+    ticks = tuple((float(at), name) for at, name in enumerate(names))
+    marks = (Bars([display.factor * e for e in errors], colours), Strip(floor, floor, "floor"))
+    scale = Scale("", (len(names) - 0.4, -0.6), ticks=ticks)
+    return Panel(marks, Scale(f"held-out error [{display.unit}]"), scale, "Error by candidate")

@@ -1,27 +1,33 @@
-"""Report page: verdict, tables and figures in one HTML file without network or scripts.
+"""Report page: verdict, tables and figures in one HTML file that needs no network.
 
-The page itself is the template `page.html` beside this module.
+The templates stand in `templates`: `frame.html` is what pages share. On screen figures are plots of
+plotly that can be zoomed; on paper, and where scripts are off, they are pictures.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
-from matplotlib.figure import Figure
+from plotly.offline import get_plotlyjs
 
 from model_lab.diagnosis.diagnose import Outcome
+from model_lab.learning.learn import Learning
+from model_lab.learning.words import verdict
 from model_lab.measurements.sample_table import PROTOCOLS
 from model_lab.measurements.units import display_of
 from model_lab.report import tables
 from model_lab.report.curves import curves
-from model_lab.report.drawing import COLOURS, Drawing, light_grid
+from model_lab.report.drawing import Drawing, Panel, Scale, styled
 from model_lab.report.errors import ladder, ranking, rest
-from model_lab.report.oddities import oddities
+from model_lab.report.learned import picture_of
+from model_lab.report.marks import Course
 from model_lab.report.parameters import parameters
-from model_lab.report.residuals import residuals
+from model_lab.report.residuals import oddities, residuals
 from model_lab.report.sentences import (
     axis_words,
     counted,
@@ -33,20 +39,40 @@ from model_lab.report.sentences import (
 )
 from model_lab.report.view import View
 
+LEARNED_PAGE, LEARNED_PICTURE, DPI = "learned.html", "learned.png", 130
 
-def write_report(outcome: Outcome, path: Path, commands: Sequence[str]) -> None:
+
+def write_report(
+    outcome: Outcome, path: Path, commands: Sequence[str], learned: Learning | None = None
+) -> None:
     """Write the report of a diagnosis to an HTML file.
 
-    commands: shell lines that make it again.
+    commands: shell lines that make it again. learned: what was learned where nothing known
+    explains the error.
     """
-    path.write_text(page(View(outcome), commands), encoding="utf-8")
+    path.write_text(page(View(outcome), commands, learned), encoding="utf-8")
+
+
+def write_learned(learned: Learning, folder: Path, command: str) -> None:
+    """Write the page and the picture of what was learned to a folder.
+
+    command: the shell line that makes them again.
+    """
+    drawing = picture_of(learned)
+    text = template("learned.html").render(
+        title=f"Learned: {learned.problem.data.title}", learned=learned, commands=[command]
+    )
+    (folder / LEARNED_PAGE).write_text(text, encoding="utf-8")
+    beside = replace(drawing, columns=len(drawing.panels))
+    with styled():
+        beside.figure().savefig(folder / LEARNED_PICTURE, dpi=DPI)
 
 
 @lru_cache(maxsize=2)
 def template(name: str) -> Template:
     """A template of this room by its name."""
     environment = Environment(
-        loader=PackageLoader("model_lab", "report"),
+        loader=PackageLoader("model_lab", "report/templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -54,6 +80,7 @@ def template(name: str) -> Template:
     )
     environment.tests["number"] = tables.is_number
     environment.globals |= {
+        "plotly": get_plotlyjs,
         "tables": tables,
         "ladder": ladder,
         "curves": curves,
@@ -63,11 +90,13 @@ def template(name: str) -> Template:
         "parameters": parameters,
         "rest": rest,
         "proposal": proposal,
+        "picture_of": picture_of,
+        "learned_words": verdict,
     }
     return environment.get_template(name)
 
 
-def page(view: View, commands: Sequence[str]) -> str:
+def page(view: View, commands: Sequence[str], learned: Learning | None = None) -> str:
     """The whole page."""
     return template("page.html").render(
         view=view,
@@ -80,6 +109,7 @@ def page(view: View, commands: Sequence[str]) -> str:
         notice=notice_sentence([notice.text for notice in view.outcome.notices]),
         facts=_facts(view),
         rest_words=_rest(view),
+        learned=learned,
         commands=commands,
     )
 
@@ -119,20 +149,11 @@ def proposal(view: View) -> Drawing | None:
         f"specimen {planned['specimen']} at {kelvin}, mounted {mount}. In it the explanations that "
         f"are still tied differ by {planned['separation']:.3g} sigma of the noise of a run."
     )
-    return Drawing(
-        "next", "Next experiment", caption, f"Course of the input: {planned['description']}", 2.3,
-        lambda figure: _draw_proposal(figure, view),
-    )  # fmt: skip
-
-
-def _draw_proposal(figure: Figure, view: View) -> None:
-    planned = view.diagnosis.next_experiment or {}
     inputs = planned["inputs"]
     name = "stretch" if "stretch" in inputs else "pressure"
     display = display_of("" if name == "stretch" else "Pa")
-    axes = figure.subplots()
-    light_grid(axes)
-    shown = [display.factor * value for value in inputs[name]]
-    axes.plot(inputs["time"], shown, color=COLOURS["after"], linewidth=1.6)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel(f"{name} [{display.unit or '-'}]")
+    shown = display.factor * np.array(inputs[name], float)
+    course = Course(np.array(inputs["time"], float), shown, "after", width=1.6)
+    panel = Panel((course,), Scale("time [s]"), Scale(f"{name} [{display.unit or '-'}]"))
+    alt = f"Course of the input: {planned['description']}"
+    return Drawing("next", "Next experiment", caption, alt, (panel,))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,10 @@ from matplotlib.figure import Figure
 
 from model_lab.diagnosis.diagnose import diagnose
 from model_lab.measurements.load import load_measurements
-from model_lab.report.curves import draw_panels
-from model_lab.report.drawing import WIDTH, styled
-from model_lab.report.errors import draw_ladder, draw_ranking
-from model_lab.report.view import Panel, View
+from model_lab.report.curves import curve_keys, panels_of
+from model_lab.report.drawing import WIDTH, legend_above, paint, styled
+from model_lab.report.errors import ladder_panel, ranking_panel
+from model_lab.report.view import Repeats, View
 from softhand_model.model_file import load_model
 
 SHOWN = 4  # panels
@@ -28,25 +29,24 @@ def draw_picture(view: View, path: Path) -> None:
     with styled():
         figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
         above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.25))[:, 0]
-        draw_panels(above, view, _most_improved(view), SHOWN)
-        left, right = below.subplots(1, 2)
-        draw_ladder(left, view)
-        draw_ranking(right, view)
-        left.set_title("held-out error; the noise floor in green", loc="left")
-        right.set_title("each effect alone; dashed: without any", loc="left")
+        paint(above, tuple(panels_of(view, _most_improved(view))), SHOWN)
+        left = replace(ladder_panel(view), title="held-out error; the noise floor in green")
+        right = replace(ranking_panel(view), title="each effect alone; dashed: without any")
+        paint(below, (left, right), 2)
+        legend_above(figure, tuple(curve_keys(view)))
         figure.savefig(path, dpi=DPI)
 
 
-def _most_improved(view: View) -> list[Panel]:
+def _most_improved(view: View) -> list[Repeats]:
     """The panels in which most of the error lay before, in the order of the set."""
     error = view.before.held_out.residual
 
-    def size(panel: Panel) -> float:
-        return float(np.mean([np.mean(error[course.samples] ** 2) for course in panel.courses]))
+    def size(repeats: Repeats) -> float:
+        return float(np.mean([np.mean(error[one.samples] ** 2) for one in repeats.courses]))
 
     panels = view.panels()
     largest = sorted(panels, key=size)[-SHOWN:]
-    return [panel for panel in panels if panel in largest]
+    return [repeats for repeats in panels if repeats in largest]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

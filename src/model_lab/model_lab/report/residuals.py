@@ -1,39 +1,54 @@
-"""Residuals before and after against every axis of the set, with bands."""
+"""Residuals before and after against every axis of the set, with bands; what is odd about them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from model_lab.aliases import Array, IntArray
+from model_lab.fitting.notices import Notice
 from model_lab.localisation.axes import Axis
 from model_lab.localisation.bins import Bins
 from model_lab.localisation.localise import RUNS, Dependence, Localisation, localise
 from model_lab.measurements.units import display_of
-from model_lab.report.drawing import (
-    COLOURS,
-    Drawing,
-    floor_handle,
-    legend_above,
-    light_grid,
-    line_handle,
-    thinned,
-)
+from model_lab.report.drawing import FLOOR_KEY, Drawing, Key, Panel, Scale
+from model_lab.report.marks import DASHES, Band, Bars, Course, Mark, Strip
 from model_lab.report.sentences import listed
 from model_lab.report.view import View
 
-DOTS = 260  # samples of a panel that are drawn
+DOTS = 2000  # samples that are drawn on paper
 COLUMNS = 3
 ROW_HEIGHT = 2.0  # [in]
 SHOWN = 99.7  # percentile of the residuals to which the scale reaches
 SKEWED = 8.0  # largest value over the 75th percentile from which a scale is bent
-LINES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))  # of outputs
+END = 3.0  # by which a tick within is smaller than the end of a bent scale
+BENT = ("pressure_rate", "time_since_step")
 SPREAD = 0.32  # of a category's width, over which its dots lie
 FEW = 12  # values of an axis that stand side by side
-LONG_NAMES = 26  # letters of all categories that fit beside each other
+ODD_DOTS = 600
+ODD_TITLES = {
+    "repeats": "Scatter of repeats",
+    "line": "Share of the error at a frequency",
+    "wild_samples": "Wild samples",
+    "drift": "Mean error of each run",
+    "held_input": "Input that is held until it jumps",
+    "gaps": "Time between samples",
+}
+ODD_ABSCISSAS = {
+    "line": "frequency [Hz]",
+    "wild_samples": "sample",
+    "drift": "run",
+    "held_input": "time [s]",
+    "gaps": "sample",
+}
+ODD_ORDINATES = {  # the others are errors
+    "line": "share [-]",
+    "held_input": "share of the largest [-]",
+    "gaps": "time [s]",
+}
+LEVELS = ("stated", "within runs", "with repeats")
 
 
 def residuals(view: View) -> Drawing | None:
@@ -49,15 +64,13 @@ def residuals(view: View) -> Drawing | None:
         f"the model is wrong in the same way {_again(first[0])}. Panels stand in the order of the "
         f"share of the error that they account for. {_in_words(found['before'])}"
     )
-    rows = -(-len(first) // COLUMNS)
     models = "the model" if view.after is None else "the model before and after"
+    alt = f"Residual of {models} against {', '.join(axis_title(one.bins.axis) for one in first)}"
+    y = Scale(f"residual [{view.display.unit}]", _ends(view, found))
+    dots = DOTS // (len(first) * len(view.models))
+    panels = tuple(_panel(view, found, entry, y, dots) for entry in first)
     return Drawing(
-        "residuals",
-        "Residuals",
-        caption,
-        f"Residual of {models} against {', '.join(axis_title(entry.bins.axis) for entry in first)}",
-        0.55 + ROW_HEIGHT * rows,
-        lambda figure: _draw(figure, view, found),
+        "residuals", "Residuals", caption, alt, panels, tuple(_keys(view)), COLUMNS, ROW_HEIGHT
     )
 
 
@@ -76,24 +89,20 @@ def _in_words(before: Localisation) -> str:
     return f"The error of the model as it was varies most with {listed(entries)}."
 
 
-def _draw(figure: Figure, view: View, found: Mapping[str, Localisation]) -> None:
-    order = found["before"].axes
-    columns = min(COLUMNS, len(order))
-    rows = -(-len(order) // columns)
-    grid = figure.subplots(rows, columns, sharey=True, squeeze=False)
-    for axes, first in zip(grid.flat, order, strict=False):
-        _draw_floor(axes, view)
-        _scale(axes, first.bins)
-        for label, scored in view.models:
-            dependence = next(d for d in found[label].axes if d.against == first.against)
-            _draw_dots(axes, view, dependence.bins, label, scored.held_out.residual)
-            _draw_means(axes, view, dependence, label)
-    for axes in list(grid.flat)[len(order) :]:
-        axes.set_visible(False)
-    for row in grid:
-        row[0].set_ylabel(f"residual [{view.display.unit}]")
-    grid[0, 0].set_ylim(*_ends(view, found))
-    legend_above(figure, _handles(view), 6)
+def _panel(
+    view: View, found: Mapping[str, Localisation], first: Dependence, y: Scale, dots: int
+) -> Panel:
+    floor = view.display.factor * view.diagnosis.noise_floor
+    marks: list[Mark] = [
+        Strip(-floor, floor, "floor", "y", 0.16),
+        Strip(0.0, 0.0, "measured", "y", width=0.6),
+    ]
+    for label, scored in view.models:
+        dependence = next(d for d in found[label].axes if d.against == first.against)
+        cloud = _dots(view, dependence.bins, label, scored.held_out.residual)
+        marks.append(replace(cloud, most=dots))
+        marks += _means(view, dependence, label)
+    return Panel(tuple(marks), _scale(first.bins), y)
 
 
 def _ends(view: View, found: Mapping[str, Localisation]) -> tuple[float, float]:
@@ -103,7 +112,7 @@ def _ends(view: View, found: Mapping[str, Localisation]) -> tuple[float, float]:
     curves = [c for part in found.values() for axis in part.axes for c in axis.curves.values()]
     low = min(-floor, np.percentile(every, 100.0 - SHOWN), *(_least(c.low) for c in curves))
     high = max(floor, np.percentile(every, SHOWN), *(-_least(-c.high) for c in curves))
-    return 1.1 * factor * low, 1.1 * factor * high
+    return 1.1 * factor * float(low), 1.1 * factor * float(high)
 
 
 def _least(values: Array) -> float:
@@ -111,43 +120,44 @@ def _least(values: Array) -> float:
     return float(np.min(values, where=np.isfinite(values), initial=0.0))
 
 
-def _handles(view: View) -> list:
+def _keys(view: View) -> Iterator[Key]:
     words = {"before": "before" if view.after else "model", "after": "after"}
-    models = [
-        line_handle(label, words[label], marker="o", markersize=3) for label, _ in view.models
-    ]
+    yield from (Key(words[label], label) for label, _ in view.models)
     outputs = view.data.outputs if len(view.data.outputs) > 1 else ()
-    styles = [
-        line_handle("other", name, linestyle=line)
-        for name, line in zip(outputs, LINES, strict=False)
-    ]
-    return [*models, *styles, floor_handle()]
+    yield from (Key(name, "other", dash) for name, dash in zip(outputs, DASHES, strict=False))
+    yield FLOOR_KEY
 
 
-def _draw_floor(axes: Axes, view: View) -> None:
-    floor = view.display.factor * view.diagnosis.noise_floor
-    light_grid(axes)
-    axes.axhspan(-floor, floor, color=COLOURS["floor"], alpha=0.16, linewidth=0)
-    axes.axhline(0.0, color="#555555", linewidth=0.6)
-
-
-def _scale(axes: Axes, bins: Bins) -> None:
+# ---------------------------------------------------------------------- along an axis
+def _scale(bins: Bins) -> Scale:
     """Label of the axis; names of categories; a bent scale where few values lie far out."""
     axis, names = bins.axis, _names(bins)
     display = display_of(axis.unit)
-    unit = f" [{display.unit}]" if display.unit else ""
-    axes.set_xlabel(f"{axis_title(axis)}{unit}")
+    label = f"{axis_title(axis)} [{display.unit}]" if display.unit else axis_title(axis)
     if names:
-        axes.set_xticks(range(len(names)), names)
-        axes.set_xlim(-0.5, len(names) - 0.5)
-        if sum(map(len, names)) > LONG_NAMES:
-            for text in axes.get_xticklabels():
-                text.set(rotation=20, horizontalalignment="right", rotation_mode="anchor")
-        return
-    values = abs(display.factor * axis.values[np.isfinite(axis.values)])
+        ticks = tuple((float(at), name) for at, name in enumerate(names))
+        return Scale(label, (-0.5, len(names) - 0.5), ticks=ticks)
+    usual = _usual(bins)
+    return Scale(label, ticks=_bent_ticks(display.factor * axis.values, usual) if usual else ())
+
+
+def _usual(bins: Bins) -> float:
+    """Value up to which a bent scale is nearly straight; 0 for a straight one."""
+    known = bins.axis.values[np.isfinite(bins.axis.values)]
+    values = abs(display_of(bins.axis.unit).factor * known)
     usual = float(np.percentile(values, 75))
-    if axis.name in ("pressure_rate", "time_since_step") and values.max() > SKEWED * usual > 0.0:
-        axes.set_xscale("symlog", linthresh=usual)
+    bent = bins.axis.name in BENT and values.max() > SKEWED * usual > 0.0
+    return usual if bent else 0.0
+
+
+def _bent_ticks(values: Array, usual: float) -> tuple[tuple[float, str], ...]:
+    """Zero, the usual value and its tenfolds, and the ends: where they are drawn and named."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    steps = float(f"{usual:.1g}") * 10.0 ** np.arange(9.0)
+    inner = [v for v in (*-steps, 0.0, *steps) if low / END < v < high / END or v == 0.0]
+    ends = [v for v in (low, high) if abs(v) > END * usual]
+    shown = sorted({*inner, *ends})
+    return tuple((float(np.arcsinh(v / usual)), f"{v:.2g}") for v in shown)
 
 
 def axis_title(axis: Axis) -> str:
@@ -169,18 +179,18 @@ def _places(bins: Bins, values: Array, index: IntArray) -> Array:
     """Where values of an axis are drawn; index: of their bins."""
     if _names(bins):
         return values if bins.axis.categories else index.astype(float)
-    display = display_of(bins.axis.unit)
-    return display.factor * values + display.offset
+    display, usual = display_of(bins.axis.unit), _usual(bins)
+    shown = display.factor * values + display.offset
+    return np.arcsinh(shown / usual) if usual else shown
 
 
-def _draw_dots(axes: Axes, view: View, bins: Bins, label: str, residual: Array) -> None:
-    kept = thinned(len(residual), DOTS)
-    kept = kept[bins.index[kept] >= 0]
+def _dots(view: View, bins: Bins, label: str, residual: Array) -> Course:
+    kept = np.flatnonzero(bins.index >= 0)
     at = _places(bins, bins.axis.values[kept], bins.index[kept]) + _beside(view, bins, label)
     if _names(bins):  # dots of one place a little apart
         at = at + SPREAD * (np.modf(kept * 0.618)[0] - 0.5) * 0.8
     shown = view.display.factor * residual[kept]
-    axes.plot(at, shown, ".", color=COLOURS[label], markersize=1.6, alpha=0.35, zorder=1.5)
+    return Course(at, shown, label, marker="o", size=1.3, opacity=0.35)
 
 
 def _beside(view: View, bins: Bins, label: str) -> float:
@@ -190,15 +200,53 @@ def _beside(view: View, bins: Bins, label: str) -> float:
     return 0.5 * SPREAD if label == "after" else -0.5 * SPREAD
 
 
-def _draw_means(axes: Axes, view: View, dependence: Dependence, label: str) -> None:
+def _means(view: View, dependence: Dependence, label: str) -> Iterator[Mark]:
     bins = dependence.bins
     at = _places(bins, bins.center, np.arange(bins.count)) + _beside(view, bins, label)
-    factor, colour = view.display.factor, COLOURS[label]
-    for curve, line in zip(dependence.curves.values(), LINES, strict=False):
+    factor = view.display.factor
+    for curve, dash in zip(dependence.curves.values(), DASHES, strict=False):
         mean, low, high = factor * curve.mean, factor * curve.low, factor * curve.high
         if _names(bins):
-            axes.vlines(at, low, high, color=colour, linewidth=2.5, alpha=0.45)
-            axes.plot(at, mean, "o", color=colour, markersize=4)
+            yield bars_of_error(at, low, high, label)
+            yield Course(at, mean, label, label, marker="o")
         else:
-            axes.fill_between(at, low, high, color=colour, alpha=0.22, linewidth=0)
-            axes.plot(at, mean, linestyle=line, marker="o", color=colour, markersize=2.8)
+            yield Band(at, low, high, label)
+            yield Course(at, mean, label, label, 1.2, dash, "o", 2.8)
+
+
+def bars_of_error(at: Array, low: Array, high: Array, colour: str) -> Course:
+    """Upright bars between two values (n,)."""
+    gap = np.full(len(at), np.nan)
+    y = np.stack([low, high, gap], axis=1).ravel()
+    return Course(np.repeat(at, 3), y, colour, width=2.5, opacity=0.45)
+
+
+# ---------------------------------------------------------------------- what is odd
+def oddities(view: View) -> Drawing | None:
+    """One panel for each notice; None where nothing is odd."""
+    found = view.outcome.notices
+    if not found:
+        return None
+    said = "; ".join(notice.text for notice in found)
+    caption = f"{said[0].upper()}{said[1:]}. What stands out is drawn in orange."
+    panels = tuple(_odd_panel(view, notice) for notice in found)
+    return Drawing("oddities", "What is odd", caption, caption, panels)
+
+
+def _odd_panel(view: View, notice: Notice) -> Panel:
+    title = ODD_TITLES[notice.kind]
+    if notice.kind == "repeats":
+        lengths = (view.display.factor * notice.y).tolist()
+        ticks = tuple((float(at), level) for at, level in enumerate(LEVELS))
+        x, y = Scale(f"scatter [{view.display.unit}]"), Scale("", (2.6, -0.6), ticks=ticks)
+        return Panel((Bars(lengths, ("floor", "other", "before")),), x, y, title, 200)
+    other = ODD_ORDINATES.get(notice.kind)
+    values = notice.y if other else view.display.factor * notice.y
+    ordinate = other or f"error [{view.display.unit}]"
+    look = {"width": 1.2} if other else {"marker": "o", "size": 1.5, "most": ODD_DOTS}
+    marked = notice.marked
+    marks = (
+        Course(notice.x, values, "other", **look),
+        Course(notice.x[marked], values[marked], "before", marker="o", size=5.0, most=ODD_DOTS),
+    )
+    return Panel(marks, Scale(ODD_ABSCISSAS[notice.kind]), Scale(ordinate), title)

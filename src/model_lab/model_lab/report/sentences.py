@@ -27,7 +27,7 @@ WORDS = {
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
-    """The verdict in one sentence.
+    """The verdict in one sentence, and how sure it is in another.
 
     >>> from model_lab.diagnosis.result import Unexplained
     >>> parts = {"within": 0.006, "between": 0.005}
@@ -35,6 +35,25 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     ...     0.0079, parts, "repeats", 0.008, 0.008, "rad", (), Unexplained(0.0, ())))
     'The model is adequate: its error of 0.458 deg is noise, whose floor lies at 0.453 deg.'
     """
+    return " ".join(filter(None, [_verdict(diagnosis), sure_sentence(diagnosis)]))
+
+
+def sure_sentence(diagnosis: Diagnosis) -> str:
+    """How many such verdicts are right; nothing where that is not known.
+
+    >>> from types import SimpleNamespace as Made
+    >>> sure_sentence(Made(confidence=0.97, guess=False))
+    '97 of 100 such verdicts are right.'
+    >>> sure_sentence(Made(confidence=0.55, guess=True))
+    'That is a guess: 55 of 100 such verdicts are right.'
+    """
+    if diagnosis.confidence is None:
+        return ""
+    guess = "That is a guess: " if diagnosis.guess else ""
+    return f"{guess}{100 * diagnosis.confidence:.0f} of 100 such verdicts are right."
+
+
+def _verdict(diagnosis: Diagnosis) -> str:
     shown = display_of(diagnosis.unit).shown
     before, after = shown(diagnosis.rmse_before), shown(diagnosis.rmse_after)
     floor = shown(diagnosis.noise_floor)
@@ -47,8 +66,9 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         named = listed(
             [effect_words(effect) if few else effect.name for effect in diagnosis.effects]
         )
+        lacks = "may lack" if diagnosis.guess else "lacks"
         return (
-            f"The model lacks {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
+            f"The model {lacks} {named}: with {'it' if len(diagnosis.effects) == 1 else 'them'} "
             f"the held-out error falls from {before} to {after}, at a noise floor of {floor}"
             f"{_left_over(diagnosis)}."
         )

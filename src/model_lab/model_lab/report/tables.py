@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from model_lab.diagnosis.result import correlation
 from model_lab.fitting.noise_floor import REPEATS, SPLINE, STATED
+from model_lab.learning.learn import Learning
+from model_lab.learning.words import alternative_rows, curve_rows
 from model_lab.localisation.axes import axes_of
 from model_lab.measurements.units import display_of
 from model_lab.report.parameters import parameter_estimates
 from model_lab.report.residuals import axis_title
 from model_lab.report.view import View
 
+MOST_RUNS = 400  # in the table of runs
 SOURCES = {
     REPEATS: "from the scatter of repeats",
     STATED: "as stated in experiment.yaml",
@@ -72,18 +77,18 @@ def _floor_parts(view: View) -> str:
 
 
 def runs(view: View) -> Table:
-    """Held-out error of every run."""
+    """Held-out error of every run, or of the worst of very many."""
     head = ["run", "specimen", "protocol", "temperature", "samples"]
     head += ["error before", "error after"] if view.after else ["error"]
     rows = []
-    for index, run in enumerate(view.data.runs):
-        mine = view.data.table.run == index
-        errors = [np.sqrt(np.mean(s.held_out.residual[mine] ** 2)) for _, s in view.models]
+    squares = [s.held_out.residual**2 for _, s in view.models]
+    counts = np.bincount(view.data.table.run)
+    errors = np.sqrt([np.bincount(view.data.table.run, square) / counts for square in squares])
+    for index in np.sort(np.argsort(-errors[-1])[:MOST_RUNS]):
+        run = view.data.runs[index]
         warm = display_of("K").shown(run.temperature)
-        rows.append(
-            [run.name, run.specimen, run.protocol, warm, str(run.samples)]
-            + [view.display.shown(float(error)) for error in errors]
-        )
+        shown = [view.display.shown(float(error)) for error in errors[:, index]]
+        rows.append([run.name, run.specimen, run.protocol, warm, str(run.samples), *shown])
     return Table(head, rows)
 
 
@@ -141,6 +146,53 @@ def not_visible(view: View) -> Table | None:
         by_reason.setdefault(entry.reason, []).append(entry.name)
     rows = [[reason, ", ".join(names)] for reason, names in by_reason.items()]
     return Table(["reason", "effects"], rows) if rows else None
+
+
+def story(view: View) -> Table | None:
+    """How the error fell with each effect, or with what helps; of one effect the errors say it."""
+    steps, floor = view.steps, view.diagnosis.noise_floor
+    if len(steps) < 3 and not view.diagnosis.helps:
+        return None
+    rows = [
+        [
+            after.label.removeprefix("+ "),
+            view.display.shown(before.rmse),
+            view.display.shown(after.rmse),
+            f"{before.rmse / after.rmse:.3g}-fold",
+            _ratio(after.rmse / floor),
+        ]
+        for before, after in pairwise(steps)
+    ]
+    head = ["added", "before", "after", "falls", "over floor"]
+    return Table(head, rows)
+
+
+def correlations(view: View) -> list[tuple[str, list[float]]]:
+    """Names of the fitted parameters, each with its correlation with all of them; none of one."""
+    names = [name.partition(".")[2] or name for name in view.best.fit.likelihood.names]
+    rows = correlation(view.best).tolist()
+    return list(zip(names, rows, strict=True)) if len(names) > 1 else []
+
+
+def shade(value: float) -> str:
+    """Colours of a cell of a correlation: orange below zero, violet above, the darker the nearer
+    to one.
+    """
+    hue = "#5E3C99" if value > 0.0 else "#B35806"
+    strong = min(abs(value), 1.0)
+    return f"background:{hue}{round(255 * strong):02x};color:{'#fff' if strong > 0.6 else '#222'}"
+
+
+def learned_curves(learned: Learning) -> list[Table]:
+    """The learned curves at their knots."""
+    found = map(curve_rows, learned.curves)
+    return [Table(head, rows) for head, *rows in found]
+
+
+def alternatives(learned: Learning) -> Table:
+    """The curves that were fitted as a whole."""
+    head, *rows = alternative_rows(learned)
+    return Table(head, rows)
 
 
 def detectable(view: View) -> Table | None:

@@ -22,7 +22,7 @@ TIME_SHOWS = {"time_since_step", "time_in_run", "pressure_rate", "direction"}
 
 
 @dataclass(frozen=True)
-class Panel:
+class Repeats:
     """Runs that repeat each other, seen by one output."""
 
     title: str
@@ -89,6 +89,12 @@ class View:
         return display_of(self.data.unit)
 
     @property
+    def output_name(self) -> str:
+        """What is measured, as one says it."""
+        outputs = self.data.outputs
+        return outputs[0].replace("_", " ") if len(outputs) == 1 else "torque on the base"
+
+    @property
     def measured(self) -> Array:
         """Measured outputs (samples,) in SI units."""
         return self.data.table.value
@@ -101,12 +107,12 @@ class View:
         """What a model predicts (samples,) for runs that it was not fitted to."""
         return self.measured - scored.held_out.residual
 
-    def panels(self) -> list[Panel]:
+    def panels(self) -> list[Repeats]:
         """Repeats together, one panel for each output."""
         found: dict[tuple[int, int], list[Series]] = {}
         for course in self.data.table.courses:
             found.setdefault((course.group, course.output), []).append(course)
-        return [Panel(self._title(found[key][0]), tuple(found[key])) for key in sorted(found)]
+        return [Repeats(self._title(found[key][0]), tuple(found[key])) for key in sorted(found)]
 
     def _title(self, first: Series) -> str:
         """Specimen and protocol, as far as they differ in the set; temperature if it varies."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape, Strain
 from softhand_model.hand import section
 from softhand_model.numerics.arrays import Array, Flags
+from softhand_model.numerics.compiled import compiled
 
 Elastic = Callable[[Array], Array]
 """Elastic side [-] at a stretch [-]."""
@@ -29,6 +31,7 @@ LOWEST, HIGHEST = 0.05, 60.0  # stretch, where the search for a root ends
 DIFFERENCE = 1e-6  # of the first slope
 SMALLEST_SLOPE = 0.02  # softened rubber has 0.1 and more
 SETTLED = 3e-8  # last step of the stretch: the error after it is of the order of its square
+SHORTEST = 1e-10  # step of the stretch that rounding does not blur
 SECANTS = 12
 HALVES = 24
 BALANCED = 1e-6  # of the load: what more is left over than this is no balance
@@ -53,9 +56,15 @@ def rough_stretch(load: Array) -> Array:
     >>> rough_stretch(np.array([-1.0, 0.0, 1.0, 3.0])).round(2).tolist()
     [0.83, 1.0, 1.37, 3.06]
     """
+    return np.asarray(rough_root.py_func(load))
+
+
+@compiled
+def rough_root(load: Any) -> Any:
+    """The same, for numbers or arrays."""
     above, below = np.maximum(load, 0.0), np.minimum(load, 0.0)
     stretched = 0.25 * above + np.cbrt(1.0 + (0.75 * above) ** 3)
-    return np.where(load > 0.0, stretched, 1.0 / np.cbrt(1.0 - 0.75 * below))
+    return stretched / np.cbrt(1.0 - 0.75 * below)
 
 
 def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Balanced:
@@ -69,6 +78,7 @@ def balance(elastic: Elastic, load: Array, start: Balanced | None = None) -> Bal
     """
 
     def correction(_stretch: Array, stress: Array, slope: Array) -> Array:
+        """Newton step of the stretch [-]."""
         return (load - stress) / slope
 
     if start is None:
@@ -103,7 +113,7 @@ def iterate(
 
 def _secant(rise: Array, run: Array, before: Array) -> Array:
     """Slope over the last step, or the one before it where rounding would blur it."""
-    long = np.abs(run) > 1e-10
+    long = np.abs(run) > SHORTEST
     return np.where(long, np.maximum(rise / np.where(long, run, 1.0), SMALLEST_SLOPE), before)
 
 
@@ -117,6 +127,7 @@ def _bracketed(elastic: Elastic, load: Array) -> Balanced:
         low, high = np.where(below, middle, low), np.where(below, high, middle)
 
     def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+        """Newton step of the stretch [-], kept between the halves."""
         return np.clip((load - stress) / slope, low - stretch, high - stretch)
 
     found = iterate(elastic, correction, first_slope(elastic, 0.5 * (low + high)))

@@ -105,6 +105,7 @@ class WeightSolver:
         steps = 0
 
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+            """Step of the stretch [-] towards balance, from stress and slope over the modulus."""
             nonlocal steps
             angle = _same_in_lanes(self._to_angle, stretch - 1.0)
             moment = self._scale * _same_in_lanes(self._lever, np.sin(angle))
@@ -158,6 +159,12 @@ class Blocked:
         """Some of the rows, or rows that repeat."""
         return Blocked(self.reach[:, rows], self.weights[:, rows], self.compliance)
 
+    def by_force(self, shape: SectionShape) -> tuple[Array, Array]:
+        """What a unit force takes off the load [1/N], and deflection of the tip per stretch [m]."""
+        return shape.ratio * self.reach / _stiffness(
+            shape
+        ), self.weights * self.reach / shape.height
+
     def spring_force(self, free: Array, stiffness: Array, factor: StiffnessFactor) -> Array:
         """Force (lanes, rows, 1) [N] with linear springs of stiffness B [N m2] about the free
         curvature [1/m] (section 5.2.3).
@@ -190,8 +197,7 @@ class BlockedSolver:
         self, blocked: Blocked, shape: SectionShape, factor: StiffnessFactor | None = None
     ) -> None:
         self._blocked, self._height, self._factor = blocked, shape.height, factor
-        self._moment = shape.ratio * blocked.reach / _stiffness(shape)  # m of a unit force
-        self._deflection = blocked.weights * blocked.reach / shape.height  # per stretch
+        self._moment, self._deflection = blocked.by_force(shape)
         self._free: Balanced | None = None
         self.force = np.zeros(1)
 
@@ -201,6 +207,7 @@ class BlockedSolver:
             self._free = balance(elastic, load, self._free)
 
         def correction(stretch: Array, stress: Array, slope: Array) -> Array:
+            """Step of the stretch [-] towards balance, from stress and slope over the modulus."""
             moment = self._moment_at(stretch)
             unbalanced = load - stress
             there = _total(self._deflection * (stretch - 1.0 + unbalanced / slope))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from softhand_model.effects.effect import (
 )
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain
 from softhand_model.numerics.arrays import Array, Flags
+from softhand_model.numerics.compiled import compiled
 
 ALMOST = 0.99  # of jm, from where the factor goes on in a straight line and so stays finite
 STRETCH_SCALE = 0.25  # over which the excess fades
@@ -50,9 +51,14 @@ class GentStiffening(ElasticEffect):
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
         """Stress [-] times the factor."""
-        share = strain.invariant / self.values["jm"]
-        below = 1.0 / (1.0 - np.minimum(share, ALMOST))
-        return stress * (below + np.maximum(share - ALMOST, 0.0) / (1.0 - ALMOST) ** 2)
+        return stress * locking_factor.py_func(strain.invariant / self.values["jm"])
+
+
+@compiled
+def locking_factor(share: Any) -> Any:
+    """Gent's factor [-] at a share of the invariant at which the rubber locks."""
+    below = 1.0 / (1.0 - np.minimum(share, ALMOST))
+    return below + np.maximum(share - ALMOST, 0.0) / (1.0 - ALMOST) ** 2
 
 
 class YeohStiffening(ElasticEffect):
@@ -318,11 +324,23 @@ class ThickWall(ElasticEffect):
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
     ) -> Array:
         """Stress [-] times the factor."""
-        return stress * (1.0 + self._excess(shape) * np.exp((1.0 - strain.stretch) / STRETCH_SCALE))
+        return stress * (1.0 + self._excess(shape) * fading.py_func(strain.stretch))
 
     def allows(self, shape: SectionShape) -> Flags | bool:
         """Whether the excess is within its limit."""
         return self._excess(shape) <= LARGEST_EXCESS
 
     def _excess(self, shape: SectionShape) -> Array:
-        return self.values["gain"] * np.minimum(2.0 * shape.wall / shape.height, 1.0) ** 2
+        return self.values["gain"] * thickness.py_func(shape.wall, shape.height)
+
+
+@compiled
+def thickness(wall: Any, height: Any) -> Any:
+    """Square of the wall's share of half the height [-], at most 1."""
+    return np.minimum(2.0 * wall / height, 1.0) ** 2
+
+
+@compiled
+def fading(stretch: Any) -> Any:
+    """Share [-] of a thick wall's excess that is left at a stretch."""
+    return np.exp((1.0 - stretch) / STRETCH_SCALE)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from softhand_model.effects.effect import RUBBER, Parameter
 from softhand_model.effects.stages import ElasticEffect, Memory, SectionShape, Strain, decay
 from softhand_model.numerics.arrays import Array
+from softhand_model.numerics.compiled import compiled
 
 MODES, DECADES = 10, 5.0  # lags of creep, and the decades of time over which they are spread
 # rates v of these lags over that of the onset, and their shares exp(-v) of the logarithm's width
@@ -58,8 +59,8 @@ class MullinsSoftening(ElasticEffect):
     ) -> Array:
         """Stress [-] times the factor."""
         below = np.maximum(memory.get("largest_stretch", 1.0) - strain.stretch, 0.0)
-        lost = -np.expm1(-below / self.values["stretch_scale"])
-        return stress * (1.0 - self.values["softening"] * lost)
+        values = self.values
+        return stress * softened.py_func(below, values["softening"], values["stretch_scale"])
 
     def remember(
         self, stress: Array, strain: Strain, shape: SectionShape, memory: Memory, dt: Array | float
@@ -67,6 +68,12 @@ class MullinsSoftening(ElasticEffect):
         """Keep the largest stretch."""
         before = memory.get("largest_stretch", 1.0)
         memory["largest_stretch"] = np.maximum(strain.stretch, before)
+
+
+@compiled
+def softened(below: Any, softening: Any, scale: Any) -> Any:
+    """Factor [-] so far below the largest stretch."""
+    return 1.0 + softening * np.expm1(-below / scale)
 
 
 class Viscoelasticity(ElasticEffect):
@@ -246,7 +253,11 @@ class Hysteresis(ElasticEffect):
 
     def _turned(self, stretch: Array, memory: Memory) -> Array:
         turned, before = memory.get("state", (0.0, 1.0))
-        moved = stretch - before
-        towards = np.sign(moved)
-        left = np.exp(-np.abs(moved) / self.values["stretch_scale"])
-        return towards + (turned - towards) * left
+        return np.asarray(friction.py_func(stretch - before, turned, self.values["stretch_scale"]))
+
+
+@compiled
+def friction(moved: Any, turned: Any, scale: Any) -> Any:
+    """Friction w [-] after a motion, given that before it."""
+    towards = np.sign(moved)
+    return towards + (turned - towards) * np.exp(-np.abs(moved) / scale)

@@ -56,7 +56,7 @@ class StagedEffects:
         self.elastic = _of(self.all, ElasticEffect)
         self.structure = _of(self.all, StructureEffect)
         self.output = _of(self.all, OutputEffect)
-        self._walls = [e for e in self.structure if overrides(e, StructureEffect, "wall_stress")]
+        self.walls = [e for e in self.structure if overrides(e, StructureEffect, "wall_stress")]
         self.reset()
 
     def reset(self) -> None:
@@ -96,7 +96,7 @@ class StagedEffects:
         stress = strain.elastic_term
         for effect in self.elastic:
             stress = effect.stress(stress, strain, shape, self.memory[effect.name], dt)
-        for wall in self._walls:
+        for wall in self.walls:
             stress = wall.wall_stress(stress, strain, shape)
         return stress
 

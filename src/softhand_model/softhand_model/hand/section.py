@@ -9,10 +9,13 @@ curvature kappa [1/m] of the passive layer, and the stretch lambda = 1 + kappa*h
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from softhand_model.numerics.arrays import Array
+from softhand_model.numerics.compiled import compiled
 
 NEWTON_STEPS = 60  # the slowest start (load near 1) needs 8; the rest is a guard
 PRINTED_SLOPE_RATIO = 4.0  # a of eq. 5.5
@@ -262,9 +265,15 @@ def side_wall_term(
     """
     height, width, wall, side_wall = arrays(height, width, wall, side_wall)
     curvature, inner = np.asarray(curvature, float), np.maximum(height - wall, 0.0)
+    integral = side_wall_integral.py_func(curvature, inner)
+    return np.asarray(2.0 * side_wall / (height * width * wall) * integral)
+
+
+@compiled
+def side_wall_integral(curvature: Any, inner: Any) -> Any:
+    """Integral [m2] of y*q(1 + kappa*y) over the inner height Y [m]."""
     bent = inner**2 / (2.0 * (1.0 + curvature * inner) ** 2)
-    integral = inner**2 / 2.0 + curvature * inner**3 / 3.0 - bent
-    return 2.0 * side_wall / (height * width * wall) * integral
+    return inner**2 / 2.0 + curvature * inner**3 / 3.0 - bent
 
 
 def small_strain_side_wall_ratio(

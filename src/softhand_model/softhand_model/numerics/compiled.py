@@ -15,7 +15,7 @@ from numba.core import event
 COMPILING = "compiling the numerical kernels: about a minute, at the first start only"
 
 
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+def compiled(function: Callable[..., Any]) -> Any:
     """Decorate a numerical kernel: compiled and cached on disk by numba.
 
     What is cached counts as old when any kernel of its package has changed: by itself numba looks

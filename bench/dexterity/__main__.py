@@ -1,0 +1,8 @@
+"""Run the benchmark of dexterity, print its table, write out/bench/bench-dexterity.json."""
+
+import sys
+
+from bench.groups import main
+
+if __name__ == "__main__":
+    sys.exit(main("dexterity", "Dexterity of RBO Hand 2: the Kapandji test.", {}))

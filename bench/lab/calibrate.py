@@ -1,0 +1,270 @@
+"""Calibrate the confidence of verdicts: `python -m bench.lab.calibrate`.
+
+Takes the sets that `bench.lab.gather` has gathered: the model of each verdict is fitted to those of
+even seeds, and what it says is compared with what is right on those of odd ones. Writes the
+coefficients into the lab (diagnosis/confidence.json), with where they come from, and the
+reliability diagram (docs/figures/confidence.png); `--show` only prints.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from bench.kept import read
+from bench.lab.gather import LINES
+from bench.lab.reliability import (
+    Bin,
+    bins_of,
+    calibration_error,
+    error_by_chance,
+    error_interval,
+)
+from bench.lab.scoring import refused, right, wilson
+from model_lab.diagnosis import confidence
+from model_lab.diagnosis.confidence import FEWEST, probability
+
+Array = np.ndarray
+Record = Mapping[str, Any]
+FORMAT = "softhand-confidence/1"
+OUT = Path(confidence.__file__).with_name(confidence.FILE)
+FIGURE = Path("docs/figures/confidence.png")
+TERMS = {
+    "effects_missing": ("after", "left", "margin", "lead", "known", "unusual", "black_box",
+                        "effects", "ties", "folds", "repeats"),
+    "adequate": ("before", "proof", "single", "black_box_floor", "folds", "repeats"),
+    "unexplained": ("before", "after", "single", "black_box_floor", "proven", "folds", "repeats"),
+}  # fmt: skip
+RIDGES = (0.3, 1.0, 3.0, 10.0, 30.0)
+PARTS = 5
+PRIOR = 1.0  # right and wrong verdicts more than were seen, half each
+REFUSED, LIMITS = 0.85, tuple(np.arange(0.5, 0.951, 0.05))
+
+
+def answered(lines: Path) -> list[Record]:
+    """Gathered sets with a verdict, in a fixed order."""
+    kept = read(lines)
+    return [kept[key] for key in sorted(kept) if kept[key].get("answer")]
+
+
+def model_of(records: Sequence[Record], terms: Sequence[str], ridge: float) -> dict[str, Any]:
+    """Logistic model of the share right; the ridge is on the weights of scaled terms."""
+    seen = np.array([[r["answer"]["evidence"][name] for name in terms] for r in records], float)
+    seen, true = seen.reshape(-1, len(terms)), np.array([right(r) for r in records], float)
+    mean, scale = (
+        (seen.mean(axis=0), seen.std(axis=0)) if len(seen) else (np.zeros(len(terms)),) * 2
+    )
+    scale = np.where(scale > 1e-6, scale, 1.0)
+    weights = _fitted((seen - mean) / scale, true, ridge)
+    low, high = (seen.min(axis=0), seen.max(axis=0)) if len(seen) else (mean, mean)
+    columns = zip(terms, mean, scale, weights[1:], low, high, strict=True)
+    return {
+        "intercept": _short(weights[0]),
+        "most": _short((len(true) + 1.0) / (len(true) + 2.0)),
+        "terms": {
+            name: dict(
+                zip(("mean", "scale", "weight", "low", "high"), map(_short, rest), strict=True)
+            )
+            for name, *rest in columns
+        },
+    }
+
+
+def _short(value: float) -> float:
+    return round(float(value), 4)
+
+
+def _fitted(scaled: Array, true: Array, ridge: float) -> Array:
+    """Intercept and weights of the greatest penalised likelihood."""
+    design = np.hstack([np.ones((len(scaled), 1)), scaled])
+
+    def loss(weights: Array) -> tuple[float, Array]:
+        total = design @ weights
+        more = PRIOR / 2 * (2 * np.logaddexp(0, weights[0]) - weights[0])
+        value = np.sum(np.logaddexp(0, total) - true * total) + more
+        slope = design.T @ (_share(total) - true) + ridge * np.append(0.0, weights[1:])
+        slope[0] += PRIOR * (_share(weights[0]) - 0.5)
+        return value + ridge / 2 * np.sum(weights[1:] ** 2), slope
+
+    return minimize(loss, np.zeros(design.shape[1]), jac=True, method="L-BFGS-B").x
+
+
+def _share(total: Array | float) -> Array:
+    return 1.0 / (1.0 + np.exp(-np.asarray(total)))
+
+
+def held_out(records: Sequence[Record], terms: Sequence[str], ridge: float) -> Array:
+    """Probabilities (records,), each by a model that has not seen the set."""
+    part = np.arange(len(records)) % PARTS
+    said = np.zeros(len(records))
+    for number in range(PARTS):
+        others = [r for r, at in zip(records, part, strict=True) if at != number]
+        model = model_of(others, terms, ridge)
+        for index in np.flatnonzero(part == number):
+            said[index] = probability(model, records[index]["answer"]["evidence"])
+    return said
+
+
+def best_ridge(records: Sequence[Record], terms: Sequence[str]) -> float:
+    """The ridge of the least loss on sets that the model has not seen."""
+
+    def loss(ridge: float) -> float:
+        said = held_out(records, terms, ridge)
+        true = np.array([right(r) for r in records], bool)
+        return float(-np.sum(np.log(np.where(true, said, 1.0 - said))))
+
+    return min(RIDGES, key=loss)
+
+
+def limit_of(records: Sequence[Record], said: Array) -> float:
+    """The least limit below which a verdict is a guess, so that of the wrong ones enough are
+    refused: said as a guess, or as unexplained.
+    """
+    wrong = [(record, p) for record, p in zip(records, said, strict=True) if not right(record)]
+    for limit in LIMITS:
+        if np.mean([p < limit or refused(record) for record, p in wrong] or [1.0]) >= REFUSED:
+            return _short(limit)
+    return _short(LIMITS[-1])
+
+
+def fitted(records: Sequence[Record]) -> dict[str, Any]:
+    """Models of all verdicts and the limit of guesses."""
+    models, said = {}, {}
+    for verdict, terms in TERMS.items():
+        mine = [record for record in records if record["answer"]["verdict"] == verdict]
+        ridge = best_ridge(mine, terms)
+        models[verdict] = {"sets": len(mine), "right": sum(map(right, mine)), "ridge": ridge}
+        models[verdict] |= model_of(mine, terms, ridge)
+        for record, p in zip(mine, held_out(mine, terms, ridge), strict=True):
+            said[record["key"]] = p
+    order = np.array([said[record["key"]] for record in records])
+    seen = dict(Counter(record["experiment"] for record in records))
+    return {"limit": limit_of(records, order), "experiments": seen, "verdicts": models}
+
+
+def shown(records: Sequence[Record], found: Mapping[str, Any]) -> dict[str, Any]:
+    """What the models say of other sets, beside what is right."""
+    said = [
+        probability(found["verdicts"][r["answer"]["verdict"]], r["answer"]["evidence"])
+        for r in records
+    ]
+    true = [right(record) for record in records]
+    pairs = list(zip(records, said, true, strict=True))
+    wrong = [p < found["limit"] or refused(record) for record, p, fine in pairs if not fine]
+    guessed = [p < found["limit"] for _, p, fine in pairs if fine]
+    return {
+        "sets": len(records),
+        "right": sum(true),
+        "error": _short(calibration_error(said, true)),
+        "interval": [_short(end) for end in error_interval(said, true)],
+        "by_chance": _short(error_by_chance(said)),
+        "refused_of_wrong": [sum(wrong), len(wrong)],
+        "guesses_of_right": [sum(guessed), len(guessed)],
+        "bins": [vars(each) for each in bins_of(said, true)],
+    }
+
+
+def words_of(document: Mapping[str, Any]) -> str:
+    """Coefficients in words: what they were fitted to, and how they did on other sets."""
+    fit, proof = document["fitted_to"], document["shown_on"]
+    if min(fit["sets"], proof["sets"]) < FEWEST:
+        return "Too few sets are gathered yet: no confidence is stated."
+    low, high = proof["interval"]
+    refused_, wrong = proof["refused_of_wrong"]
+    guessed, fine = proof["guesses_of_right"]
+    seen = document["experiments"].items()
+    experiments = ", ".join(f"{count} of {name}" for name, count in seen)
+    lines = ["| verdict | sets fitted to | of these right |", "| --- | --- | --- |"]
+    for verdict, model in document["verdicts"].items():
+        lines.append(f"| `{verdict}` | {model['sets']} | {model['right']} |")
+    text = (
+        f"Fitted to {fit['sets']} sets ({experiments}), shown on {proof['sets']} others: "
+        f"expected calibration error {proof['error']:.3f} (95 % interval {low:.3f} to {high:.3f}; "
+        f"so many sets would have {proof['by_chance']:.3f} if the confidence held exactly). Below "
+        f"{document['limit']:.2f} it is a guess: {refused_} of {wrong} wrong verdicts were refused "
+        "(as a guess, or since nothing known explained the set), and "
+        f"{guessed} of {fine} right ones were called a guess too."
+    )
+    return "\n".join([*lines, "", text])
+
+
+def draw(found: Mapping[str, Any], path: Path) -> None:
+    """The reliability diagram."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    bins = [Bin(**each) for each in found["bins"]]
+    figure, axes = pyplot.subplots(figsize=(4.2, 4.2), dpi=150, layout="constrained")
+    axes.plot([0, 1], [0, 1], color="0.6", linewidth=1)
+    for each in bins:
+        low, high = wilson(each.hits, each.count)
+        axes.plot([each.stated] * 2, [low, high], color="C0", linewidth=1.5)
+        share = each.hits / each.count
+        axes.plot(each.stated, share, "o", color="C0")
+        side, align = (-6, "right") if each.stated > 0.5 else (6, "left")
+        axes.annotate(f"{each.count}", (each.stated, share), (side, 4), ha=align,
+                      textcoords="offset points", fontsize=8)  # fmt: skip
+    low, high = found["interval"]
+    axes.set_title(
+        f"{found['sets']} sets of other seeds\ncalibration error {found['error']:.3f} "
+        f"({low:.3f} to {high:.3f})",
+        fontsize=9,
+    )
+    axes.set(
+        xlim=(-0.03, 1.06),
+        ylim=(-0.03, 1.06),
+        xlabel="confidence stated",
+        ylabel="share of verdicts right",
+    )
+    figure.savefig(path)
+    pyplot.close(figure)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Fit, show, write."""
+    parser = argparse.ArgumentParser(
+        prog="bench.lab.calibrate", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--lines", type=Path, default=LINES)
+    parser.add_argument("--show", action="store_true", help="print, write nothing")
+    parser.add_argument("--shipped", action="store_true", help="only tell of what is shipped")
+    chose = parser.parse_args(arguments)
+    if chose.shipped:
+        print(words_of(json.loads(OUT.read_text())))
+        return 0
+    records = answered(chose.lines)
+    halves = [[r for r in records if r["seed"] % 2 == half] for half in (0, 1)]
+    found = fitted(halves[0])
+    proof = shown(halves[1], found)
+    head = {
+        "format": FORMAT,
+        "made_by": "python -m bench.lab.gather && python -m bench.lab.calibrate",
+        "fitted_to": _seeds(halves[0]),
+        "shown_on": _seeds(halves[1]) | proof,
+        "revisions": dict(Counter(record["revision"] for record in records)),
+    }
+    for name, value in (proof | {"limit": found["limit"]}).items():
+        print(f"{name}: {value}")
+    if not chose.show:
+        OUT.write_text(json.dumps({**head, **found}, indent=1) + "\n")
+        draw(proof, FIGURE)
+        print(f"bench.lab.calibrate: written to {OUT} and {FIGURE}")
+    return 0
+
+
+def _seeds(records: Sequence[Record]) -> dict[str, Any]:
+    return {"sets": len(records), "seeds": sorted({record["seed"] for record in records})}
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,59 @@
+"""What speaks for or against a fitted model besides its error: the usual ranges of parameters,
+gauges at rest, times that the samples cannot tell.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from model_lab.fitting.fit import Fit
+from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.effects import Effect
+
+UNRESOLVED = 0.5  # of the time between samples
+GAUGE_ZERO = "pressure_offset.offset"
+AGREES = 0.05  # of the readings at rest, to which they tell the gauge's zero
+
+
+def unusual(fit: Fit) -> float:
+    """Deviance by which effects' parameters outside of their usual ranges are unlikely beforehand:
+    even within a range, and with normal tails beyond, whose sigma is half of it.
+    """
+    scales = fit.likelihood.scales
+    ends = np.array([p.typical for p in fit.likelihood.parameters], float).reshape(-1, 2)
+    low, high = scales.inward(ends.T)
+    at = scales.inward(fit.values)
+    beyond = np.maximum(np.maximum(low - at, at - high), 0.0) / (0.5 * scales.width)
+    of_effects = [bool(p.effect) for p in fit.likelihood.parameters]
+    return float(np.sum(beyond[of_effects] ** 2))
+
+
+def seen_at_rest(data: MeasurementSet, fit: Fit) -> float:
+    """Deviance by which the first readings of runs, made at rest and without pressure, are more
+    likely with a fitted zero of the gauge than with none.
+
+    A dead zone, or a zero of the output, draws the same curve and lets the gauge read nothing.
+    """
+    names = fit.likelihood.names
+    first = [
+        r.columns["pressure"][0] for r in data.runs if "pressure" in r.columns and not r.steady
+    ]
+    if GAUGE_ZERO not in names or not np.any(first):
+        return 0.0
+    least = AGREES**2 * np.mean(np.square(first))
+    zero = fit.values[names.index(GAUGE_ZERO)]
+    about = np.mean(np.square(first - zero)) + least
+    return float(max(len(first) * np.log((np.mean(np.square(first)) + least) / about), 0.0))
+
+
+def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect]) -> bool:
+    """Whether the samples are near enough to each other to tell the times of an effect that has
+    other parameters besides: far below their distance only a product of both is told.
+    """
+    times = [p.name for p in effect.parameters if p.unit == "s" and p.neutral is None]
+    if not times or len(effect.parameters) < 2 or not data.has_time:
+        return True
+    apart = [float(np.median(np.diff(run.columns["time"]))) for run in data.runs if run.samples > 1]
+    values = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))
+    shortest = UNRESOLVED * float(np.median(apart or [0.0]))
+    return all(values[f"{effect.name}.{name}"] >= shortest for name in times)

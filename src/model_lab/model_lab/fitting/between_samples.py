@@ -1,0 +1,66 @@
+"""What the input did between samples: whether it was held until it jumped, or went straight.
+
+On it hang time constants near the distance of the samples. Both are tried with the model as it is
+and a lag behind it, of whatever size; the one that predicts what was held out better is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from model_lab.aliases import Array
+from model_lab.experiments.samples import SampleRows
+from model_lab.measurements.held_input import jumps, with_jumps
+from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.effects.stages import Memory, lagged
+
+LAGS = np.geomspace(0.02, 50.0, 16)  # time constants over the time between samples
+BETTER = 0.9  # held-out error over that with straight lines, below which an input counts as held
+MOST = 2 / 3  # of the protocols, in which it must be lower
+
+Predict = Callable[[MeasurementSet], Array]
+"""What a model says of the samples (samples,) of a set."""
+
+
+def with_input_between(data: MeasurementSet, predict: Predict) -> MeasurementSet:
+    """The set, which says whether its input is held where it jumps."""
+    if not any(len(jumps(data, run)) for run in data.runs):
+        return data
+    held, own = with_jumps(data)
+    straight = _held_out(data, _lags(data, predict(data)))
+    jumping = _held_out(data, _lags(held, predict(held))[:, own])
+    lower = jumping.sum() < BETTER**2 * straight.sum() and np.mean(jumping < straight) >= MOST
+    return replace(data, jumps=bool(lower))
+
+
+def _lags(data: MeasurementSet, predicted: Array) -> Array:
+    """Predictions (lags, samples) that lag behind."""
+    rows = SampleRows(data)
+    apart = np.median(np.concatenate([np.diff(run.columns["time"]) for run in data.runs]))
+    constants, memory = (LAGS * apart)[:, None, None], Memory()
+    given = np.broadcast_to(predicted[:, None], (len(LAGS), len(predicted), 1))
+    return rows.in_steps(lambda value, dt: lagged(value, memory, dt, constants), given)[:, :, 0]
+
+
+def _held_out(data: MeasurementSet, lags: Array) -> Array:
+    """Sum of squares (folds,) that the lag which suits the other folds best leaves of each, beside
+    a parabola of what lags: the model need not be right.
+    """
+    table = data.table
+    features = np.stack([np.ones_like(lags), lags, lags**2], axis=2)
+    left = np.empty(len(table.folds))
+    for fold in range(len(table.folds)):
+        mine = table.fold == fold
+        tried = [_parabola(rows, table.value, ~mine) for rows in features]
+        best = min(tried, key=lambda rest: float(np.sum(rest[~mine] ** 2)))
+        left[fold] = np.sum(best[mine] ** 2)
+    return left
+
+
+def _parabola(rows: Array, value: Array, kept: Array) -> Array:
+    """What is left of values (samples,) beside features (samples, k) fitted to the kept ones."""
+    found = np.linalg.lstsq(rows[kept], value[kept], rcond=None)[0]
+    return np.asarray(value - rows @ found)

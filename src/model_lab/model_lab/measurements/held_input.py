@@ -1,0 +1,55 @@
+"""Inputs that jump: held from one sample to the next, instead of rising in straight lines.
+
+Between two samples an input is taken to go in a straight line. A regulator's command is held
+instead, and jumps as it is recorded. Where that is so the jump gets a sample of its own: the value
+that was held, an instant before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from model_lab.aliases import Indices
+from model_lab.measurements.measurement_set import MeasurementSet, Run
+
+DRIVING = {"free_bending": "pressure", "blocked_tip": "pressure", "uniaxial": "stretch"}
+LARGE = 0.002  # of a run's range, from which on a change may be a jump
+FLAT = 0.05  # of the jump, that the input may change before and after it
+STAIRS = 0.8  # of all changes of a run, that go from flat to flat: then others are jumps too
+INSTANT = 1e-6  # of the time between samples
+
+
+def jumps(data: MeasurementSet, run: Run) -> Indices:
+    """Samples at which the input of a run has jumped: from flat to flat, or on stairs at all."""
+    driving = DRIVING.get(data.experiment)
+    if driving is None or "time" not in run.columns or run.samples < 2:
+        return np.zeros(0, np.int64)
+    change = np.abs(np.diff(run.columns[driving]))
+    beside = np.maximum(np.append(0.0, change[:-1]), np.append(change[1:], 0.0))
+    large = change > LARGE * float(np.ptp(run.columns[driving]))
+    alone = large & (beside <= FLAT * change)
+    stairs = change[alone].sum() >= STAIRS * change.sum()
+    return np.asarray(1 + np.flatnonzero(large if stairs else alone), np.int64)
+
+
+def with_jumps(data: MeasurementSet) -> tuple[MeasurementSet, Indices]:
+    """The set with what was held just before each jump, and the places of its own samples."""
+    places = [jumps(data, run) for run in data.runs]
+    runs = tuple(_with_held(run, at) for run, at in zip(data.runs, places, strict=True))
+    added = np.concatenate(
+        [np.bincount(at, minlength=run.samples) for run, at in zip(data.runs, places, strict=True)]
+    )
+    kept = np.arange(len(added)) + np.cumsum(added)
+    return replace(data, runs=runs, jumps=False), kept
+
+
+def _with_held(run: Run, at: Indices) -> Run:
+    """The run with one sample more an instant before each of some."""
+    columns = {name: np.insert(values, at, values[at - 1]) for name, values in run.columns.items()}
+    time = run.columns.get("time", np.zeros(run.samples))
+    instant = time[at] - INSTANT * (time[at] - time[at - 1])
+    return replace(
+        run, columns={**columns, **({"time": np.insert(time, at, instant)} if len(at) else {})}
+    )

@@ -1,0 +1,178 @@
+"""Places on the skin of straight actuators: how far along, how far around, and on which side.
+
+A place is `along` [m] from the base of the rubber, and `around` [m] along the outline of the
+section there, from the middle of the passive layer towards +y. The sides of an actuator are its
+`pad` (the passive layer), its `back`, and its flanks `+y` and `-y`; +y is the thumb's side of a
+right hand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuflex_sim.hand.kinematics import HandShape
+from pneuflex_sim.hand.layout import SMALLEST_EDGE
+from pneuflex_sim.hand.outline import ChainOutline, cross_section
+
+Array = NDArray[np.float64]
+
+PAD, BACK, LEFT, RIGHT, TIP = "pad", "back", "+y", "-y", "tip"
+SIDES = (PAD, BACK, LEFT, RIGHT)
+
+
+@dataclass(frozen=True)
+class SkinPlace:
+    """A place on the skin of a chain of this `length` [m]; `side` by the skin's normal, which is
+    within 45 deg of that side's; `girth` [m] of the section there, and `flank` [m], what is
+    `around` in the middle of its +y side.
+    """
+
+    chain: str
+    along: float
+    around: float
+    side: str
+    length: float
+    girth: float
+    flank: float
+
+    def distance(self, share: float, side: str) -> float:
+        """Distance [m] along the skin to the middle of a side at a share of the length; the `tip`
+        is reached over the pad as over the back.
+
+        >>> place = SkinPlace("index", 0.075, 0.003, "pad", 0.1, 0.06, 0.011)
+        >>> round(place.distance(0.79, "pad"), 6), round(place.distance(0.75, "+y"), 6)
+        (0.005, 0.008)
+        """
+        middles = {PAD: (0.0,), BACK: (0.5,), LEFT: (0.0,), RIGHT: (0.0,), TIP: (0.0, 0.5)}[side]
+        shift = {LEFT: self.flank, RIGHT: -self.flank}.get(side, 0.0)
+        aside = min(abs(self._wrapped(m * self.girth + shift - self.around)) for m in middles)
+        return float(np.hypot(self.along - share * self.length, aside))
+
+    def _wrapped(self, difference: float) -> float:
+        return (difference + 0.5 * self.girth) % self.girth - 0.5 * self.girth
+
+
+class SkinPlaces:
+    """Where points are on the skin of a hand's straight single actuators, and the other way round;
+    points [m] in the wrist frame, joint orientations q (n, 4).
+    """
+
+    def __init__(self, shape: HandShape) -> None:
+        self._shape, layout = shape, shape.layout
+        self._outlines = {
+            chain.name: ChainOutline(chain, layout.segments)
+            for chain in layout.description.chains
+            if not chain.turn and not chain.pitch
+        }
+
+    @property
+    def chains(self) -> tuple[str, ...]:
+        """Names of the chains that have such a skin."""
+        return tuple(self._outlines)
+
+    def length(self, chain: str) -> float:
+        """Length [m] of a chain's rubber."""
+        return self._outlines[chain].length
+
+    def locate(self, chain: str, point: Array, q: Array) -> SkinPlace:
+        """The place on a chain's skin that is next to a point."""
+        outline, nearest = self._outlines[chain], (np.inf, 0.0, 0, 0.0, np.empty((0, 2)))
+        for bone, origin, axes in self._bones(chain, q):
+            x, y, z = axes.T @ (point - origin)
+            low, high = np.array(outline.range(bone)) - outline.joint(bone)
+            inside = float(np.clip(z, low, high))
+            along = outline.joint(bone) + inside
+            ring = _ring(outline, along)
+            gap, edge, around = _nearest(ring, np.array([x, y]))
+            far = float(np.hypot(gap, z - inside))
+            if far < nearest[0]:
+                nearest = (far, along, edge, around, ring)
+        _, along, edge, around, ring = nearest
+        girth, flank = _girth(ring)
+        signed = around if around <= 0.5 * girth else around - girth
+        side = _side(ring, edge)
+        return SkinPlace(chain, along, signed, side, outline.length, girth, flank)
+
+    def points(self, chain: str, along: Array, q: Array) -> Array:
+        """Points of the skin's outline (len(along) * k, 3) at places along [m] a chain."""
+        return np.vstack([self._placed(chain, at, _ring, q) for at in along])
+
+    def point(self, chain: str, share: float, side: str, q: Array) -> Array:
+        """Point (3,) of the middle of a side, or of the `tip`, at a share of a chain's length."""
+
+        def middle(outline: ChainOutline, along: float) -> Array:
+            height, width = np.maximum(outline.extents(along)[0], SMALLEST_EDGE)
+            flank = [-0.3 * height, 0.5 * width]  # as `_girth` has it
+            return np.array(
+                [
+                    {
+                        BACK: [-height, 0.0],
+                        LEFT: flank,
+                        RIGHT: [flank[0], -flank[1]],
+                    }.get(side, [0.0, 0.0])
+                ]
+            )
+
+        return self._placed(chain, share * self.length(chain), middle, q)[0]
+
+    def _placed(self, chain: str, along: float, ring: object, q: Array) -> Array:
+        outline = self._outlines[chain]
+        for bone, origin, axes in self._bones(chain, q):
+            if along <= outline.range(bone)[1] + 1e-9:
+                flat = ring(outline, along)  # type: ignore[operator]
+                z = np.full((len(flat), 1), along - outline.joint(bone))
+                return origin + np.hstack([flat, z]) @ axes.T
+        raise ValueError(f"along: expected at most {outline.length} m, got {along}")
+
+    def _bones(self, chain: str, q: Array) -> list[tuple[int, Array, Array]]:
+        """Number, origin and axes of each bone of a chain that has rubber."""
+        position, frame, _ = self._shape.frames(q)
+        joints, outline = self._shape.layout.chain_joints[chain], self._outlines[chain]
+        strut = outline.description.strut
+        found = []
+        first = joints.start
+        if strut is not None:
+            lift = np.array([0.0, 0.0, strut.length / 2.0 + outline.edge / 2.0])
+            found.append((0, position[first] + frame[first] @ lift, frame[first]))
+            first += 1
+        return found + [
+            (bone, position[first + bone - 1], frame[first + bone - 1])
+            for bone in range(1, outline.segments + 1)
+        ]
+
+
+def _ring(outline: ChainOutline, along: float) -> Array:
+    """Outline (k, 2) [m] of the section at a place, from the corner of the passive layer at +y."""
+    return np.asarray(outline.outlines(along, cross_section(), SMALLEST_EDGE)[0])
+
+
+def _nearest(ring: Array, point: Array) -> tuple[float, int, float]:
+    """Distance [m] of a point from an outline, the nearest edge, and how far [m] around it is from
+    the middle of the passive layer, which is the last edge.
+    """
+    edges = np.roll(ring, -1, axis=0) - ring
+    lengths = np.linalg.norm(edges, axis=1)
+    share = np.clip(np.einsum("ij,ij->i", point - ring, edges) / lengths**2, 0.0, 1.0)
+    gaps = np.linalg.norm(ring + share[:, None] * edges - point, axis=1)
+    edge = int(np.argmin(gaps))
+    start = 0.5 * lengths[-1] + np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    around = (start[edge] + share[edge] * lengths[edge]) % lengths.sum()
+    return float(gaps[edge]), edge, float(around)
+
+
+def _girth(ring: Array) -> tuple[float, float]:
+    """Length [m] of an outline, and how far around the middle of its flat flank at +y is."""
+    lengths = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
+    start = 0.5 * lengths[-1] + np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    widest = np.isclose(ring[:, 1], ring[:, 1].max())
+    return float(lengths.sum()), float(start[widest].mean())
+
+
+def _side(ring: Array, edge: int) -> str:
+    x, y = ring[(edge + 1) % len(ring)] - ring[edge]
+    if abs(y) >= abs(x):  # the normal is (y, -x)
+        return PAD if y > 0 else BACK
+    return LEFT if x < 0 else RIGHT

@@ -1,0 +1,252 @@
+"""Compiled loops through whole runs: see `whole_runs`.
+
+Lanes are the sections of a run in all trial values; rows are the samples of the runs, one run after
+the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softhand_model.bending.balance import (
+    DIFFERENCE,
+    HIGHEST,
+    LOWEST,
+    SECANTS,
+    SETTLED,
+    SHORTEST,
+    SMALLEST_SLOPE,
+    rough_root,
+)
+from softhand_model.bending.elastic_chain import (
+    LARGEST,
+    SOFTENED,
+    ElasticChain,
+    begin_step,
+    remember,
+    rest,
+    stress_at,
+)
+from softhand_model.numerics.arrays import Array, Flags, Indices
+from softhand_model.numerics.compiled import compiled
+
+LONG = 1e12  # [s] after which everything has settled
+HALVES = 60  # of the range of stretches, where secants go astray
+# numbers (lanes,) of one section while its balance is sought
+LOAD, STRETCH, SLOPE, STRESS, MOVED, AFTER = range(6)
+WORK = 6
+
+
+@compiled
+def march(
+    load: Array,
+    chain: ElasticChain,
+    sizes: Array,
+    starts: Indices,
+    dt: Array,
+    steady: Flags,
+    before: Indices,
+    found: Array,
+) -> None:
+    """Fill found (rows, lanes) with the stretch."""
+    ends, work = _kept(before, chain), np.empty((WORK, load.shape[1]))
+    for run in range(len(before)):
+        _start(run, before, ends, sizes, chain)
+        _first(load[starts[run]], steady[run], chain, work)
+        if steady[run]:
+            _balance(chain, work)
+            remember(work[STRETCH], chain, work[STRESS])
+        for row in range(starts[run], starts[run + 1]):
+            begin_step(dt[row], chain)
+            _ahead(load[row], work)
+            _balance(chain, work)
+            remember(work[STRETCH], chain, work[STRESS])
+            for lane in range(load.shape[1]):
+                found[row, lane] = work[STRETCH, lane]
+        ends[run] = chain.states[:, LARGEST]
+
+
+@compiled
+def _kept(before: Indices, chain: ElasticChain) -> Array:
+    """Room for what runs end with (runs, n, lanes)."""
+    return np.ones((len(before), len(chain.kinds), chain.values.shape[2]))
+
+
+@compiled
+def _start(run: int, before: Indices, ends: Array, sizes: Array, chain: ElasticChain) -> None:
+    """The chain at the start of a run."""
+    chain.sizes[:] = sizes[run]
+    rest(chain)
+    if before[run] >= 0:
+        for place in range(len(chain.kinds)):
+            if chain.kinds[place] == SOFTENED:
+                chain.states[place, LARGEST] = ends[before[run], place]
+
+
+@compiled
+def _first(load: Array, steady: bool, chain: ElasticChain, work: Array) -> None:
+    """Where the first balance of a run is sought: at rest, or under its load for long."""
+    begin_step(LONG if steady else 0.0, chain)
+    for lane in range(len(load)):
+        work[LOAD, lane] = load[lane] if steady else 0.0
+        work[STRETCH, lane] = rough_root(work[LOAD, lane])
+        work[MOVED, lane] = work[STRETCH, lane] + DIFFERENCE
+    stress_at(work[STRETCH], chain, work[STRESS])
+    stress_at(work[MOVED], chain, work[AFTER])
+    for lane in range(len(load)):
+        rise = work[AFTER, lane] - work[STRESS, lane]
+        work[SLOPE, lane] = max(rise / DIFFERENCE, SMALLEST_SLOPE)
+
+
+@compiled
+def _ahead(load: Array, work: Array) -> None:
+    """Start of the search for the next balance: on a straight line from the last one."""
+    for lane in range(len(load)):
+        stretch = work[STRETCH, lane]
+        moved = stretch + (load[lane] - work[LOAD, lane]) / work[SLOPE, lane]
+        work[STRETCH, lane] = max(moved, 0.5 * stretch)
+        work[LOAD, lane] = load[lane]
+
+
+@compiled
+def _balance(chain: ElasticChain, work: Array) -> None:
+    """Move the stretch to where it balances the load, as `balance.balance` does."""
+    stretch, slope, stress = work[STRETCH], work[SLOPE], work[STRESS]
+    load, moved, after = work[LOAD], work[MOVED], work[AFTER]
+    stress_at(stretch, chain, stress)
+    for _ in range(SECANTS):
+        far = 0
+        for lane in range(len(load)):
+            change = (load[lane] - stress[lane]) / slope[lane]
+            moved[lane] = min(max(stretch[lane] + change, 0.5 * stretch[lane]), HIGHEST)
+            far += abs(change) > SETTLED
+        if far == 0:
+            for lane in range(len(load)):
+                stretch[lane] = moved[lane]
+            return
+        stress_at(moved, chain, after)
+        _take_secants(work)
+    _halve(chain, work)
+
+
+@compiled
+def _take_secants(work: Array) -> None:
+    """Slopes over the last move, and the stretch after it."""
+    for lane in range(work.shape[1]):
+        run = work[MOVED, lane] - work[STRETCH, lane]
+        long = abs(run) > SHORTEST
+        secant = (work[AFTER, lane] - work[STRESS, lane]) / (run if long else 1.0)
+        work[SLOPE, lane] = max(secant, SMALLEST_SLOPE) if long else work[SLOPE, lane]
+        work[STRETCH, lane], work[STRESS, lane] = work[MOVED, lane], work[AFTER, lane]
+
+
+@compiled
+def _halve(chain: ElasticChain, work: Array) -> None:
+    """The same by halves of the range, where secants go astray."""
+    middle, low, high = work[STRETCH], work[MOVED].copy(), work[SLOPE].copy()
+    low[:], high[:] = LOWEST, HIGHEST
+    for _ in range(HALVES):
+        for lane in range(len(low)):
+            middle[lane] = 0.5 * (low[lane] + high[lane])
+        stress_at(middle, chain, work[STRESS])
+        for lane in range(len(low)):
+            if work[STRESS, lane] < work[LOAD, lane]:
+                low[lane] = middle[lane]
+            else:
+                high[lane] = middle[lane]
+
+
+@compiled
+def follow(
+    stretch: Array,
+    chain: ElasticChain,
+    sizes: Array,
+    starts: Indices,
+    dt: Array,
+    steady: Flags,
+    before: Indices,
+    found: Array,
+) -> None:
+    """Fill found (rows, lanes) with the elastic side."""
+    ends = _kept(before, chain)
+    for run in range(len(before)):
+        _start(run, before, ends, sizes, chain)
+        if steady[run]:
+            begin_step(LONG, chain)
+            remember(stretch[starts[run]], chain, found[starts[run]])
+        for row in range(starts[run], starts[run + 1]):
+            begin_step(dt[row], chain)
+            remember(stretch[row], chain, found[row])
+        ends[run] = chain.states[:, LARGEST]
+
+
+# ---------------------------------------------------------------------- blocked tips
+@compiled
+def march_blocked(
+    load: Array,
+    chain: ElasticChain,
+    sizes: Array,
+    moment: Array,
+    deflection: Array,
+    compliance: Array,
+    starts: Indices,
+    dt: Array,
+    steady: Flags,
+    before: Indices,
+    force: Array,
+) -> None:
+    """Fill force (rows, lanes); moment, deflection (runs, sections*lanes), compliance (lanes,)."""
+    ends, work = _kept(before, chain), np.empty((WORK, load.shape[1]))
+    for run in range(len(before)):
+        _start(run, before, ends, sizes, chain)
+        _first(load[starts[run]], steady[run], chain, work)
+        if steady[run]:
+            _block(moment[run], deflection[run], compliance, chain, work, force[starts[run]])
+            remember(work[STRETCH], chain, work[STRESS])
+        for row in range(starts[run], starts[run + 1]):
+            begin_step(dt[row], chain)
+            for lane in range(load.shape[1]):
+                work[LOAD, lane] = load[row, lane]
+            _block(moment[run], deflection[run], compliance, chain, work, force[row])
+            remember(work[STRETCH], chain, work[STRESS])
+        ends[run] = chain.states[:, LARGEST]
+
+
+@compiled
+def _block(
+    moment: Array,
+    deflection: Array,
+    compliance: Array,
+    chain: ElasticChain,
+    work: Array,
+    force: Array,
+) -> None:
+    """Move the stretch to where it balances load and force, as `BlockedSolver` does."""
+    stretch, slope, stress = work[STRETCH], work[SLOPE], work[STRESS]
+    load, moved, after = work[LOAD], work[MOVED], work[AFTER]
+    give, lanes = np.empty(len(force)), range(len(force))
+    stress_at(stretch, chain, stress)
+    for _ in range(SECANTS):
+        for lane in lanes:
+            force[lane], give[lane] = 0.0, compliance[lane]
+        for first in range(0, len(load), len(force)):
+            for lane in lanes:
+                at = first + lane
+                free = stretch[at] - 1.0 + (load[at] - stress[at]) / slope[at]
+                force[lane] += deflection[at] * free
+                give[lane] += deflection[at] * moment[at] / slope[at]
+        for lane in lanes:
+            force[lane] /= give[lane]
+        far = 0
+        for first in range(0, len(load), len(force)):
+            for lane in lanes:
+                at = first + lane
+                change = (load[at] - stress[at] - moment[at] * force[lane]) / slope[at]
+                moved[at] = min(max(stretch[at] + change, 0.5 * stretch[at]), HIGHEST)
+                far += abs(change) > SETTLED
+        if far == 0:
+            for lane in range(len(load)):
+                stretch[lane] = moved[lane]
+            return
+        stress_at(moved, chain, after)
+        _take_secants(work)

@@ -1,0 +1,147 @@
+"""Stretch of sections through whole runs, compiled: what `SteppedBalance` does step by step.
+
+All trial values, runs and sections go through one loop, run after run, so that what a specimen
+keeps is known at the start of its next run. Arrays are (lanes, rows, sections) as in
+`effects.stages`; rows are the samples of the runs, one run after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from softhand_model.bending.balance import bending_load
+from softhand_model.bending.elastic_chain import (
+    ElasticChain,
+    compiled_effects,
+    elastic_chain,
+    sizes_of,
+)
+from softhand_model.bending.loaded_finger import Blocked
+from softhand_model.bending.run_loops import follow, march, march_blocked
+from softhand_model.effects import Effect
+from softhand_model.effects.pipeline import StagedEffects
+from softhand_model.effects.stages import SectionShape
+from softhand_model.numerics.arrays import Array, Flags, Indices
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs of samples.
+
+    starts (runs + 1,): first row of each, and the number of rows. dt (rows,) [s]: of the step to
+    each sample, 0 at the first of a run. steady (runs,): whether a run has been at its first sample
+    for long; others start at rest. before (runs,): the earlier run from which a specimen comes, -1
+    for a virgin one.
+    """
+
+    starts: Indices
+    dt: Array
+    steady: Flags
+    before: Indices
+
+    @cached_property
+    def of_rows(self) -> Indices:
+        """The run (rows,) of each row."""
+        return np.repeat(np.arange(len(self.before)), np.diff(self.starts))
+
+
+def curvature_in_runs(
+    staged: StagedEffects, pressure: Array, shape: SectionShape, runs: Runs
+) -> Array | None:
+    """Free curvature [1/m] (lanes, rows, sections) at chamber pressures [Pa] (lanes, rows, 1); None
+    where an effect is not compiled. shape: of the runs, (lanes or 1, runs, sections).
+    """
+    effects = compiled_effects(staged)
+    if effects is None:
+        return None
+    rows = shape.of_rows(runs.of_rows)
+    load = bending_load(staged, pressure, rows)
+    curvature = (stretch_in_runs(effects, load, shape, runs, "pure_shear") - 1.0) / rows.height
+    return staged.act_on_curvature(curvature, pressure, rows)
+
+
+def stretch_in_runs(
+    effects: Sequence[Effect], load: Array, shape: SectionShape, runs: Runs, mode: str
+) -> Array:
+    """Stretch [-] that balances a load [-] (lanes, rows, sections) at every row.
+
+    effects: of `elastic_chain.compiled_effects`. shape: of the runs, (lanes or 1, runs, sections);
+    mode: of `effects.stages.Strain`.
+    """
+    given = _InLoops.of(effects, load, shape, runs, mode)
+    found = np.empty_like(given.input)
+    march(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    return given.back(found)
+
+
+def stress_in_runs(
+    effects: Sequence[Effect], stretch: Array, shape: SectionShape, runs: Runs, mode: str
+) -> Array:
+    """Elastic side [-] at every row where the stretch [-] (lanes, rows, sections) is imposed."""
+    given = _InLoops.of(effects, stretch, shape, runs, mode)
+    found = np.empty_like(given.input)
+    follow(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    return given.back(found)
+
+
+def force_in_runs(
+    effects: Sequence[Effect], load: Array, shape: SectionShape, blocked: Blocked, runs: Runs
+) -> Array:
+    """Force [N] (lanes, rows, 1) of tips blocked as `blocked` says of the runs; see
+    `loaded_finger.BlockedSolver`.
+    """
+    parts, compliance = blocked.by_force(shape), np.ravel(blocked.compliance)
+    lanes = max(len(load), compliance.size, *map(len, parts))
+    given = _InLoops.of(effects, load, shape, runs, "pure_shear", lanes)
+    of_runs = (given.lanes, len(runs.before), load.shape[2])
+    moment, deflection = (_lanes_last(part, of_runs) for part in parts)
+    compliance = np.broadcast_to(compliance, given.lanes).astype(float)
+    force = np.empty((load.shape[1], given.lanes))
+    springs = moment, deflection, compliance
+    march_blocked(*given[1:], *springs, runs.starts, runs.dt, runs.steady, runs.before, force)
+    return force.T[:, :, None]
+
+
+class _InLoops(NamedTuple):
+    """What loops take: input (rows, sections*lanes), chain, sizes (runs, 5, sections*lanes)."""
+
+    lanes: int
+    input: Array
+    chain: ElasticChain
+    sizes: Array
+
+    @classmethod
+    def of(
+        cls,
+        effects: Sequence[Effect],
+        given: Array,
+        shape: SectionShape,
+        runs: Runs,
+        mode: str,
+        lanes: int = 1,
+    ) -> _InLoops:
+        """Of what is given (lanes, rows, sections)."""
+        sections = given.shape[2]
+        lanes = max([lanes, len(given), *(np.size(v) for e in effects for v in e.values.values())])
+        return cls(
+            lanes,
+            _lanes_last(given, (lanes, *given.shape[1:])),
+            elastic_chain(effects, mode, sections, lanes),
+            sizes_of(shape, len(runs.before), sections, lanes),
+        )
+
+    def back(self, found: Array) -> Array:
+        """What was found, as (lanes, rows, sections)."""
+        sections = found.shape[1] // self.lanes
+        return np.moveaxis(found.reshape(len(found), sections, self.lanes), -1, 0)
+
+
+def _lanes_last(values: Array, shape: tuple[int, ...]) -> Array:
+    """Values (lanes, rows, sections) as (rows, sections*lanes)."""
+    moved = np.moveaxis(np.broadcast_to(values, shape), 0, -1)
+    return np.ascontiguousarray(moved).reshape(shape[1], -1)

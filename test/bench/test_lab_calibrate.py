@@ -1,0 +1,104 @@
+"""The calibration of confidences, on verdicts whose chance of being right is known."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bench.hidden.reserved import is_reserved
+from bench.lab import calibrate, gather
+from bench.lab.calibrate import TERMS, fitted, limit_of, shown
+from model_lab.diagnosis.confidence import probability
+
+
+def gathered(count, first, verdict="effects_missing"):
+    """Sets of which the share right falls with what is left, from 1 to nearly 0."""
+    random = np.random.default_rng(first)
+    made = []
+    for number in range(count):
+        left = float(random.uniform())
+        fine = random.random() < 1.0 / (1.0 + np.exp(8.0 * (left - 0.6)))
+        evidence = dict.fromkeys({name for terms in TERMS.values() for name in terms}, 0.0)
+        made.append({
+            "key": f"{verdict}{first}{number}", "row": "catalogue", "seed": first,
+            "experiment": "uniaxial",
+            "expected": {"verdict": verdict, "names": [["a"]], "tied": []}, "revision": "r",
+            "answer": {"verdict": verdict, "effects": [{"name": "a" if fine else "b"}],
+                       "tied": [[]], "evidence": evidence | {"left": left}},
+        })  # fmt: skip
+    return made
+
+
+@pytest.fixture(scope="module")
+def found():
+    return fitted(gathered(300, 600))
+
+
+def test_the_model_finds_how_the_share_of_right_verdicts_depends_on_the_evidence(found):
+    model = found["verdicts"]["effects_missing"]
+    for left in (0.2, 0.6, 0.9):
+        said = probability(model, dict.fromkeys(TERMS["effects_missing"], 0.0) | {"left": left})
+        assert said == pytest.approx(1.0 / (1.0 + np.exp(8.0 * (left - 0.6))), abs=0.12)
+
+
+def test_what_is_stated_holds_on_other_sets(found):
+    proof = shown(gathered(300, 601), found)
+    assert proof["error"] < 2.0 * proof["by_chance"] + 0.02
+    assert proof["interval"][0] <= proof["error"] <= proof["interval"][1]
+    assert sum(each["count"] for each in proof["bins"]) == 300
+    refused, wrong = proof["refused_of_wrong"]
+    assert refused / wrong > 0.7
+
+
+def test_no_more_is_stated_than_so_many_sets_can_show(found):
+    certain = gathered(30, 602)
+    for one in certain:
+        one["answer"]["effects"] = [{"name": "a"}]
+    model = fitted(certain)["verdicts"]["effects_missing"]
+    assert probability(model, certain[0]["answer"]["evidence"]) <= 31 / 32 + 1e-4
+
+
+def test_a_verdict_that_was_never_gathered_is_even_chance(found):
+    evidence = dict.fromkeys(TERMS["adequate"], 0.0)
+    assert probability(found["verdicts"]["adequate"], evidence) == 0.5
+
+
+def test_the_limit_refuses_most_of_the_wrong_verdicts():
+    sets = gathered(200, 603)
+    said = np.array([1.0 - one["answer"]["evidence"]["left"] for one in sets])
+    limit = limit_of(sets, said)
+    names = [one["answer"]["effects"][0]["name"] for one in sets]
+    below = [p < limit for p, name in zip(said, names, strict=True) if name == "b"]
+    assert np.mean(below) >= calibrate.REFUSED or limit == calibrate.LIMITS[-1]
+
+
+def test_coefficients_and_figure_are_written_with_where_they_come_from(tmp_path, monkeypatch):
+    monkeypatch.setattr(calibrate, "OUT", tmp_path / "confidence.json")
+    monkeypatch.setattr(calibrate, "FIGURE", tmp_path / "confidence.png")
+    lines = tmp_path / "lines.jsonl"
+    sets = gathered(40, 604) + gathered(40, 605)
+    lines.write_text("".join(json.dumps(one) + "\n" for one in sets))
+    assert calibrate.main(["--lines", str(lines)]) == 0
+    written = json.loads((tmp_path / "confidence.json").read_text())
+    assert written["fitted_to"] == {"sets": 40, "seeds": [604]}
+    assert written["shown_on"]["seeds"] == [605] and written["revisions"] == {"r": 80}
+    assert (tmp_path / "confidence.png").stat().st_size > 5000
+
+
+def test_both_halves_get_sets_of_every_case_that_no_threshold_has_seen():
+    jobs = gather.jobs("r")
+    halves = [{job.case for job in jobs if job.seed % 2 == half} for half in (0, 1)]
+    assert halves[0] == halves[1] and len(halves[0]) > 300
+    assert min(job.seed for job in jobs) >= gather.FIRST_SEED
+    assert max(job.seed for job in jobs) < 1000
+    assert not any(is_reserved(job.case) for job in jobs)
+    first = jobs[: len(halves[0])]
+    assert len({gather.name_of(job) for job in first}) == len(first)
+
+
+def test_what_is_shipped_says_where_it_comes_from():
+    shipped = json.loads(calibrate.OUT.read_text())
+    assert shipped["format"] == calibrate.FORMAT and set(shipped["verdicts"]) == set(TERMS)
+    assert not set(shipped["fitted_to"]["seeds"]) & set(shipped["shown_on"]["seeds"])
+    for verdict, terms in TERMS.items():
+        assert 0.0 < probability(shipped["verdicts"][verdict], dict.fromkeys(terms, 0.0)) < 1.0

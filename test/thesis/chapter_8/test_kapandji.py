@@ -1,0 +1,105 @@
+"""The Kapandji experiment: what is said of made-up results, and one small run."""
+
+import numpy as np
+import pytest
+
+from grasp_strategies.dexterity.posture import FOUR, RIGID, SEVEN
+from thesis.chapter_8 import kapandji
+from thesis.chapter_8.kapandji import CASES, NO_INDEX, Parameters, problem, report
+
+
+def one(distance, pressure=40e3, touched=None):
+    touched = distance <= 0.008 if touched is None else touched
+    repeat = {
+        "touched": touched,
+        "reason": "" if touched else "not within the radius",
+        "distance": distance,
+        "gap": distance,
+        "others": [],
+        "at_radius": {"5": distance <= 0.005, "8": touched, "12": distance <= 0.012},
+    }
+    return {"values": dict.fromkeys("abcd", pressure), "repeats": [repeat] * 3}
+
+
+def results(**cases):
+    line = {"twists": np.array([-0.5, 0.0]), "places": np.zeros((2, 3))}
+    axes = {f"{name}_{key}": v for name in ("equal", "differing") for key, v in line.items()}
+    return {"cases": {n: {str(p): o for p, o in c.items()} for n, c in cases.items()}, **axes}
+
+
+def reached(*far, near=0.004):
+    return {place: one(0.02 if place in far else near) for place in range(1, 9)}
+
+
+def met(found):
+    return {finding.what: finding.met for finding in found.findings if finding.met is not None}
+
+
+def test_seven_of_eight_with_place_one_missed_is_what_the_thesis_found():
+    good = {
+        FOUR: reached(1),
+        RIGID: reached(1, 2, 4, 5, 6),
+        NO_INDEX: {place: one(0.03) for place in (1, 2, 3)},
+    }
+    found = met(report(results(**good), Parameters()))
+    assert len(found) == 4 and all(found.values())
+
+
+@pytest.mark.parametrize(
+    ("case", "places", "what"),
+    [
+        (FOUR, reached(1, 2, 3), "places reached within 8 mm"),
+        (FOUR, {**reached(4), 2: one(0.004, 70e3)}, "place 1 is the hardest"),
+        (RIGID, reached(1, 2, 3, 4), "negative control: palm rigid"),
+        (NO_INDEX, {2: one(0.001)}, "negative control: index empty, places 1 to 3"),
+    ],
+)
+def test_a_missed_criterion_is_said(case, places, what):
+    assert met(report(results(**{case: places}), Parameters()))[what] is False
+
+
+def test_a_place_counts_when_every_repeat_touches():
+    twice = reached(1)
+    twice[5]["repeats"] = [*twice[5]["repeats"][:2], one(0.03)["repeats"][0]]
+    table = report(results(**{FOUR: twice}), Parameters()).table
+    assert "6 of 8: 2, 3, 4, 6, 7, 8" in table
+    assert "place 5: ring, tip | reached | 2 of 3" in table
+
+
+def test_places_within_other_radii_are_listed():
+    mixed = reached(1)
+    mixed[6] = one(0.007)
+    table = report(results(**{FOUR: mixed}), Parameters()).table
+    assert "| within 5 mm | - | 6 of 8: 2, 3, 4, 5, 7, 8" in table
+    assert "| within 12 mm | - | 7 of 8" in table
+
+
+def test_searches_leave_out_what_is_to_stay_empty_and_have_seeds_of_their_own():
+    given = Parameters()
+    four, seven = problem(given, FOUR, 3), problem(given, SEVEN, 3)
+    assert [(v.name, v.high) for v in four.variables] == [
+        ("a", 80e3),
+        ("b", 80e3),
+        ("c", 105e3),
+        ("d", 160e3),
+    ]
+    assert len(seven.variables) == 7
+    assert [v.name for v in problem(given, NO_INDEX, 2).variables] == ["a", "c", "d"]
+    assert four.seed != problem(given, FOUR, 4).seed
+    assert (four.evaluations, four.sampler) == (400, "tpe")
+    assert all(set(places) <= set(range(1, 9)) for _, _, places in CASES.values())
+
+
+def test_a_small_run_is_taken_up_from_its_lines_with_the_same_outcome(tmp_path):
+    from thesis.frame import Job, save_figure
+
+    given = Parameters(**{**kapandji.SMALL, "evaluations": 4, "generation": 4, "repeats": 1})
+    job = Job(tmp_path, lambda what, share: None)
+    first = kapandji.run(given, job)
+    again = kapandji.run(given, job)
+    assert first["cases"] == again["cases"]
+    assert (first["joints"] == again["joints"]).all()
+    assert len((tmp_path / FOUR / "4" / "results.jsonl").read_text().splitlines()) == 4
+    found = report(first, given)
+    save_figure(kapandji, first, found, tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 20_000
