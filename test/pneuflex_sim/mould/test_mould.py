@@ -118,7 +118,6 @@ def test_a_wall_may_be_a_profile():
 @pytest.mark.parametrize(
     ("name", "changes", "split", "said"),
     [
-        ("P5", {"draft": 10.0}, None, "width: expected a chamber of P5 that leaves edges"),
         ("P10.thumb", {}, 8.0, "chambers longer than wide beside plugs of 3 mm, got one from 3 to"),
         ("P10.PalmInner", {"rim": 30.0}, None, "rim: expected at most 21 mm inside the arc"),
     ],
@@ -126,6 +125,12 @@ def test_a_wall_may_be_a_profile():
 def test_sizes_without_room_are_refused_by_name(name, changes, split, said):
     with pytest.raises(ValueError, match=said):
         build_mould(load_actuator(name), MouldParameters(**changes), split)
+
+
+def test_a_chamber_too_narrow_for_slanted_walls_is_refused():
+    thick = replace(load_actuator("P5"), side_wall=0.004)
+    with pytest.raises(ValueError, match="width: expected a chamber of P5 that leaves edges"):
+        build_mould(thick)
 
 
 def test_a_narrow_chamber_gets_a_smaller_fillet():
