@@ -243,8 +243,8 @@ def interface_gaps(found: Finished, count: int, seed: int = 3) -> Array:
     random = np.random.default_rng(seed)
     gaps: list[float] = []
     while len(gaps) < count:
-        distance = random.choice([random.uniform(0.1, LAND + RAMP), 0.95 * used.reach * random.random()])
-        x, y = random.choice(around.moved(max(distance, 0.1))[beside]) * used.scale
+        far = random.choice([LAND + RAMP, 0.95 * used.reach])
+        x, y = random.choice(around.moved(random.uniform(0.1, far))[beside]) * used.scale
         above, below = _vertical(found.shell, x, y), _vertical(found.core, x, y)
         gaps.append(above[0] - below[-1])
     return np.array(gaps)
