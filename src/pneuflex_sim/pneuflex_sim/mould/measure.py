@@ -11,7 +11,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from pneuflex_sim.mould.parts import LAND, RAMP, Mould, groove_places
-from pneuflex_sim.mould.plan import NOSE, Array, nose_length, outline
+from pneuflex_sim.mould.plan import Array, nose_length, outline
 from pneuflex_sim.mould.surface import solid_of
 
 FAR = 1e3  # beyond all moulds [mm]
@@ -239,7 +239,8 @@ def interface_gaps(found: Finished, count: int, seed: int = 3) -> Array:
     mould = found.mould
     line, used = mould.line, mould.parameters
     around = outline(line, line.half_width, 0.0, line.length, np.zeros(0))
-    beside = around.s > NOSE  # the cavity is open at its base
+    base = nose_length(float(line.half_width(np.zeros(1))[0]))
+    beside = around.s > base + LAND  # the cavity is open at its base
     random = np.random.default_rng(seed)
     gaps: list[float] = []
     while len(gaps) < count:
