@@ -133,6 +133,14 @@ def test_a_lane_is_what_it_is_without_the_others() -> None:
     assert compiled(last, loads(), runs())[0] == pytest.approx(together[-1], abs=1e-9)
 
 
+@pytest.mark.parametrize("name", [name for name in IN_LANES if len(IN_LANES[name]) > 1])
+def test_the_order_in_which_parameters_are_given_does_not_matter(name: str) -> None:
+    given = {key: np.broadcast_to(value, LANES)[-2] for key, value in IN_LANES[name].items()}
+    orders = (given, dict(reversed(given.items())))
+    first, second = (compiled([CLASSES[name](**values)], loads(), runs()) for values in orders)
+    np.testing.assert_array_equal(first, second)
+
+
 def test_an_imposed_stretch_gives_the_stress_of_the_steps() -> None:
     names = ("gent_stiffening", "mullins_softening", "viscoelasticity", "hysteresis")
     given, stretch = runs(), 1.0 + 0.3 * np.abs(loads())

@@ -144,14 +144,15 @@ class Effect:
                     f"effect {self.name}: parameters: expected {name}, got {_listed(values)}"
                 )
             self._check(parameter, values[name])
-        self.values = {name: float(value) for name, value in values.items()}
+        self.values = {name: float(values[name]) for name in known}  # in the order of parameters
 
     @classmethod
     def in_lanes(cls, values: Mapping[str, ArrayLike]) -> Self:
         """The effect with many trial values (lanes,) of each parameter at once, unchecked."""
         effect = cls.__new__(cls)
         effect.values = {
-            name: np.asarray(trial, float).reshape(-1, 1, 1) for name, trial in values.items()
+            parameter.name: np.asarray(values[parameter.name], float).reshape(-1, 1, 1)
+            for parameter in cls.parameters
         }
         return effect
 
