@@ -29,6 +29,7 @@ GAIN_OVER_FLOOR = 4.0  # mean square error of runs' gains that a model may have 
 FAR_OFF = 5.0  # error over the floor from which on it is no noise
 AT_LIMIT = 3e-3  # of the usual range: a parameter this near to a bound lies on it
 ONE_PLACE = 0.01  # of the usual range: searches that meet so near end in the same place
+UNSEEN = 1e-8  # of the largest residual, that a parameter's difference must change
 FIRST_DAMPING, LARGEST_DAMPING = 1e-2, 1e7
 DAMPINGS = (0.01, 1.0, 30.0)  # factors on the damping that are tried at the same time
 
@@ -249,13 +250,21 @@ def _points(likelihood: Likelihood, coordinates: Array, known: Array | None = No
             coordinates[n],
             values[n],
             residual[n, 0],
-            ((residual[n, :1] - residual[n, 1:]) / step[n, :, None]).T,
+            (_seen(residual[n, :1] - residual[n, 1:], residual[n, 0]) / step[n, :, None]).T,
             coefficients[n],
             power[n],
             float(deviance[n]),
         )
         for n in range(len(step))
     ]
+
+
+def _seen(change: Array, residual: Array) -> Array:
+    """Changes (k, samples) of the residual; of a parameter that moves nothing exactly 0, where
+    solvers that settle a little differently would let the search run along it.
+    """
+    seen = np.max(np.abs(change), axis=1) > UNSEEN * np.max(np.abs(residual))
+    return np.where(seen[:, None], change, 0.0)
 
 
 def _diagonals(rows: Array) -> Array:
