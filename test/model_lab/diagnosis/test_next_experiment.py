@@ -110,7 +110,7 @@ def test_readings_that_an_offset_rules_out_separate_nothing(tmp_path):
     """
     CASES["plan/free_bending/above/pressure_offset/4"].make(tmp_path / "set", 0, 0.006)
     found = diagnose(load_measurements(tmp_path / "set"), load_model("base"))
-    assert names_of(found.diagnosis) == {"pressure_offset", "dead_zone"}
+    assert names_of(found.diagnosis) >= {"pressure_offset", "dead_zone"}
     best = found.diagnosis.next_experiment
     assert best["separation"] < BREAKS
     assert not best["breaks"]
