@@ -226,7 +226,9 @@ def _tuned(
     for part in np.linspace(0, 1, 7)[1:]:  # from weak to strong: far beyond, base poses fail
         end = low + part * (high - low)
         if surplus(end) > 0:
-            value = brentq(surplus, *sorted((end - (high - low) / 6, end)), xtol=0.02)
+            weaker = end - (high - low) / 6
+            sought = surplus(weaker) < 0  # else it is as weak as the knob goes, and stronger yet
+            value = brentq(surplus, *sorted((weaker, end)), xtol=0.02) if sought else weaker
             return trial(value), reached([(name, trial(value))])
     return values, reached([(name, values)])
 
