@@ -148,8 +148,12 @@ def _stands_out(mean: Array, grid: Array, best: int, courses: int) -> bool:
 
 # ---------------------------------------------------------------------- samples and sessions
 def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
-    """Single samples far from both their neighbours, which are near each other."""
-    marked = []
+    """Single samples far from their neighbours, which are near each other: those that were
+    replaced, with the errors that they had, and others.
+    """
+    residual, replaced = residual.copy(), _places(data)
+    np.subtract.at(residual, replaced, [sample.moved for sample in data.wild])
+    marked = [replaced]
     for course in data.table.courses:
         values = residual[course.samples]
         if data.experiment == "valve_pulse" or len(values) < SHORTEST:
@@ -161,14 +165,22 @@ def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
         alone = far & (before * after > 0.0)
         alone &= np.abs(before - after) < 0.5 * np.abs(before + after)
         marked.append(course.start + 1 + np.flatnonzero(alone & (level > 0.0)))
-    found = np.concatenate([*marked, np.zeros(0, np.int64)]).astype(np.int64)
+    found = np.unique(np.concatenate(marked)).astype(np.int64)
     if not len(found):
         return None
     order = np.arange(len(residual), dtype=float)
     size = float(np.mean(np.abs(residual[found])))
     many = f"{len(found)} single sample{'s lie' if len(found) > 1 else ' lies'}"
     text = f"{many} far from both neighbours, with errors of {display_of(data.unit).shown(size)}"
+    text += f" ({len(np.unique(replaced))} of them do not count)" if len(replaced) else ""
     return Notice("wild_samples", float(len(found)), size, text, order, residual, found)
+
+
+def _places(data: MeasurementSet) -> IntArray:
+    """Places in the table of the readings that were replaced."""
+    starts = np.cumsum([0, *(run.samples for run in data.runs)])
+    rows = np.array([starts[sample.run] + sample.sample for sample in data.wild], np.int64)
+    return np.searchsorted(data.table.row, rows)
 
 
 def _drift(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> Notice | None:

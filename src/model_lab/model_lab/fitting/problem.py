@@ -23,6 +23,7 @@ from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, n
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of
+from model_lab.measurements.wild_samples import without_wild_samples
 from softhand_model.effects import Effect, Parameter
 from softhand_model.effects.effect import OUTPUT_UNIT
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
@@ -63,9 +64,9 @@ def pose_problem(
     """The problem with its noise floor, and the model's effects that are fitted along.
 
     The floor is seen from the residual of the model as it is, with its calibration fitted. Noise of
-    the input is taken off first.
+    the input, and wild samples, are taken off first.
     """
-    data = without_input_noise(made_of(data, model))
+    data = without_input_noise(without_wild_samples(made_of(data, model)))
     given = tuple(effect for effect in model.effects if effect.name in model.std)
     fixed = tuple(effect for effect in model.effects if effect.name not in model.std)
     known = {**classes, **{effect.name: type(effect) for effect in given}}
@@ -83,6 +84,11 @@ def pose_problem(
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
     better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
+    steadier = without_wild_samples(data, forward.measured - better.residual)
+    if len(steadier.wild) > len(data.wild):
+        data, forward = steadier, forward_of(steadier)
+        rough = noise_floor(data, spectrum, forward.measured - predicted)
+        better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
     floor = noise_floor(data, spectrum, better.residual)
     fitted = dict(zip(better.likelihood.names, better.values.tolist(), strict=True))

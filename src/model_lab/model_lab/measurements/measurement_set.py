@@ -93,12 +93,22 @@ class Run:
 
 
 @dataclass(frozen=True)
+class WildSample:
+    """A reading that was replaced: its run and sample, and what was added to it, in SI units."""
+
+    run: int
+    sample: int
+    moved: float
+
+
+@dataclass(frozen=True)
 class MeasurementSet:
     """A measurement set; `noise` holds one sigma by output column in SI units, as far as stated.
 
     free_modulus: whether the shear modulus is what is measured, so that no 15 % bound it; always so
     in the experiment `rubber`. jumps: whether the input is held between samples where its course
-    jumps (`measurements.held_input`), instead of going in straight lines.
+    jumps (`measurements.held_input`), instead of going in straight lines. wild: readings that were
+    replaced (`measurements.wild_samples`).
     """
 
     experiment: str
@@ -109,6 +119,7 @@ class MeasurementSet:
     folder: Path = Path()
     free_modulus: bool = False
     jumps: bool = False
+    wild: tuple[WildSample, ...] = ()
 
     def __post_init__(self) -> None:
         if self.experiment == "rubber":

@@ -1,0 +1,91 @@
+"""Wild samples: single readings far from those around them, as of a tracker that jumps.
+
+A few of them outweigh all else in a sum of squares. They are found in the recording alone, whatever
+the model: far from where their neighbours lead, which agree with each other (after Hampel, 1974).
+Where the input jumps at the same sample, they are none. What the neighbours say takes their place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from model_lab.aliases import Array, Mask
+from model_lab.measurements.measurement_set import MeasurementSet, Run, WildSample
+from model_lab.measurements.preprocess import NORMAL_MEDIAN, noise_of
+
+REACH = 3  # neighbours on either side
+SHORTEST = 40  # samples of a run from which they are sought
+FAR = 6.0  # distance over the spread of the neighbours
+ALONE = 0.5  # of that distance: at least so far from next samples on either side
+PAIRED = 0.004  # of the samples, from which on two wild ones stand beside each other now and then
+FAR_IN_NOISE = 8.0  # the same over the noise of the run
+SMALL = 0.05  # of the range of the run: what is nearer does no harm, and may be a sensor's step
+MOST = 0.1  # of a run's samples: what is more frequent is not wild
+EXPERIMENTS = ("free_bending", "blocked_tip", "uniaxial", "rubber")
+
+
+def without_wild_samples(data: MeasurementSet, predicted: Array | None = None) -> MeasurementSet:
+    """The set with wild readings replaced; it says which.
+
+    predicted (samples,): of a model, about which they are sought then: where readings change fast
+    they show there alone.
+    """
+    if not data.has_time or data.experiment not in EXPERIMENTS:
+        return data
+    (output,) = data.outputs
+    if any(not np.isfinite(run.columns.get(output, np.nan)).all() for run in data.runs):
+        return data
+    ends = np.cumsum([run.samples for run in data.runs])
+    said = np.zeros(ends[-1]) if predicted is None else predicted
+    models = np.split(said, ends[:-1])
+    judged = [_wild_of(*given, output, data, 1) for given in zip(data.runs, models, strict=True)]
+    if len(data.wild) + sum(wild.sum() for _, wild in judged) > PAIRED * ends[-1]:
+        judged = [
+            _wild_of(*given, output, data, 2) for given in zip(data.runs, models, strict=True)
+        ]
+    found, runs = list(data.wild), []
+    for number, (run, (moved, wild)) in enumerate(zip(data.runs, judged, strict=True)):
+        found += [WildSample(number, int(at), float(moved[at])) for at in np.flatnonzero(wild)]
+        readings = run.columns[output] + np.where(wild, moved, 0.0)
+        runs.append(replace(run, columns={**run.columns, output: readings}))
+    return replace(data, runs=tuple(runs), wild=tuple(found)) if len(found) else data
+
+
+def _wild_of(
+    run: Run, model: Array, output: str, data: MeasurementSet, together: int
+) -> tuple[Array, Mask]:
+    """What to add to each reading (samples,) for what its neighbours say, and which are wild; up to
+    so many `together`.
+    """
+    readings = run.columns[output] - model
+    if run.samples < SHORTEST:
+        return readings, np.zeros(run.samples, bool)
+    middle, wild = _far_off(readings, together)
+    if not model.any():
+        wild[[0, -1]] = False  # a course may begin or end with a jump
+    wild &= ~_far_off(data.driving(run), together)[1]
+    return middle - readings, wild & (wild.mean() <= MOST)
+
+
+def _far_off(values: Array, together: int) -> tuple[Array, Mask]:
+    """What a straight line through the neighbours, by the median of slopes (Theil and Sen), says of
+    each value (samples,), and which are far from it.
+    """
+    places = np.delete(np.arange(-REACH, REACH + 1.0), REACH)
+    around = sliding_window_view(np.pad(values, REACH, mode="reflect"), 2 * REACH + 1)
+    neighbours = np.delete(around, REACH, axis=1)
+    first, second = np.triu_indices(2 * REACH, 1)
+    slopes = (neighbours[:, second] - neighbours[:, first]) / (places[second] - places[first])
+    level = neighbours - np.median(slopes, axis=1)[:, None] * places
+    middle = np.median(level, axis=1)
+    spread = NORMAL_MEDIAN * np.median(np.abs(level - middle[:, None]), axis=1)
+    low, high = np.percentile(values, [2.0, 98.0])
+    least = max(FAR_IN_NOISE * noise_of(values), SMALL * (high - low))
+    off = values - middle
+    apart = (values[:, None] - around) * np.sign(off)[:, None]
+    before, after = apart[:, REACH - together : REACH], apart[:, REACH + 1 : REACH + 1 + together]
+    alone = np.minimum(before.max(axis=1), after.max(axis=1)) > ALONE * np.abs(off)
+    return middle, alone & (np.abs(off) > np.maximum(FAR * spread, least))
