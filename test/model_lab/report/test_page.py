@@ -270,7 +270,7 @@ def test_ids_of_figures_do_not_clash(pages):
 def test_a_large_set_makes_a_page_of_less_than_six_megabytes_and_keeps_extremes(tmp_path):
     data = bending_set(samples=500, protocols=36, repeats=1)
     angles = data.runs[0].columns["tip_angle"].copy()
-    angles[333] = -3.0
+    angles[331:336] = -3.0
     first = replace(data.runs[0], columns={**data.runs[0].columns, "tip_angle": angles})
     outcome = diagnosed(replace(data, runs=(first, *data.runs[1:])), ())
     path = tmp_path / "large.html"

@@ -35,6 +35,9 @@ SINGULAR = 1e-8
 SMALLEST = 1e-9  # of a largest value, where nothing was measured
 
 
+FREQUENT = 0.002  # of the samples: so many wild ones, and more are sought about a model
+
+
 @dataclass(frozen=True)
 class FitProblem:
     """Fit problem of a set: data, base model, effects that stay, and how noise is judged.
@@ -84,7 +87,9 @@ def pose_problem(
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
     better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
-    steadier = without_wild_samples(data, forward.measured - better.residual)
+    steadier = data
+    if len(data.wild) > FREQUENT * data.table.samples:
+        steadier = without_wild_samples(data, forward.measured - better.residual)
     if len(steadier.wild) > len(data.wild):
         data, forward = steadier, forward_of(steadier)
         rough = noise_floor(data, spectrum, forward.measured - predicted)

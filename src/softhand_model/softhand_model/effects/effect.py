@@ -153,6 +153,7 @@ class Effect:
         effect.values = {
             parameter.name: np.asarray(values[parameter.name], float).reshape(-1, 1, 1)
             for parameter in cls.parameters
+            if parameter.name in values
         }
         return effect
 
