@@ -4,9 +4,9 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import psutil
+from killed_sweep import await_results, workers
 
 from grasp_strategies.search import load_problem, run_search
 from grasp_strategies.sweep import read_results
@@ -29,22 +29,6 @@ def start(path, folder):
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
     )
-
-
-def await_results(folder, count):
-    end = time.monotonic() + 90
-    while len(read_results(folder)) < count:
-        assert time.monotonic() < end, "the search has not come that far in 90 s"
-        time.sleep(0.02)
-
-
-def workers(process):
-    """Spawned workers, without the tracker of resources."""
-    return [
-        child
-        for child in psutil.Process(process.pid).children()
-        if "spawn_main" in " ".join(child.cmdline())
-    ]
 
 
 def test_killed_workers_and_a_killed_search_lose_nothing_and_the_end_is_the_same(tmp_path):

@@ -4,10 +4,10 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import psutil
 import pytest
+from killed_sweep import await_results, workers
 
 from grasp_strategies.sweep import SweepPlan, TrialLine, load_plan, read_results, run_lines
 from grasp_strategies.sweep.plan import SweptObject
@@ -53,22 +53,6 @@ def start(plan_file, folder):
     words = [str(plan_file), "--out", str(folder), "--jobs", "2"]
     command = [sys.executable, "-m", "grasp_strategies.sweep.command", *words]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def await_results(folder, count):
-    end = time.monotonic() + 60
-    while len(read_results(folder)) < count:
-        assert time.monotonic() < end, "the sweep has not come that far in 60 s"
-        time.sleep(0.02)
-
-
-def workers(process):
-    """Spawned workers, without the tracker of resources."""
-    return [
-        child
-        for child in psutil.Process(process.pid).children()
-        if "spawn_main" in " ".join(child.cmdline())
-    ]
 
 
 def test_killed_workers_and_a_killed_sweep_lose_no_line_and_do_none_twice(plan_file, tmp_path):

@@ -87,11 +87,9 @@ def pose_problem(
     spectrum = make_spectrum(data.table, predicted)
     rough = noise_floor(data, spectrum, forward.measured - predicted)
     better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
-    steadier = data
     if len(data.wild) > FREQUENT * data.table.samples:
-        steadier = without_wild_samples(data, forward.measured - better.residual)
-    if len(steadier.wild) > len(data.wild):
-        data, forward = steadier, forward_of(steadier)
+        data = without_wild_samples(data, forward.measured - better.residual)
+        forward = forward_of(data)
         rough = noise_floor(data, spectrum, forward.measured - predicted)
         better = fit(Likelihood(forward, spectrum, rough.variance, rough.gain_known), starts)
     spectrum = make_spectrum(data.table, forward.measured - better.residual)
