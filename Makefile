@@ -3,7 +3,7 @@ PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
 OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
-.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-dexterity bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
+.PHONY: setup demo play lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-dexterity bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
 	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure strategies-figure clean
 
 setup:
@@ -16,6 +16,11 @@ demo: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.ros.demo $(if $(filter-out 0,$(GUI)),--gui) $(if $(SEED),--seed $(SEED)) \
 		$(if $(STRATEGY),--strategy $(STRATEGY)) $(if $(OBJECT),--object $(OBJECT)) $(if $(HAND),--hand $(HAND)) \
 		$(if $(FRICTION),--friction $(FRICTION))
+
+# A page in the browser to move a hand and to let it grasp, at http://127.0.0.1:8765 (HAND=rbo_hand_1,
+# OBJECT=ball, ARGS="--port 9000"; ARGS=--ros: the nodes that run).
+play: setup
+	@$(PYTHON_IN_VENV) -m softhand_play.command $(if $(HAND),--hand $(HAND)) $(if $(OBJECT),--object $(OBJECT)) $(ARGS)
 
 # SEED=3 hides another effect in another set.
 lab-demo: setup

@@ -1,0 +1,119 @@
+"""The page without a browser: what its buttons do."""
+
+import json
+
+import numpy as np
+import pytest
+from play_page import served, wait_until
+
+from grasp_strategies.sweep.trial_line import TrialLine
+from grasp_strategies.trials import Placement, TrialSettings
+from pneuflex_sim.hand.kinematics import HandShape
+from softhand_play.player import FASTEST
+
+BAD = {
+    "bad.stl": b"xx",
+    "bad.yaml": b"format: 3",
+    "code.py": b"raise SystemExit",
+    "model.yaml": b"format: softhand-model/1\nbase: pneuflex\neffects: [{name: x, file: y.py}]",
+    "bag.mcap": b"\x89MC",
+    "results.jsonl": b"[]\n",
+}
+
+
+pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.fixture(scope="module")
+def page():
+    with served() as page:
+        page.player.pace.speed = FASTEST
+        yield page
+
+
+@pytest.fixture(scope="module")
+def track(page):
+    """The usual strategy, run to its end."""
+    page.strategies.run()
+    return wait_until(lambda: page.track, "the end of the strategy", 110.0)
+
+
+def test_a_strategy_runs_to_gripped(page, track):
+    assert track.gripped
+    assert page.told.startswith("gripped")
+    assert list(track.phases)[:3] == ["approach", "touch", "oppose"]
+
+
+def test_the_recorded_run_is_scrubbed(page, track):
+    number = track.phases["lift"]
+    page.strategies.jump("lift")
+    wait_until(lambda: page.seen is track.shots[number], "the instant at which the lift begins")
+
+
+def test_a_saved_bag_plays_as_it_was(page, track, tmp_path):
+    from softhand_play.recorded import write_bag
+
+    write_bag(track, tmp_path / "bag")
+    page.open_bag(tmp_path / "bag")
+    assert page.track is not track
+    assert len(page.track.shots) == len(track.shots)
+    for number in (0, len(track.shots) // 2, -1):
+        ours, theirs = track.shots[number], page.track.shots[number]
+        assert np.allclose(np.abs(ours.state.joints), np.abs(theirs.state.joints), atol=1e-6)
+        assert np.allclose(ours.state.object_position, theirs.state.object_position)
+        assert np.allclose(ours.pressures, theirs.pressures)
+    assert list(page.track.phases)[:3] == list(track.phases)[:3]
+
+
+def test_a_cell_of_a_map_runs_that_very_trial_with_the_same_verdict(page, tmp_path):
+    placement = Placement((0.08, 0.0))  # out of the fingers' reach
+    line = TrialLine(
+        "map/cylinder/80,0/1", "cylinder", (0.08, 0.0), 1, TrialSettings(early_end=True), placement
+    )
+    record = line.describe() | line.result()
+    (tmp_path / "results.jsonl").write_text(json.dumps(record) + "\n")
+    page.open_map(tmp_path)
+    page.results.run_cell("80,0")
+    wait_until(lambda: page.player.world.placement == placement, "the trial")
+    wait_until(lambda: page.player.result is not None, "a verdict", 110.0)
+    assert page.player.result.outcome == record["outcome"]
+    assert page.player.result.reason == record["reason"]
+    assert page.player.result.duration == record["duration"]
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_file_becomes_a_sentence(page, name):
+    page.tell("")
+    page.attempt(lambda: page.dropped.open(name, BAD[name]))
+    wait_until(lambda: page.told.startswith(name), "a sentence that names the file")
+    assert "expected" in page.told
+    assert "/tmp" not in page.told
+
+
+def test_a_dropped_map_cannot_have_code_run(page, tmp_path):
+    line = TrialLine("map/cylinder/0,0/1", "cylinder", (0.0, 0.0), 1, TrialSettings(), Placement())
+    record = line.describe() | {"outcome": "none", "settings": {"allow_effect_files": True}}
+    page.dropped.open("results.jsonl", json.dumps(record).encode() + b"\n")
+    page.results.run_cell("0,0")
+    wait_until(lambda: page.player.world.placement == Placement(), "the trial")
+    assert not page.player.world.settings.allow_effect_files
+    page.player.abort()
+
+
+def bent(page, effect, pressure):
+    """Height of a single finger's tip above the wrist [m] at a pressure [Pa] with an effect."""
+    page.scene.scene.value, page.scene.hand.value = "stand", "single_finger"
+    page.scene.effect.value = effect
+    before = page.player.generation
+    page.player.play(page.scene.wanted())
+    wait_until(lambda: page.player.generation > before, f"a finger with {effect}")
+    page.player.command_pressures(np.array([pressure]))
+    wait_until(lambda: page.player.shots[-1].time > 4.0, "a finger at rest")
+    shot = page.player.shots[-1]
+    assert shot.pressures[0] == pytest.approx(pressure, rel=0.05)
+    tips = HandShape(page.player.stage.layout).fingertips(shot.state.joints)
+    return tips["finger"][0][2]
+
+
+def test_an_effect_that_is_switched_on_bends_the_finger_less(page):
+    assert bent(page, "yeoh_stiffening", 40e3) > bent(page, "none", 40e3) + 0.005
