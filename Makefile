@@ -4,7 +4,7 @@ SOURCES := src thesis test examples bench scripts
 OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
 .PHONY: setup demo play lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-dexterity bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
-	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure strategies-figure clean
+	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure play-figure strategies-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -117,6 +117,10 @@ strategies-figure: setup
 # The picture of the lab, from the latest run of its demo.
 lab-figure: setup
 	@$(PYTHON_IN_VENV) -m model_lab.report.picture out/lab-demo/set base docs/figures/lab.png
+
+# The film of the page: chromium draws it by software, which takes minutes.
+play-figure: setup
+	@$(PYTHON_IN_VENV) scripts/draw_play.py
 
 # The picture of the monitor, from the latest story over ROS.
 live-figure: setup

@@ -54,7 +54,7 @@ def test_a_saved_bag_plays_as_it_was(page, track, tmp_path):
     from softhand_play.recorded import write_bag
 
     write_bag(track, tmp_path / "bag")
-    page.open_bag(tmp_path / "bag")
+    page.results.open_bag(tmp_path / "bag")
     assert page.track is not track
     assert len(page.track.shots) == len(track.shots)
     for number in (0, len(track.shots) // 2, -1):
@@ -72,7 +72,7 @@ def test_a_cell_of_a_map_runs_that_very_trial_with_the_same_verdict(page, tmp_pa
     )
     record = line.describe() | line.result()
     (tmp_path / "results.jsonl").write_text(json.dumps(record) + "\n")
-    page.open_map(tmp_path)
+    page.results.open_map(tmp_path)
     page.results.run_cell("80,0")
     wait_until(lambda: page.player.world.placement == placement, "the trial")
     wait_until(lambda: page.player.result is not None, "a verdict", 110.0)
@@ -108,12 +108,13 @@ def bent(page, effect, pressure):
     page.player.play(page.scene.wanted())
     wait_until(lambda: page.player.generation > before, f"a finger with {effect}")
     page.player.command_pressures(np.array([pressure]))
-    wait_until(lambda: page.player.shots[-1].time > 4.0, "a finger at rest")
+    wait_until(lambda: abs(page.player.shots[-1].pressures[0] - pressure) < 1e3, "the pressure")
+    reached = page.player.shots[-1].time
+    wait_until(lambda: page.player.shots[-1].time > reached + 2.0, "a finger at rest")
     shot = page.player.shots[-1]
-    assert shot.pressures[0] == pytest.approx(pressure, rel=0.05)
     tips = HandShape(page.player.stage.layout).fingertips(shot.state.joints)
     return tips["finger"][0][2]
 
 
 def test_an_effect_that_is_switched_on_bends_the_finger_less(page):
-    assert bent(page, "yeoh_stiffening", 40e3) > bent(page, "none", 40e3) + 0.005
+    assert bent(page, "yeoh_stiffening", 30e3) > bent(page, "none", 30e3) + 0.005

@@ -20,12 +20,14 @@ SOFTWARE = (
 )
 PICTURE = """() => [...document.querySelectorAll("canvas")]
   .sort((a, b) => b.width * b.height - a.width * a.height)[0].toDataURL()"""
-FOCUS = """name => {
+FIND = """([name, what]) => {
   let row = [...document.querySelectorAll("body *")]
-    .find(e => !e.children.length && e.textContent.trim() == name);
-  while (row && !row.querySelector("[role=slider]")) row = row.parentElement;
-  row?.querySelector("[role=slider]").focus();
-  return !!row;
+    .find(e => !e.children.length && e.textContent.trim() == name && e.checkVisibility());
+  while (row && !row.querySelector(what)) row = row.parentElement;
+  const found = row?.querySelector(what);
+  found?.focus();
+  found?.select?.();
+  return found ? [found.value ?? ""] : null;
 }"""
 PRESS = """name => {
   const found = [...document.querySelectorAll("button, [role=tab]")]
@@ -33,7 +35,7 @@ PRESS = """name => {
   found?.click();
   return !!found;
 }"""
-PATIENCE = 90.0  # [s]; all wait for what shall happen, no longer
+PATIENCE = 150.0  # [s]; all wait for what shall happen, no longer
 
 
 def wait_until(condition, what, patience=PATIENCE):
@@ -63,10 +65,24 @@ class Window:
         white = Image.new("RGBA", image.size, "white")
         return np.asarray(Image.alpha_composite(white, image))[:, :, :3]
 
+    def find(self, name, what):
+        """Focus what stands behind a label; its value."""
+        arguments = [name, what]
+        return wait_until(lambda: self.tab.evaluate(FIND, arguments), f"{what} of {name!r}")[0]
+
     def slide(self, name, key="End"):
         """Move a slider by a key."""
-        wait_until(lambda: self.tab.evaluate(FOCUS, name), f"a slider {name!r}")
+        self.find(name, "[role=slider]")
         self.tab.keyboard.press(key)
+
+    def value(self, name):
+        """Number or text of an input."""
+        return self.find(name, "input")
+
+    def fill(self, name, text):
+        """Write into an input."""
+        self.find(name, "input")
+        self.tab.keyboard.type(text)
 
     def press(self, name):
         """Press a button, or choose a tab."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Protocol
 
 import viser
@@ -12,10 +11,13 @@ from softhand_play.shots import Shot, Track
 
 
 class Board(Protocol):
-    """The server, the source of what is shown (`player`), and the recorded run that is open."""
+    """The server, the source of what is shown (`player`), the recorded run that is open, and the
+    tab that opens results.
+    """
 
     server: viser.ViserServer
     player: Any
+    results: Any
     track: Track | None
 
     def tell(self, sentence: str) -> None:
@@ -26,9 +28,3 @@ class Board(Protocol):
 
     def show(self, shot: Shot | None) -> None:
         """Look at an instant of the recorded run; None: at what goes on."""
-
-    def open_bag(self, folder: Path) -> None:
-        """Open a bag; raises ValueError for one that cannot be read."""
-
-    def open_map(self, path: Path) -> None:
-        """Open results of a sweep; raises ValueError where there are none."""

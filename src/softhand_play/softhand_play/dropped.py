@@ -66,10 +66,10 @@ class Dropped:
         elif suffix in (".yaml", ".yml"):
             self._open_yaml(path)
         elif suffix == ".jsonl":
-            self._page.open_map(path)
+            self._page.results.open_map(path)
         elif suffix == ".mcap":
             repair(path.parent)
-            self._page.open_bag(path.parent)
+            self._page.results.open_bag(path.parent)
         else:
             raise ValueError(f"{name}: expected {KINDS}")
 

@@ -33,20 +33,16 @@ class HandTab:
         with tab:
             self._quantity = gui.add_dropdown("command", (PRESSURE, AIR_MASS))
             self._pause = gui.add_checkbox("pause", False)
-            self._pace = gui.add_dropdown("pace", tuple(PACES))
+            self._pace = gui.add_dropdown("pace", tuple(PACES), visible=page.player.keeps_pace)
             self._reset = gui.add_button("reset")
         self._quantity.on_update(lambda _: self.stage())
         self._pause.on_update(lambda _: setattr(self._player, "paused", self._pause.value))
         self._pace.on_update(self._set_pace)
-        self._reset.on_click(lambda _: self._start_again())
+        self._reset.on_click(lambda _: self._player.reset())
 
     def _set_pace(self, _: viser.GuiEvent) -> None:
         self._player.pace.speed = PACES[self._pace.value]
         self._player.pace.anchor(self._player.shots[-1].time)
-
-    def _start_again(self) -> None:
-        self._player.reset()
-        self.stage()
 
     # ---------------------------------------------------------------- a new world
     def stage(self) -> None:
@@ -129,6 +125,8 @@ class HandTab:
     # ---------------------------------------------------------------- while it runs
     def refresh(self) -> None:
         """The plots of the last seconds; the handle follows a strategy."""
+        if self._pause.value != self._player.paused:
+            self._pause.value = self._player.paused
         shots = tuple(self._player.shots)
         if self._plots and shots:
             time = np.array([shot.time for shot in shots])

@@ -7,7 +7,6 @@ import re
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import viser
@@ -100,14 +99,6 @@ class Page:
     def show(self, shot: Shot | None) -> None:
         """Look at an instant of the recorded run; None: at the simulation."""
         self._scrubbed = None if shot is None or self.track is None else (shot, self.track.stage)
-
-    def open_bag(self, folder: Path) -> None:
-        """Open a bag; raises ValueError for one that cannot be read."""
-        self.results.open_bag(folder)
-
-    def open_map(self, path: Path) -> None:
-        """Open results of a sweep; raises ValueError where there are none."""
-        self.results.open_map(path)
 
     def refresh(self) -> None:
         """Bring what is shown up to date."""

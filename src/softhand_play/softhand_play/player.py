@@ -88,7 +88,11 @@ class Source:
 
     Args:
         tell: gets a sentence about what cannot be, or what came out.
+
+    keeps_pace: whether its speed can be chosen.
     """
+
+    keeps_pace = False
 
     def __init__(self, tell: Callable[[str], None]) -> None:
         self._tell = tell
@@ -119,6 +123,8 @@ class Player(Source):
         world: that it begins with.
         tell: as a `Source` has it.
     """
+
+    keeps_pace = True
 
     def __init__(self, world: World, tell: Callable[[str], None]) -> None:
         super().__init__(tell)
@@ -205,17 +211,20 @@ class Player(Source):
                 self._start.scene.step(0.5 * INTERVAL)
 
     def _build(self, world: World) -> None:
+        self._tell("building ...")
         start = _Start(world.settings, self._passed)
         start.place(world.placement)
         self._start, self.world = start, world
         self.stage = stage_of(start.scene.simulation)
         self._forget()
         self.generation += 1
+        self._tell("")
 
     def _reset(self) -> None:
         if self._start is not None:
             self._start.place(self.world.placement)
             self._forget()
+            self.generation += 1
 
     def _forget(self) -> None:
         self.shots.clear()

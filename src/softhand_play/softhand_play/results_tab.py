@@ -88,7 +88,7 @@ class ResultsTab:
     def open_map(self, path: Path) -> None:
         """Open the results of a sweep; raises ValueError where there are none."""
         records = read_results(path)
-        if not records or not all(isinstance(r, dict) and r.keys() >= NEEDED for r in records):
+        if not records or not all(map(_is_result, records)):
             raise ValueError(f"{path}: expected results of a sweep, got others or none")
         records = [record for record in records if "outcome" in record]
         self._records = {record["key"]: record for record in records}
@@ -196,6 +196,14 @@ class ResultsTab:
                 color=MEASURED,
                 thickness=4.0,
             )
+
+
+def _is_result(record: Any) -> bool:
+    """Whether a line is one of a sweep, as far as the map is concerned."""
+    if not isinstance(record, dict) or not record.keys() >= NEEDED:
+        return False
+    key, cell = str(record["key"]), record["cell"]
+    return key.count("/") >= 2 and isinstance(cell, list) and len(cell) == 2
 
 
 def _family(key: str) -> str:

@@ -14,7 +14,7 @@ from grasp_strategies.trials import Placement
 from pneuflex_sim.scene.objects import load_objects
 from pneuflex_sim.scene.scenes import LEAST_INCLINATION, MOST_INCLINATION, load_scene, load_scenes
 from softhand_model.documents.yaml_document import find_document
-from softhand_model.effects import Effect, Parameter, effect_classes
+from softhand_model.effects import effect_classes
 from softhand_model.hand.hand import hand_names
 from softhand_model.model_file import model_names
 from softhand_play.board import Board
@@ -95,10 +95,11 @@ class SceneTab:
             return None if name == BASE else name
         base = find_document(name, "models", "model")
         content = yaml.safe_load(base.read_text())
-        values = usual_values(effect_classes()[effect], self.share.value)
+        share, known = self.share.value, effect_classes()[effect].parameters
+        values = {parameter.name: parameter.usual(share) for parameter in known}
         others = [each for each in content.get("effects", []) if each["name"] != effect]
         content["effects"] = [*others, {"name": effect, "parameters": values}]
-        path = self._folder / f"{base.stem}_{effect}_{self.share.value:.2f}.yaml"
+        path = self._folder / f"{base.stem}_{effect}_{share:.2f}.yaml"
         path.write_text(yaml.safe_dump(content))
         self._made.add(str(path))
         return str(path)
@@ -118,19 +119,3 @@ def _effects() -> list[str]:
         for name, kind in effect_classes().items()
         if kind.stage in SHOWN and kind.physical and not kind.not_simulated and not kind.axes
     )
-
-
-def usual_values(kind: type[Effect], share: float) -> dict[str, float]:
-    """Parameters of an effect at a share [-] of their usual ranges.
-
-    >>> usual_values(effect_classes()["gravity"], 0.5)
-    {'mass_scale': 1.0}
-    """
-    return {parameter.name: _within(parameter, share) for parameter in kind.parameters}
-
-
-def _within(parameter: Parameter, share: float) -> float:
-    low, high = parameter.typical or (parameter.low, parameter.high)
-    if parameter.logarithmic:
-        return float(low ** (1.0 - share) * high**share)
-    return float((1.0 - share) * low + share * high)
