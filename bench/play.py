@@ -34,8 +34,7 @@ PRESS = """name => [...document.querySelectorAll("button, [role=tab]")]
   .find(e => e.textContent.trim() == name)?.click()"""
 SLIDER = """() => { const found = document.querySelectorAll("[role=slider]");
   found[0]?.focus(); return found.length; }"""
-PICTURE = """() => [...document.querySelectorAll("canvas")]
-  .sort((a, b) => b.width * b.height - a.width * a.height)[0].toDataURL()"""
+PICTURE = '() => document.querySelector("canvas[data-engine]").toDataURL()'
 MEASURED = 20.0  # wall time over which pictures are counted [s]
 SETTLED = 60.0  # after which memory is looked at first [s]
 PATIENCE = 120.0  # [s]

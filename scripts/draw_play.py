@@ -31,8 +31,8 @@ SOFTWARE = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
 )
-PICTURES, PACE = 24, 4.0  # of the film, and how many a second
-CAMERA, LOOK_AT = (0.42, -0.38, 0.24), (0.0, 0.0, 0.13)  # [m]
+PICTURES, PACE = 16, 3.0  # of the film, and how many a second
+CAMERA, LOOK_AT = (0.5, -0.45, 0.3), (0.0, 0.0, 0.14)  # [m]
 FRAMES = "() => window.__viserTestpoints.rendererInfo.render.frame"
 CLOSE = """() => document.querySelectorAll(".mantine-Notification-root button")
   .forEach(button => button.click())"""
@@ -72,13 +72,15 @@ def _film(page: Page, tab: Tab) -> None:
     while page.track is None:
         time.sleep(0.1)
     page.player.paused = True
-    tab.wait_for_function("() => window.__viserTestpoints")
+    while not tab.evaluate("() => !!window.__viserTestpoints"):
+        time.sleep(0.5)
     film = open_film(OUT, PACE, (WINDOW["width"], WINDOW["height"]), force=True)
     shots = page.track.shots
     for number in np.linspace(0, len(shots) - 1, PICTURES).round().astype(int):
         page.show(shots[number])
         before = tab.evaluate(FRAMES)
-        tab.wait_for_function(f"() => ({FRAMES})() > {before} + 2")
+        while tab.evaluate(FRAMES) < before + 2:
+            time.sleep(0.2)
         tab.evaluate(CLOSE)
         picture = Path(OUT).with_suffix(".png")
         tab.screenshot(path=picture)

@@ -1,15 +1,18 @@
 """The page without a browser: what its buttons do."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from play_page import served, wait_until
+from rosbags.convert.converter import convert
 
 from grasp_strategies.sweep.trial_line import TrialLine
 from grasp_strategies.trials import Placement, TrialSettings
 from pneuflex_sim.hand.kinematics import HandShape
 from softhand_play.player import FASTEST
+from softhand_play.recorded import write_bag
 
 BAD = {
     "bad.stl": b"xx",
@@ -35,7 +38,13 @@ def page():
 def track(page):
     """The usual strategy, run to its end."""
     page.strategies.run()
-    return wait_until(lambda: page.track, "the end of the strategy", 110.0)
+    return wait_until(lambda: page.track, "the end of the strategy")
+
+
+@pytest.fixture(scope="module")
+def short(track):
+    """Some instants of that run."""
+    return replace(track, shots=track.shots[::10])
 
 
 def test_a_strategy_runs_to_gripped(page, track):
@@ -50,19 +59,36 @@ def test_the_recorded_run_is_scrubbed(page, track):
     wait_until(lambda: page.seen is track.shots[number], "the instant at which the lift begins")
 
 
-def test_a_saved_bag_plays_as_it_was(page, track, tmp_path):
-    from softhand_play.recorded import write_bag
-
-    write_bag(track, tmp_path / "bag")
+def test_a_saved_bag_plays_as_it_was(page, short, tmp_path):
+    write_bag(short, tmp_path / "bag")
     page.results.open_bag(tmp_path / "bag")
-    assert page.track is not track
-    assert len(page.track.shots) == len(track.shots)
-    for number in (0, len(track.shots) // 2, -1):
-        ours, theirs = track.shots[number], page.track.shots[number]
+    began = short.shots[0].time
+    for ours in short.shots[:-1]:
+        theirs = page.track.shots[round((ours.time - began) / page.track.interval) + 1]
         assert np.allclose(np.abs(ours.state.joints), np.abs(theirs.state.joints), atol=1e-6)
         assert np.allclose(ours.state.object_position, theirs.state.object_position)
         assert np.allclose(ours.pressures, theirs.pressures)
-    assert list(page.track.phases)[:3] == list(track.phases)[:3]
+    assert list(page.track.phases)[:3] == list(short.phases)[:3]
+
+
+def test_a_bag_of_sqlite3_plays_too(page, short, tmp_path):
+    write_bag(short, tmp_path / "mcap")
+    whole = dict.fromkeys(("exclude_topics", "include_topics"), ())
+    whole |= dict.fromkeys(("exclude_msgtypes", "include_msgtypes"), ())
+    convert(
+        [tmp_path / "mcap"],
+        tmp_path / "sqlite3",
+        dst_storage="sqlite3",
+        dst_version=9,
+        compress=None,
+        compress_mode="file",
+        default_typestore=None,
+        typestore=None,
+        **whole,
+    )
+    assert list((tmp_path / "sqlite3").glob("*.db3"))
+    page.results.open_bag(tmp_path / "sqlite3")
+    assert list(page.track.phases)[:3] == list(short.phases)[:3]
 
 
 def test_a_cell_of_a_map_runs_that_very_trial_with_the_same_verdict(page, tmp_path):
@@ -75,7 +101,7 @@ def test_a_cell_of_a_map_runs_that_very_trial_with_the_same_verdict(page, tmp_pa
     page.results.open_map(tmp_path)
     page.results.run_cell("80,0")
     wait_until(lambda: page.player.world.placement == placement, "the trial")
-    wait_until(lambda: page.player.result is not None, "a verdict", 110.0)
+    wait_until(lambda: page.player.result is not None, "a verdict")
     assert page.player.result.outcome == record["outcome"]
     assert page.player.result.reason == record["reason"]
     assert page.player.result.duration == record["duration"]
@@ -108,7 +134,7 @@ def bent(page, effect, pressure):
     page.player.play(page.scene.wanted())
     wait_until(lambda: page.player.generation > before, f"a finger with {effect}")
     page.player.command_pressures(np.array([pressure]))
-    wait_until(lambda: abs(page.player.shots[-1].pressures[0] - pressure) < 1e3, "the pressure")
+    wait_until(lambda: abs(page.player.shots[-1].pressures[0] - pressure) < 2.5e3, "the pressure")
     reached = page.player.shots[-1].time
     wait_until(lambda: page.player.shots[-1].time > reached + 2.0, "a finger at rest")
     shot = page.player.shots[-1]

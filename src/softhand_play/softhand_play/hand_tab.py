@@ -18,6 +18,7 @@ SCALE = {PRESSURE: 1e3, AIR_MASS: 1e-6}  # of the sliders, in Pa and kg
 PLOTS = {PRESSURE: ("pressures", 1e3), AIR_MASS: ("masses", 1e-6), "volume [ml]": ("volumes", 1e-6)}
 PLOT_HEIGHT = 130  # [pixels]
 PACES = {"real time": 1.0, "1/2": 0.5, "1/5": 0.2, "1/10": 0.1}
+EACH = 4  # instant in the plots
 STEPS = 200  # of a slider
 COLORS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f")
 
@@ -127,14 +128,15 @@ class HandTab:
         """The plots of the last seconds; the handle follows a strategy."""
         if self._pause.value != self._player.paused:
             self._pause.value = self._player.paused
-        shots = tuple(self._player.shots)
+        shots = tuple(self._player.shots)[::EACH]
         if self._plots and shots:
             time = np.array([shot.time for shot in shots])
             for title, plot in self._plots.items():
                 plot.data = (time, *_series(shots, *PLOTS[title]))
         if self._handle is not None and self._player.is_running and shots:
-            self._handle.position = shots[-1].state.wrist_position
-            self._handle.wxyz = wxyz(shots[-1].state.wrist_orientation)
+            state = self._player.shots[-1].state
+            self._handle.position = state.wrist_position
+            self._handle.wxyz = wxyz(state.wrist_orientation)
 
 
 def _series(shots: tuple[Shot, ...], name: str, scale: float) -> Array:

@@ -20,13 +20,14 @@ from softhand_play.shots import Shot, Stage, Track
 from softhand_play.strategy_tab import StrategyTab
 from softhand_play.view import HandView
 
-RATE = 15.0  # pictures a second that are sent
-TELLING = 0.5  # time between updates of plots and words [s]
+RATE = 10.0  # pictures a second that are sent
+TELLING = 1.0  # time between updates of plots and words [s]
 Tell = Callable[[str], None]
 
 OWN_FOLDER = re.compile(r"\S*softhand-play-\w+/(?:\w+/)?")
 TITLE = "softhand play"
-CAMERA, LOOK_AT = (0.45, -0.45, 0.35), (0.0, 0.0, 0.12)  # at the start [m]
+CAMERA, LOOK_AT = (0.5, -0.5, 0.4), (0.0, 0.0, 0.16)  # at the start [m]
+VIEW_ANGLE = 0.8  # vertical [rad]
 
 
 class Page:
@@ -45,6 +46,7 @@ class Page:
         server.gui.configure_theme(show_share_button=False)  # it would open a way in from outside
         server.gui.main_panel.dock_right()
         server.initial_camera.position, server.initial_camera.look_at = CAMERA, LOOK_AT
+        server.initial_camera.fov = VIEW_ANGLE
         _light(server)
         self._status = server.gui.add_html(_line("starting ..."))
         self._note = server.gui.add_html("")

@@ -19,6 +19,7 @@ Triangles = NDArray[np.uint32]
 PLAIN = {"cast_shadow": False, "receive_shadow": False}  # shadows cost more than all else
 FORCE = (40, 160, 60)
 SHAFT, HEAD, HEAD_LENGTH = 0.0015, 0.004, 0.008  # of an arrow [m]
+DIGITS = 4  # of metres and quaternions that are sent: of what stands still, nothing is
 TRANSLUCENT = 0.45  # opacity
 COLOR_STEPS = 32  # a colour is sent when it changes by one of them
 
@@ -96,18 +97,18 @@ class HandView:
         """Show a state, coloured by gauge pressures (channels,) [Pa]."""
         parts = self._skin.vertices(state.joints)
         with self._server.atomic():
-            self._wrist.position = state.wrist_position
-            self._wrist.wxyz = wxyz(state.wrist_orientation)
+            self._wrist.position = np.round(state.wrist_position, DIGITS)
+            self._wrist.wxyz = wxyz(np.round(state.wrist_orientation, DIGITS))
             for group, names in self._groups.items():
                 vertices = np.vstack([parts[name] for name in names])
                 self._show_group(group, vertices, pressures)
             if self._object is not None and state.object_position is not None:
-                self._object.position = state.object_position
-                self._object.wxyz = wxyz(state.object_orientation)
+                self._object.position = np.round(state.object_position, DIGITS)
+                self._object.wxyz = wxyz(np.round(state.object_orientation, DIGITS))
 
     def _show_group(self, group: str, vertices: Array, pressures: Array) -> None:
         color, handle = self._color(group, pressures), self._parts[group]
-        handle.vertices = vertices.astype(np.float32)
+        handle.vertices = np.round(vertices, DIGITS).astype(np.float32)
         if self._colors[group] != color:
             self._colors[group] = handle.color = color
 
@@ -123,7 +124,7 @@ class HandView:
     def _show_arrows(self, arrows: Array) -> None:
         self._arrows.visible = len(arrows) > 0
         if len(arrows):
-            self._arrows.points = arrows.astype(np.float32)
+            self._arrows.points = np.round(arrows, 3).astype(np.float32)
 
     def remove(self) -> None:
         """Take everything away."""
