@@ -15,6 +15,7 @@ from model_lab.diagnosis.errors import (
     error_of,
     excess,
     is_noise,
+    lowers,
     material,
     share_left,
 )
@@ -70,7 +71,8 @@ def grow(
         if not larger:
             break
         sizes.append(larger)
-    return Growth(tuple(map(tuple, sizes)), _chosen(problem, base, sizes, threshold))
+    chosen = _chosen(problem, base, sizes, threshold)
+    return Growth(tuple(map(tuple, sizes)), chosen if lowers(problem, chosen, base) else base)
 
 
 def _is_open(problem: FitProblem, base: Scored, sizes: Sequence[Sequence[Scored]]) -> bool:
@@ -118,7 +120,8 @@ def _chosen(
 ) -> Scored:
     """The best model of the largest size that is worth its last effect; the base if none is."""
     for size in range(len(sizes) - 1, 0, -1):
-        best, before = _best(problem, sizes[size]), sizes[size - 1][0]
+        smaller = (models[0] for models in sizes[:size])
+        best, before = _best(problem, sizes[size]), min(smaller, key=criterion)
         if not _is_better(problem, best, before, threshold):
             continue
         kept = without_idle(problem, base, best)
