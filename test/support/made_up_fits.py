@@ -48,8 +48,8 @@ def beyond(excess, floor=1.0):
 @dataclass(frozen=True)
 class Said:
     """What is stated of a model: its error in shape and gain, that of the fit if it is another,
-    its deviance, whether its effects are known and off their limits, and the standard error of their
-    parameters, which are 1 between bounds at 0 and 10.
+    its deviance, whether its effects are known and off their limits, and the standard error of
+    their parameters, which are 1 between bounds at 0 and 10.
     """
 
     shape: float

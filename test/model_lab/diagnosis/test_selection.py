@@ -155,7 +155,9 @@ def test_nothing_is_named_where_the_error_is_hardly_above_the_floor(choose, erro
     assert named(choose, {"": Said(error, 1000.0), "a": Said(1.0, 500.0)}) == answer
 
 
-@pytest.mark.parametrize(("shape", "gain", "answer"), [(1.2, 3.0, "a"), (1.4, 3.0, ""), (1.4, 2.0, "a")])
+@pytest.mark.parametrize(
+    ("shape", "gain", "answer"), [(1.2, 3.0, "a"), (1.4, 3.0, ""), (1.4, 2.0, "a")]
+)
 def test_what_lowers_neither_the_error_nor_that_of_its_shape_is_not_missing(
     choose, shape, gain, answer
 ):

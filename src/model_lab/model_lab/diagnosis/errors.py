@@ -67,9 +67,8 @@ def _beyond(error: float, floor: float) -> float:
 
 def lowers(problem: FitProblem, after: Scored, before: Scored) -> bool:
     """Whether a model's error, or that of its shape, falls by what is material at all."""
-    return any(
-        error(problem, before) > MATERIAL * error(problem, after) for error in (error_of, shape_error)
-    )
+    errors = error_of, shape_error
+    return any(error(problem, before) > MATERIAL * error(problem, after) for error in errors)
 
 
 def material(problem: FitProblem, scored: Scored) -> bool:

@@ -71,8 +71,8 @@ def _another_form(
 
 
 def _at_a_bound(scored: Scored) -> bool:
-    """Whether a parameter lies on a bound, or the interval of an effect's reaches one: as far as the
-    data tell it would go on beyond.
+    """Whether a parameter lies on a bound, or the interval of an effect's reaches one: for all that
+    the data tell it would go on beyond.
     """
     if np.any(scored.fit.at_limit):
         return True
