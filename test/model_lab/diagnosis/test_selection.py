@@ -289,6 +289,14 @@ def test_pairs_whose_parameters_mean_nothing_are_not_named(choose):
     assert named(choose, models) == "a"
 
 
+def test_of_models_of_a_size_the_likeliest_stands_in_for_one_at_the_floor_that_is_not_likelier(
+    choose,
+):
+    """Than one effect less."""
+    models = pairs(0.18) | {"c": leaves(0.9, 900.0), "bc": leaves(0.0, 505.0)}
+    assert named(choose, models) == "ab"
+
+
 @pytest.mark.parametrize(("deviance", "answer"), [(450.0, "a"), (350.0, "bcd")])
 def test_more_effects_must_be_likelier_than_any_fewer(choose, deviance, answer):
     """Though they are likelier by far than those from which they were tried."""

@@ -120,9 +120,10 @@ def _chosen(
 ) -> Scored:
     """The best model of the largest size that is worth its last effect; the base if none is."""
     for size in range(len(sizes) - 1, 0, -1):
-        smaller = (models[0] for models in sizes[:size])
-        best, before = _best(problem, sizes[size]), min(smaller, key=criterion)
-        if not _is_better(problem, best, before, threshold):
+        before = min((models[0] for models in sizes[:size]), key=criterion)
+        hopeful = (_best(problem, sizes[size]), sizes[size][0])
+        best = next((s for s in hopeful if _is_better(problem, s, before, threshold)), None)
+        if best is None:
             continue
         kept = without_idle(problem, base, best)
         if size == 1 or (len(kept.effects) == len(best.effects) and _is_whole(problem, base, kept)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isclose
 
 import numpy as np
 
@@ -77,8 +78,8 @@ def _at_a_bound(scored: Scored) -> bool:
     if np.any(scored.fit.at_limit):
         return True
     for index, parameter in enumerate(scored.fit.likelihood.parameters):
-        low, high = estimate(scored, index).interval
-        if parameter.effect and (low <= parameter.low or high >= parameter.high):
+        low, high = estimate(scored, index).interval  # which ends at the bounds
+        if parameter.effect and (isclose(low, parameter.low) or isclose(high, parameter.high)):
             return True
     return False
 
