@@ -430,6 +430,24 @@ def test_an_effect_that_predicts_as_well_within_the_scatter_of_protocols_is_tied
     assert chosen.final.effects == ("a",) and chosen.ties == (tied,)
 
 
+@pytest.mark.parametrize(("error", "tied"), [(1.1, ("b",)), (1.3, ())])
+def test_what_leaves_a_larger_error_is_not_tied_however_well_it_predicts_what_weighs(
+    choose, monkeypatch, error, tied
+):
+    """In the gains of runs, which weigh nothing here, though protocols scatter."""
+    made = Landscape._one
+
+    def weighed(landscape, before, effect):
+        scored = made(landscape, before, effect)
+        variance = np.r_[1e6, np.ones(len(scored.fit.variance) - 1)]
+        return replace(scored, fit=replace(scored.fit, variance=variance))
+
+    monkeypatch.setattr(Landscape, "_one", weighed)
+    gain = np.sqrt(error**2 - 0.99**2)
+    models = {"": BASE, "a": Said(1.0, 500.0), "b": Said(0.99, 590.0, gain=gain)}
+    assert choose(models)[0].ties == (tied,)
+
+
 def test_ties_come_nearest_first(choose):
     models = {
         "": BASE,

@@ -17,8 +17,9 @@ from model_lab.diagnosis.errors import (
     OF_ANOTHER_FORM,
     SURE,
     beyond_repeats,
+    excess,
     has_few_folds,
-    share_left,
+    lowers,
 )
 from model_lab.diagnosis.growth import FITTED, Growth, Search, criterion, grow, proven
 from model_lab.diagnosis.result import Detectable
@@ -130,7 +131,7 @@ def _as_near(
     for scored in likely:
         near = behind[scored.added] < OTHER_FORM * gained
         if of_another_form and not near:
-            near = share_left(problem, scored, without) <= OF_ANOTHER_FORM
+            near = excess(problem, scored) <= OF_ANOTHER_FORM * excess(problem, without)
         if len(tied) < FEW and scored.plausible and near:
             tied.add(scored.added)
     return tuple(name for name in behind if name in tied)
@@ -146,9 +147,10 @@ def _leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:
 def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:
     """Whether another plausible model predicts held-out data within a standard error as well.
 
-    Errors are weighed as the final model's fit weighs them, and differences are those of folds.
+    Errors are weighed as the final model's fit weighs them, and differences are those of folds; as
+    that looks at the likeliest parts of the error, the whole must not be larger either.
     """
-    if has_few_folds(problem) or not other.plausible:
+    if has_few_folds(problem) or not other.plausible or lowers(problem, final, other):
         return False
     spectrum = problem.spectrum
     residuals = np.stack([other.held_out.residual, final.held_out.residual])
