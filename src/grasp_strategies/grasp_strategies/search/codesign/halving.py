@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from grasp_strategies.search.codesign.success import cost_of
+from grasp_strategies.search.codesign.success import INFEASIBLE, cost_of
 from grasp_strategies.search.objective import COST
 from grasp_strategies.search.problem import Evaluation, SearchProblem
 from grasp_strategies.search.study import Study
@@ -89,31 +89,45 @@ def _generation(
     tried: dict[int, Tried] = {}
     alive, first = list(generation), 0
     for rung, last in enumerate(halving.rungs):
-        lines = [_at_places(one, rung, first, last) for one in alive]
-        for record in crew.run(results.left(lines, again=False)):
+        lines = {one.number: lines_of(one, rung, first, last) for one in alive}
+        everything = [line for some in lines.values() for line in some]
+        for record in crew.run(results.left(everything, again=False)):
             results.append(record)
-        for one, line in zip(alive, lines, strict=True):
-            tried[one.number] = _more(one, tried.get(one.number), results.records[line.key])
+        for one in alive:
+            records = [results.records[line.key] for line in lines[one.number]]
+            tried[one.number] = _more(one, tried.get(one.number), records)
         feasible = [one for one in alive if not tried[one.number].infeasible]
         ranked = sorted(feasible, key=lambda one: tried[one.number].cost)
         alive, first = ranked[: max(1, len(generation) // halving.one_in ** (rung + 1))], last
     return tried
 
 
-def _at_places(one: Evaluation, rung: int, first: int, last: int) -> Evaluation:
+def lines_of(one: Evaluation, rung: int | str, first: int, last: int) -> list[Evaluation]:
+    """A line for each object, so that all workers have something to do, at places [first, last)."""
     problem = one.problem
-    settings = {**problem.settings, "places": [first, last]}
-    return replace(one, problem=replace(problem, name=f"{problem.name}_{rung}", settings=settings))
+    return [
+        replace(
+            one,
+            problem=replace(
+                problem,
+                name=f"{problem.name}_{rung}_{name}",
+                settings={**problem.settings, "objects": [name], "places": [first, last]},
+            ),
+        )
+        for name in problem.settings["objects"]
+    ]
 
 
-def _more(one: Evaluation, before: Tried | None, record: Record) -> Tried:
-    """A candidate with the trials of one more line; a line that ended in an error cannot be
-    built.
-    """
-    if "error" in record:
-        return Tried(one.number, one.values, {}, 1.0, str(record["error"]))
-    if record["infeasible"]:
-        return Tried(one.number, one.values, {}, record[COST], record["infeasible"])
+def _more(one: Evaluation, before: Tried | None, records: Sequence[Record]) -> Tried:
+    """A candidate with the trials of more lines; one of which a line ended in an error fails."""
+    for record in records:
+        reason = str(record["error"]) if "error" in record else record["infeasible"]
+        if reason:
+            return Tried(one.number, one.values, {}, INFEASIBLE, reason)
     known: Mapping[str, Any] = before.successes if before else {}
-    successes = {name: [*known.get(name, []), *new] for name, new in record["successes"].items()}
+    successes = {
+        name: [*known.get(name, []), *new]
+        for record in records
+        for name, new in record["successes"].items()
+    }
     return Tried(one.number, one.values, successes, cost_of(successes), "")

@@ -34,7 +34,8 @@ def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str,
         values: of `HAND_SPACE` and `MOTION_SPACE`; what is missing is shipped.
         settings: `objects`; `places`, numbers [first, last) of places of each object; `seed`;
             `step` [s]; `segments`; `offset` [m] and factors [low, high] `mass`, `friction` and
-            `modulus`.
+            `modulus`; `noise`: whether successes are drawn at random in place of grasps, of which
+            a search must not make anything.
 
     Returns:
         `cost`; `successes`, by object a list of 0 and 1; `trials`, how many were run; `causes`, how
@@ -46,11 +47,18 @@ def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str,
         return {COST: INFEASIBLE, "successes": {}, "trials": 0, "causes": {}} | {
             "infeasible": str(reason)
         }
+    if settings.get("noise", False):
+        return _outcome({name: _by_chance(name, values, settings) for name in settings["objects"]})
     with tempfile.TemporaryDirectory() as folder:
         paths = Path(folder) / "hand.yaml", Path(folder) / "strategy.yaml"
         paths[0].write_text(hand, encoding="utf-8")
         paths[1].write_text(strategy_text(values, paths[0].name), encoding="utf-8")
         found = {name: _tried(name, paths[1], settings) for name in settings["objects"]}
+    return _outcome(found)
+
+
+def _outcome(found: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """What is returned, given by object why each trial failed, "" where it did not."""
     successes = {name: [int(not reason) for reason in reasons] for name, reasons in found.items()}
     causes = Counter(reason for reasons in found.values() for reason in reasons if reason)
     return {
@@ -60,6 +68,12 @@ def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str,
         "causes": dict(causes),
         "infeasible": "",
     }
+
+
+def _by_chance(name: str, values: Mapping[str, float], settings: Mapping[str, Any]) -> list[str]:
+    seeds = [zlib.crc32(f"{name} {sorted(values.items())}".encode()), *settings["places"]]
+    count = settings["places"][1] - settings["places"][0]
+    return ["" if won else "chance" for won in np.random.default_rng(seeds).random(count) < 0.5]
 
 
 def cost_of(successes: Mapping[str, Sequence[int]]) -> float:
