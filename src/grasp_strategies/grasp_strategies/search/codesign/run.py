@@ -5,7 +5,6 @@ Everything is a line of `results.jsonl` in a folder of its own, from which it go
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from grasp_strategies.search.problem import Evaluation
 from grasp_strategies.sweep.cluster import Cluster
 from grasp_strategies.sweep.pool import Processes
 from grasp_strategies.sweep.results import NAME, Results, read_results
+from softhand_model.documents.output_file import write_json
 
 FORMAT = "softhand-codesign-result/1"
 RESULT = "codesign.json"
@@ -77,7 +77,7 @@ def run_plan(crew: Processes | Cluster, plan: Plan, folder: Path) -> dict[str, A
         "winners": [vars(winner) for winner in winners],
         "gain": gain_of(winners),
     }
-    (folder / RESULT).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_json(folder / RESULT, content, force=True)
     return content
 
 
