@@ -19,7 +19,7 @@ setup(
     install_requires=[
         "setuptools",
         "grasp_strategies",
-        "model_lab",
+        "pneumaticbox_driver",
         "pneuflex_sim",
         "softhand_bringup",
         "softhand_model",

@@ -46,7 +46,6 @@ def test_a_slider_bends_the_finger_on_the_canvas(page, open_window):
         lambda: before - tip_height(window.picture(), client.camera.fov) > 20.0,
         "the tip of the index finger 20 mm lower",
     )
-    window.tab.screenshot(path="/tmp/wt/play_hand.png", timeout=90000)
 
 
 def test_two_browsers_see_the_same_and_a_lost_connection_comes_back(page, open_window):
