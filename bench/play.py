@@ -30,8 +30,6 @@ SOFTWARE = (
 )
 FRAMES = "() => window.__viserTestpoints.rendererInfo.render.frame"
 TRIANGLES = "() => window.__viserTestpoints.rendererInfo.render.triangles"
-PRESS = """name => [...document.querySelectorAll("button, [role=tab]")]
-  .find(e => e.textContent.trim() == name)?.click()"""
 SLIDER = """() => { const found = document.querySelectorAll("[role=slider]");
   found[0]?.focus(); return found.length; }"""
 PICTURE = '() => document.querySelector("canvas[data-engine]").toDataURL()'
@@ -65,9 +63,9 @@ def run(minutes: float = 1.0) -> list[dict[str, Any]]:
 
 def _pictures(browser: Page) -> float:
     """Pictures a second while a strategy runs."""
-    browser.evaluate(PRESS, "Strategies")
-    browser.evaluate(PRESS, "run the strategy")
-    browser.evaluate(PRESS, "Hand")
+    browser.get_by_role("tab", name="Strategies").click()
+    browser.get_by_role("button", name="run the strategy").click()
+    browser.get_by_role("tab", name="Hand").click()
     before, began = browser.evaluate(FRAMES), time.monotonic()
     time.sleep(MEASURED)
     return float(browser.evaluate(FRAMES) - before) / (time.monotonic() - began)

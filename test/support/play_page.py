@@ -28,11 +28,12 @@ FIND = """([name, what]) => {
   found?.select?.();
   return found ? [found.value ?? ""] : null;
 }"""
-PRESS = """name => {
+PLACE = """name => {
   const found = [...document.querySelectorAll("button, [role=tab]")]
-    .find(e => e.textContent.trim() == name);
-  found?.click();
-  return !!found;
+    .find(e => e.textContent.trim() == name && e.checkVisibility());
+  found?.scrollIntoView({block: "center"});
+  const box = found?.getBoundingClientRect();
+  return box ? [box.left + box.width / 2, box.top + box.height / 2] : null;
 }"""
 PATIENCE = 150.0  # [s]; all wait for what shall happen, no longer
 
@@ -84,8 +85,8 @@ class Window:
         self.tab.keyboard.type(text)
 
     def press(self, name):
-        """Press a button, or choose a tab."""
-        wait_until(lambda: self.tab.evaluate(PRESS, name), f"a button {name!r}")
+        """Press a button, or choose a tab, with the mouse."""
+        self.tab.mouse.click(*wait_until(lambda: self.tab.evaluate(PLACE, name), f"button {name}"))
 
     def text(self):
         """All that is to be read."""
