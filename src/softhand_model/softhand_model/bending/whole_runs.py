@@ -22,11 +22,13 @@ from softhand_model.bending.elastic_chain import (
     sizes_of,
 )
 from softhand_model.bending.loaded_finger import Blocked
-from softhand_model.bending.run_loops import follow, march, march_blocked
+from softhand_model.bending.run_loops import follow, march, march_at_once, march_blocked
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
 from softhand_model.numerics.arrays import Array, Flags, Indices
+
+AT_ONCE = 500  # numbers of a kind, so that they stay in the nearest memory
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,12 @@ def stretch_in_runs(
     """
     given = _InLoops.of(effects, load, shape, runs, mode)
     found = np.empty_like(given.input)
-    march(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    if any(effect.has_memory for effect in effects):
+        march(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    else:
+        rows = max(AT_ONCE // found.shape[1], 1)
+        many = given.in_rows(rows)
+        march_at_once(given.input, many.chain, many.sizes, runs.starts, rows, found)
     return given.back(found)
 
 
@@ -134,6 +141,15 @@ class _InLoops(NamedTuple):
             elastic_chain(effects, mode, sections, lanes),
             sizes_of(shape, len(runs.before), sections, lanes),
         )
+
+    def in_rows(self, rows: int) -> _InLoops:
+        """The same for so many rows, side by side."""
+        chain = self.chain._replace(
+            values=np.tile(self.chain.values, rows),
+            states=np.tile(self.chain.states, rows),
+            sizes=np.tile(self.chain.sizes, rows),
+        )
+        return self._replace(chain=chain, sizes=np.tile(self.sizes, rows))
 
     def back(self, found: Array) -> Array:
         """What was found, as (lanes, rows, sections)."""
