@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand_model.bending.balance import bending_load
 from softhand_model.bending.elastic_chain import (
     ElasticChain,
     compiled_effects,
@@ -26,6 +25,7 @@ from softhand_model.bending.run_loops import follow, march, march_at_once, march
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
+from softhand_model.hand import section
 from softhand_model.numerics.arrays import Array, Flags, Indices
 
 AT_ONCE = 500  # numbers of a kind, so that they stay in the nearest memory
@@ -62,9 +62,17 @@ def curvature_in_runs(
     if effects is None:
         return None
     rows = shape.of_rows(runs.of_rows)
-    load = bending_load(staged, pressure, rows)
+    load = staged.act_on_load(pressure * _load_per_pressure(shape, runs), pressure, rows)
     curvature = (stretch_in_runs(effects, load, shape, runs, "pure_shear") - 1.0) / rows.height
     return staged.act_on_curvature(curvature, pressure, rows)
+
+
+def _load_per_pressure(shape: SectionShape, runs: Runs) -> Array:
+    """Load of the base [1/Pa] (lanes or 1, rows, sections)."""
+    parts = shape.height, shape.wall, shape.ratio, shape.shear_modulus
+    of_runs = np.atleast_3d(section.bending_load(1.0, *parts))
+    whole = np.broadcast_to(of_runs, (len(of_runs), len(runs.before), of_runs.shape[2]))
+    return whole[:, runs.of_rows]
 
 
 def stretch_in_runs(
