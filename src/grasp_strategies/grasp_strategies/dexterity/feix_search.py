@@ -32,7 +32,9 @@ from grasp_strategies.dexterity.grasping import (
     FAR,
     SEGMENTS,
     STEP,
+    Draw,
     Grasped,
+    drawn,
     grasping,
 )
 from grasp_strategies.dexterity.patterns import Pattern, Times
@@ -162,20 +164,23 @@ def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str,
 
     Args:
         values: of `variables`.
-        settings: `type` (1 to 33), `hand` (see `grasping_hand`), `step` [s], `segments`.
+        settings: `type` (1 to 33), `hand` (see `grasping_hand`), `step` [s], `segments`, `draw`:
+            seed of the jitter with which it is tried; without it there is none.
 
     Returns:
         `cost` [mm] (see `cost`), and what it is made of.
     """
     kind = grasp_types()[int(settings["type"])]
+    draw = drawn(settings["draw"]) if "draw" in settings else Draw()
     hand = grasping(
         kind.object,
         str(settings.get("hand", FOUR)),
         float(settings.get("step", STEP)),
         int(settings.get("segments", SEGMENTS)),
+        draw.modulus_scale,
     )
     try:
-        found = hand.grasp(pattern_of(kind.number, values), Times(), most_overlap=MOST_OVERLAP)
+        found = hand.grasp(pattern_of(kind.number, values), Times(), draw, MOST_OVERLAP)
         held = found.overlap <= MOST_OVERLAP and not found.dropped
         pulled = hand.pull() if held else (math.nan, math.nan)
     except RuntimeError:
