@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,6 +120,7 @@ class GraspingHand:
             finger_contact=True,
         )
         self.simulation = self.scene.simulation
+        finalize(self, self.simulation.close)  # the engine has room for a thousand in a process
         self._first = first_channels(hand)
         self._start = self.scene.save()
         self._upright = Pose(*(part.copy() for part in self.simulation.wrist_pose()))
