@@ -50,7 +50,7 @@ MOST_OVERLAP = 0.005  # of the object with the pre-grasp posture [m]
 
 # cost [mm]: what is held by the right parts costs what it drifts
 OVERLAPS, DROPPED, AT_ONCE = 150.0, 60.0, 30.0
-MISSING, A_GAP, EXCLUDED, BY_PALM, BY_FLAT, ASKEW = 10.0, 0.2, 50.0, 10.0, 8.0, 5.0
+MISSING, A_GAP, EXCLUDED, BY_PALM, BY_FLAT, WRONG = 10.0, 0.2, 50.0, 10.0, 8.0, 5.0
 A_DEGREE, MOST_TURN, WHILE_RELEASED = 0.5, 30.0, 0.1
 
 
@@ -216,12 +216,13 @@ def lacking(kind: GraspType, touches: Sequence[Touch], gaps: Mapping[str, float]
     forces = shares(touches, lambda touch: touch.part)
     missing = [part for part in kind.required if forces[part] < TOUCHING]
     found = sum(MISSING + A_GAP * 1e3 * min(FAR, _gap(part, gaps)) for part in missing)
-    found += sum(EXCLUDED * max(0.0, forces[part] - MOST_EXCLUDED) for part in kind.excluded)
+    helping = [forces[part] - MOST_EXCLUDED for part in kind.excluded]
+    found += sum(WRONG + EXCLUDED * share for share in helping if share > 0.0)
     if kind.opposition == PAD_TYPE and forces[PALM] >= TOUCHING:
         found += BY_PALM * (1.0 + forces[PALM])
     short = LEAST_OPPOSITION - opposition(kind, touches)
     if short >= 0:
-        found += ASKEW * (1.0 + short)
+        found += WRONG * (1.0 + short)
     return found + BY_FLAT * len(flat_fingers(kind, touches))
 
 
