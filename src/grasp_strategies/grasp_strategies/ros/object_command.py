@@ -1,6 +1,4 @@
-"""Commands on `scene/hold_object` that hold the simulator's object out to the hand, and which object
-that is.
-"""
+"""Commands that hold the simulator's object out to the hand, and which object that is."""
 
 from __future__ import annotations
 

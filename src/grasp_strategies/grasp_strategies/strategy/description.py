@@ -205,6 +205,11 @@ class Strategy:
         """Names of the options that switch phases on."""
         return frozenset(phase.option for phase in self.phases if phase.option)
 
+    @property
+    def holds_object_out(self) -> bool:
+        """Whether the object is held out to the hand: then it has to be one of `objects`."""
+        return any(phase.held_out is not None for phase in self.phases)
+
 
 def strategy_names() -> list[str]:
     """Names of the strategies that come with the package."""

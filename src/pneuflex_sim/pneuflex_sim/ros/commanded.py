@@ -35,9 +35,7 @@ class Commanded:
         refuse: is told why a message cannot be used.
     """
 
-    def __init__(
-        self, node: Node, simulation: Simulation, refuse: Callable[[str], None]
-    ) -> None:
+    def __init__(self, node: Node, simulation: Simulation, refuse: Callable[[str], None]) -> None:
         self._simulation = simulation
         self._wrist_frames = ("", WRIST, full_name(node, WRIST))
         self._topics = (

@@ -1,0 +1,94 @@
+"""Replays of stored grasps: what the strategy does by what is stored, and what is refused."""
+
+from dataclasses import replace
+
+import pytest
+
+from grasp_strategies.dexterity.patterns import (
+    Pattern,
+    Patterns,
+    StoredGrasp,
+    Times,
+    write_patterns,
+)
+from grasp_strategies.dexterity.posture import first_channels
+from grasp_strategies.dexterity.replay import FILE, load_replay, words
+from softhand_model.hand.hand import load_hand
+
+PATTERN = Pattern(
+    "cylinder_45",
+    {"a": 0.0, "b": 0.0, "c": 2e-6, "d": 3e-6},
+    {"a": 5e-5, "b": 2e-5, "c": 1e-5, "d": 1.5e-5},
+    False,
+    (0.05, 0.0, 0.12),
+    (0.0, 0.0, 0.0, 1.0),
+)
+
+
+def stored(**changes):
+    pattern = replace(PATTERN, **changes)
+    return StoredGrasp(pattern, 1, "7", 0.5, 3, 3, 2.0, ())
+
+
+@pytest.fixture
+def patterns(tmp_path):
+    grasps = {3: stored(), 14: stored(palm_first=True, object="ball_40")}
+    path = tmp_path / "patterns.yaml"
+    write_patterns(Patterns("rbo_hand_2", 0.005, 8, Times(), grasps), path)
+    return path
+
+
+def named(strategy):
+    return {phase.name: phase for phase in strategy.phases}
+
+
+def test_a_replay_takes_masses_pose_and_times_from_what_is_stored(patterns):
+    strategy = load_replay(3, patterns)
+    phases = named(strategy)
+    assert strategy.name == "feix_3"
+    assert "medium wrap" in strategy.description
+    assert strategy.objects == ("cylinder_45",)
+    assert (strategy.hand, strategy.tried_with.scene, strategy.tried_with.segments) == (
+        "rbo_hand_2",
+        "held",
+        8,
+    )
+    assert phases["pre_grasp"].air_mass == PATTERN.pre
+    assert phases["hold_out"].held_out.position == PATTERN.position
+    assert phases["grasp"].air_mass == PATTERN.final
+    assert phases["grasp"].air_ramp == Times().grasp
+    assert phases["release"].release == Times().release
+    assert "grasp_by_palm" not in phases
+
+
+def test_a_grasp_whose_palm_closes_first_fills_its_channels_before_those_of_the_fingers(patterns):
+    phases = named(load_replay(14, patterns))
+    assert "grasp" not in phases
+    assert phases["grasp_by_palm"].air_mass.keys() == {"c", "d"}
+    assert phases["grasp_by_fingers"].air_mass.keys() == {"a", "b"}
+    assert list(phases).index("grasp_by_palm") + 1 == list(phases).index("grasp_by_fingers")
+
+
+def test_the_channels_that_are_filled_first_are_those_of_the_postures(patterns):
+    from grasp_strategies.dexterity.patterns import load_patterns
+
+    hand = load_hand("rbo_hand_2")
+    first = [c for c, is_first in zip(hand.channels, first_channels(hand), strict=True) if is_first]
+    assert sorted(words(14, load_patterns(patterns))["final_of_palm"]) == sorted(first)
+
+
+def test_a_type_without_a_stored_grasp_is_refused_with_those_that_there_are(patterns):
+    with pytest.raises(ValueError, match=r"grasp_type: expected one that is stored .* \(3, 14\)"):
+        load_replay(5, patterns)
+
+
+def test_where_nothing_is_stored_the_refusal_says_what_stores_it(tmp_path):
+    with pytest.raises(ValueError, match="no grasps are stored: .*python -m thesis run feix"):
+        load_replay(5, tmp_path / "none.yaml")
+
+
+def test_a_name_that_means_nothing_is_refused_with_those_that_do(patterns, tmp_path):
+    own = tmp_path / "own.yaml"
+    own.write_text(FILE.read_text().replace("$final}", "$last}").replace("$final\n", "$last\n"))
+    with pytest.raises(ValueError, match=r"own.yaml: expected one of \$type, .*, got \$last"):
+        load_replay(3, patterns, own)
