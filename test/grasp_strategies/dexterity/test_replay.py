@@ -1,41 +1,17 @@
 """Replays of stored grasps: what the strategy does by what is stored, and what is refused."""
 
-from dataclasses import replace
-
 import pytest
+from made_up_grasps import CYLINDER, write_made_up
 
-from grasp_strategies.dexterity.patterns import (
-    Pattern,
-    Patterns,
-    StoredGrasp,
-    Times,
-    write_patterns,
-)
+from grasp_strategies.dexterity.patterns import Times, load_patterns
 from grasp_strategies.dexterity.posture import first_channels
 from grasp_strategies.dexterity.replay import FILE, load_replay, words
 from softhand_model.hand.hand import load_hand
 
-PATTERN = Pattern(
-    "cylinder_45",
-    {"a": 0.0, "b": 0.0, "c": 2e-6, "d": 3e-6},
-    {"a": 5e-5, "b": 2e-5, "c": 1e-5, "d": 1.5e-5},
-    False,
-    (0.05, 0.0, 0.12),
-    (0.0, 0.0, 0.0, 1.0),
-)
-
-
-def stored(**changes):
-    pattern = replace(PATTERN, **changes)
-    return StoredGrasp(pattern, 1, "7", 0.5, 3, 3, 2.0, ())
-
 
 @pytest.fixture
 def patterns(tmp_path):
-    grasps = {3: stored(), 14: stored(palm_first=True, object="ball_40")}
-    path = tmp_path / "patterns.yaml"
-    write_patterns(Patterns("rbo_hand_2", 0.005, 8, Times(), grasps), path)
-    return path
+    return write_made_up(tmp_path / "patterns.yaml")
 
 
 def named(strategy):
@@ -53,9 +29,9 @@ def test_a_replay_takes_masses_pose_and_times_from_what_is_stored(patterns):
         "held",
         8,
     )
-    assert phases["pre_grasp"].air_mass == PATTERN.pre
-    assert phases["hold_out"].held_out.position == PATTERN.position
-    assert phases["grasp"].air_mass == PATTERN.final
+    assert phases["pre_grasp"].air_mass == CYLINDER.pre
+    assert phases["hold_out"].held_out.position == CYLINDER.position
+    assert phases["grasp"].air_mass == CYLINDER.final
     assert phases["grasp"].air_ramp == Times().grasp
     assert phases["release"].release == Times().release
     assert "grasp_by_palm" not in phases
@@ -70,8 +46,6 @@ def test_a_grasp_whose_palm_closes_first_fills_its_channels_before_those_of_the_
 
 
 def test_the_channels_that_are_filled_first_are_those_of_the_postures(patterns):
-    from grasp_strategies.dexterity.patterns import load_patterns
-
     hand = load_hand("rbo_hand_2")
     first = [c for c, is_first in zip(hand.channels, first_channels(hand), strict=True) if is_first]
     assert sorted(words(14, load_patterns(patterns))["final_of_palm"]) == sorted(first)
