@@ -8,10 +8,9 @@ exactly, as with valves that are wide enough (ours).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,28 +20,24 @@ from grasp_strategies.dexterity.feix import FINGERS, PALM, THUMB
 from grasp_strategies.dexterity.feix_judge import Shaken, Touch
 from grasp_strategies.dexterity.patterns import Pattern, Times
 from grasp_strategies.dexterity.posture import FOUR, first_channels, hand_variant
+from grasp_strategies.dexterity.shaking import motions
 from grasp_strategies.in_process_scene import InProcessScene, build_scene
-from grasp_strategies.pose import IDENTITY, Pose, minimum_jerk
+from grasp_strategies.pose import IDENTITY, Pose
 from pneuflex_sim.hand.skin_places import BACK, LEFT
 from softhand_model.hand.hand import HandDescription
 
 Array = NDArray[np.float64]
 
 UNTURNED = "thumb_unturned"  # the thumb's mount at 0 deg
-STEP, SEGMENTS = 0.005, 8
+STEP, SEGMENTS = 0.005, 6
 AWAY = (0.6, 0.0, 0.1)  # in the wrist frame, where the object waits [m]
 THIRDS = 3
 LOOKS, BETWEEN = 5, 0.02  # moments of which contacts are averaged, and the time between them [s]
-PULL, PULL_TIME = 1.5, 0.15  # net pull in each direction, in weights of the object [-], [s]
+PULL, PULL_TIME = 2.0, 0.2  # net pull in each direction, in weights of the object [-], [s]
 MOST_FORCE, FORCE_RATE, MOVED = 20.0, 10.0, 0.010  # [N], [N/s], [m]
 DIRECTIONS = np.vstack([np.eye(3), -np.eye(3)])
+REST = 0.3  # before the last look [s]
 FAR = 0.05  # drift [m] at which a grasp is given up
-
-# where gravity points in the wrist frame, each turned to from the one before by 90 deg
-GRAVITY = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1))
-TURN_TIME, DWELL = 1.0, 0.3  # [s]
-SHAKE, SHAKE_TIME = 0.030, 1.0  # amplitude along each axis [m], period [s]
-SWING, SWING_TIME = math.radians(45.0), 2.0  # amplitude about each axis [rad], period [s]
 
 
 @dataclass(frozen=True)
@@ -241,11 +236,12 @@ class GraspingHand:
 
     # ---------------------------------------------------------------- disturbances
     def pull(self) -> tuple[float, float]:
-        """Pull the object in six directions with 1.5 of its weight, in place of its weight: what is
-        seen of a grasp in the search; greatest drift [m] and turn [rad] since the spring let go.
+        """Pull the object in six directions with twice its weight, in place of its weight: what is
+        seen of a grasp in the search; greatest drift [m] and turn [rad] on the way.
         """
         weight = 9.81 * self.simulation.object_mass
-        drifts = [self._drift()]
+        self._mark()
+        drifts = [(0.0, 0.0)]
         for direction in DIRECTIONS:
             force = weight * (PULL * direction + np.array([0.0, 0.0, 1.0]))
             for _ in range(round(PULL_TIME / self.simulation.step_size)):
@@ -262,7 +258,7 @@ class GraspingHand:
         """
         self._mark()
         before, worst = self.look(), np.zeros(2)
-        for duration, pose in self._motions(strength):
+        for duration, pose in motions(self._upright, strength):
             begin = self.simulation.time
             for number in range(1, round(duration / self.simulation.step_size) + 1):
                 target = pose(min(1.0, (self.simulation.time - begin) / duration))
@@ -272,58 +268,9 @@ class GraspingHand:
                     worst = np.maximum(worst, self._drift())
                     if worst[0] > FAR:
                         return Shaken(before, [], *map(float, worst))
-        self._run(DWELL)
+        self._run(REST)
         after, worst = self.look(), np.maximum(worst, self._drift())
         return Shaken(before, after, *map(float, worst))
-
-    def _motions(self, strength: float) -> list[tuple[float, Callable[[float], Pose]]]:
-        """Duration [s] of each motion of the wrist, and its pose at shares 0 to 1 of it."""
-        return [*self._turns(), *self._shakes(strength), *self._swings(strength)]
-
-    def _turns(self) -> list[tuple[float, Callable[[float], Pose]]]:
-        found: list[tuple[float, Callable[[float], Pose]]] = []
-        down, turn = np.array(GRAVITY[-1], float), Rotation.identity()
-        for gravity in GRAVITY:
-            # gravity goes to `gravity` in the hand as the hand turns the other way
-            axis = np.cross(gravity, down)
-            found.append((TURN_TIME, self._turning(turn, axis)))
-            turn = turn * Rotation.from_rotvec(0.5 * np.pi * axis)
-            found.append((DWELL, self._turning(turn, np.zeros(3))))
-            down = np.array(gravity, float)
-        # gravity is as it was at first, the heading need not be
-        rest = (turn.inv()).as_rotvec()
-        found.append((TURN_TIME, self._turning(turn, rest / (0.5 * np.pi))))
-        return found
-
-    def _turning(self, start: Rotation, axis: Array) -> Callable[[float], Pose]:
-        """A turn by 90 deg about an axis of the wrist, in its axes at the start."""
-
-        def at(share: float) -> Pose:
-            angle = 0.5 * np.pi * minimum_jerk(share)
-            turn = start * Rotation.from_rotvec(angle * axis)
-            return Pose(self._upright.position, turn.as_quat())
-
-        return at
-
-    def _shakes(self, strength: float) -> list[tuple[float, Callable[[float], Pose]]]:
-        def shake(axis: Array) -> Callable[[float], Pose]:
-            def at(share: float) -> Pose:
-                way = strength * SHAKE * math.sin(2.0 * np.pi * share)
-                return Pose(self._upright.position + way * axis, self._upright.orientation)
-
-            return at
-
-        return [(SHAKE_TIME, shake(axis)) for axis in np.eye(3)]
-
-    def _swings(self, strength: float) -> list[tuple[float, Callable[[float], Pose]]]:
-        def swing(axis: Array) -> Callable[[float], Pose]:
-            def at(share: float) -> Pose:
-                angle = strength * SWING * math.sin(2.0 * np.pi * share)
-                return Pose(self._upright.position, Rotation.from_rotvec(angle * axis).as_quat())
-
-            return at
-
-        return [(SWING_TIME, swing(axis)) for axis in np.eye(3)]
 
     def robust(self) -> float:
         """Least force [N], of six directions in the wrist frame, that moves the object by 10 mm;
@@ -353,14 +300,3 @@ def grasping(
 ) -> GraspingHand:
     """The hand of the latest settings, one a process."""
     return GraspingHand(object, variant, step, segments, modulus_scale)
-
-
-def grasping_of(settings: Mapping[str, Any], object: str, modulus_scale: float) -> GraspingHand:
-    """The hand that settings name by `hand`, `step` [s] and `segments`."""
-    return grasping(
-        object,
-        str(settings.get("hand", FOUR)),
-        float(settings.get("step", STEP)),
-        int(settings.get("segments", SEGMENTS)),
-        modulus_scale,
-    )

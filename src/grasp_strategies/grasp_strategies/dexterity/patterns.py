@@ -39,8 +39,8 @@ TRIAL = {
     "typed": "whether the right parts of the hand held it in the right way",
     "held_reason": "why not, in words; empty if it was",
     "typed_reason": "the same of the type",
-    "markers": "finger: position (3,) [m] in the wrist frame of the marker on its tip, on the back, "
-    "on the thumb at the side, once the object is released and rests",
+    "markers": "finger: position (3,) [m] in the wrist frame of the marker on its tip, on its back "
+    "or on the thumb's side, once the object is released and rests",
     "object": "position (3,) [m] and orientation (4,) of the object in the wrist frame then",
 }
 
@@ -49,10 +49,10 @@ TRIAL = {
 class Times:
     """Durations [s] of the parts of a grasp; see the module's text."""
 
-    pre: float = 1.0
-    settle: float = 0.5
+    pre: float = 0.6
+    settle: float = 0.3
     grasp: float = 1.0
-    release: float = 0.5
+    release: float = 0.4
 
 
 @dataclass(frozen=True)

@@ -64,9 +64,7 @@ class ObjectSpring:
         place = wrist_position + wrist.apply(self.position)
         return place, wrist * Rotation.from_quat(self.orientation)
 
-    def pull(
-        self, body: ObjectBody, wrist: tuple[Array, Array], now: float, weight: float
-    ) -> None:
+    def pull(self, body: ObjectBody, wrist: tuple[Array, Array], now: float, weight: float) -> None:
         """Act on a body for one step; `wrist` is position [m] and quaternion of the wrist, `weight`
         [N] that of the body and of what it is held with.
         """
