@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.processes import suite
 
-TYPE, OTHER_OBJECT, NOT_STORED = 3, 14, 5
+TYPE, OTHER_OBJECT, NOT_STORED = 3, 2, 6
 
 
 @pytest.fixture
@@ -52,7 +52,8 @@ def test_a_call_replays_the_stored_grasp_of_a_type_with_its_object(recorder, nod
     answer = peer.trigger("grasp/feix")
     assert not answer.success
     assert (
-        "expected a simulator with the object ball_40, got one with cylinder_45" in answer.message
+        "expected a simulator with the object cylinder_25, got one with cylinder_45"
+        in answer.message
     )
     choose(peer, TYPE)
     grasp = peer.request(Trigger, "grasp/feix")
