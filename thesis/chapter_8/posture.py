@@ -369,7 +369,9 @@ def _draw_residuals(panel: Any, found: GraspPostures, human: Mapping[str, Sequen
     for name, (color, marker, label) in looks.items():
         curve, low, high = (100 * part for part in found.curve(name))
         panel.plot(curve, marker=marker, color=color, label=f"posture, {label}")
-        panel.fill_between(range(len(curve)), low, high, color=color, alpha=0.2, linewidth=0)
+        panel.fill_between(
+            range(len(curve)), np.maximum(low, 1e-9), high, color=color, alpha=0.2, linewidth=0
+        )
         panel.plot(100 * found.floor(name), ":", color=color, label=f"noise, {label}")
     panel.plot(100 * found.actuation_curve(), "k--", marker="^", label="actuation")
     panel.axvline(found.channels, color="0.8", linewidth=0.8, zorder=0)

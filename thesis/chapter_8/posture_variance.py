@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +92,9 @@ def components_to(points: Array, share: float = EXPLAINED) -> int:
 @dataclass(frozen=True)
 class Estimate:
     """A value, its 95 % interval under the bootstrap, and how likely it is 0 or less: the share of
-    resamples in which it is (one-sided).
+    resamples in which it is (one-sided). A resample has some grasps twice and so spans less than
+    the grasps do: the interval is that of the resamples about their mean, laid about the value;
+    `p` is of the resamples as they are, and so on the safe side.
     """
 
     value: float
@@ -102,7 +105,7 @@ class Estimate:
     @classmethod
     def of(cls, value: float, resampled: Array) -> Estimate:
         """From the values of resamples (b,)."""
-        low, high = np.quantile(resampled, [LEVEL / 2, 1 - LEVEL / 2])
+        low, high = _interval(value, resampled)
         p = (1 + np.count_nonzero(resampled <= 0)) / (1 + len(resampled))
         return cls(float(value), float(low), float(high), float(p))
 
@@ -110,6 +113,12 @@ class Estimate:
     def shown(self) -> bool:
         """Whether it is above 0."""
         return self.p < LEVEL
+
+
+def _interval(value: Any, resampled: Array) -> tuple[Array, Array]:
+    """Ends of the 95 % interval of resamples (b, ...) about their mean, laid about the value."""
+    low, high = np.quantile(resampled, [LEVEL / 2, 1 - LEVEL / 2], axis=0)
+    return value + low - resampled.mean(axis=0), value + high - resampled.mean(axis=0)
 
 
 @dataclass(frozen=True)
@@ -165,8 +174,7 @@ class GraspPostures:
     def curve(self, name: str) -> tuple[Array, Array, Array]:
         """Residual variance (d + 1,) of `held` or `empty`, and the ends of its 95 % interval."""
         found = self._residuals[name][0]
-        low, high = np.quantile(found[1:], [LEVEL / 2, 1 - LEVEL / 2], axis=0)
-        return found[0], low, high
+        return found[0], *_interval(found[0], found[1:])
 
     def floor(self, name: str) -> Array:
         """Noise floor (d + 1,) of `held` or `empty`."""

@@ -119,3 +119,9 @@ def test_the_slope_of_the_likelihood_is_that_of_its_differences():
         lambda x: process._unlikeliness(x)[0], lambda x: process._unlikeliness(x)[1], at
     )
     assert error < 1e-5 * np.linalg.norm(slope)
+
+
+def test_an_interval_of_a_residual_lies_about_its_value():
+    for name in ("held", "empty"):
+        value, low, high = made_up(INTERACTION, 1).curve(name)
+        assert (low[1:10] < value[1:10]).all() and (value[1:10] < high[1:10]).all()
