@@ -288,7 +288,7 @@ class Simulation:
 
     def _pull_object(self, body: ObjectBody, spring: ObjectSpring) -> None:
         weight = STANDARD_GRAVITY * (body.mass + self._weight_scale * HOLDING_MASS)
-        spring.pull(body, self.wrist_pose(), self.time, weight)
+        spring.pull(body, self.wrist_pose(), self.time, self.step_size, weight)
         if spring.strength(self.time) == 0.0:
             self._spring = None
 

@@ -38,14 +38,12 @@ from grasp_strategies.dexterity.grasping import (
 from grasp_strategies.dexterity.patterns import Pattern, Times
 from grasp_strategies.dexterity.posture import FOUR
 from grasp_strategies.search import Variable, objective
-from pneuflex_sim.scene.objects import load_object
 from softhand_model.documents.yaml_document import Node, read_document
 
 FILE = Path(__file__).parents[1] / "data" / "dexterity" / "feix_starts.yaml"
 FORMAT = "softhand-grasp-starts/1"
 CHANNELS = "abcd"
 PLACE, TURN, ORDER = ("x", "y", "z"), ("turn_x", "turn_y", "turn_z"), "palm_first"
-TURNED = {"sphere": (), "cylinder": TURN[:2]}  # about which axes of its own an object is turned
 MOST_OVERLAP = 0.005  # of the object with the pre-grasp posture [m]
 
 # cost [mm]: what is held by the right parts costs what it drifts
@@ -56,9 +54,12 @@ A_DEGREE, MOST_TURN, WHILE_RELEASED = 0.5, 30.0, 0.1
 
 @dataclass(frozen=True)
 class Start:
-    """Where the search for a type begins, and how far it may go; see the file."""
+    """Where the search for a type begins, and how far it may go; see the file. `turned` are the
+    axes of its own about which the object may be turned.
+    """
 
     pattern: Pattern
+    turned: tuple[str, ...]
     most: Mapping[str, float]
     masses_within: float
     place_within: float
@@ -69,14 +70,19 @@ class Start:
 def starts() -> dict[int, Start]:
     """All starts by the numbers of the types."""
     limits = ["masses_within", "place_within", "turn_within"]
-    top = read_document(FILE, FORMAT).fields(["format", "most", *limits, "starts"])
+    top = read_document(FILE, FORMAT).fields(
+        ["format", "most", "balls", "round", *limits, "starts"]
+    )
     most = {name: node.positive() for name, node in top["most"].mapping().items()}
     within = {name: top[name].positive() for name in limits}
+    turned: dict[str, tuple[str, ...]] = {node.name(): () for node in top["balls"].items()}
+    turned |= {node.name(): TURN[:2] for node in top["round"].items()}
     rows = {str(number): row for number, row in top["starts"].value.items()}
     nodes = Node(top["starts"].file, "starts", rows).mapping()
+    patterns = {int(number): _pattern(int(number), row, most) for number, row in nodes.items()}
     return {
-        int(number): Start(_pattern(int(number), row, most), most, **within)
-        for number, row in nodes.items()
+        number: Start(pattern, turned.get(pattern.object, TURN), most, **within)
+        for number, pattern in patterns.items()
     }
 
 
@@ -109,12 +115,11 @@ def variables(number: int) -> tuple[Variable, ...]:
         for when, by_channel in (("pre", start.pattern.pre), ("final", start.pattern.final))
         for channel, mass in by_channel.items()
     ]
-    axes = TURNED.get(load_object(start.pattern.object).shape, TURN)
     return (
         *masses,
         Variable(ORDER, 0.0, 1.0),
         *(Variable(name, -place, place) for name in PLACE),
-        *(Variable(name, -turn, turn) for name in axes),
+        *(Variable(name, -turn, turn) for name in start.turned),
     )
 
 

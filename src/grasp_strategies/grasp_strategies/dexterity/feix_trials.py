@@ -12,7 +12,6 @@ from grasp_strategies.dexterity.grasping import SEGMENTS, STEP, Draw, drawn, gra
 from grasp_strategies.dexterity.patterns import Pattern, Times
 from grasp_strategies.dexterity.posture import FOUR
 from grasp_strategies.sweep.line import DIGITS, Record
-from pneuflex_sim.simulation import Diverged
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class PatternTrial:
         """
         try:
             return self._judged()
-        except Diverged as reason:
+        except RuntimeError as reason:
             grasping.cache_clear()
             words = {"held_reason": str(reason), "typed_reason": str(reason)}
             return {"held": False, "typed": False, **words}

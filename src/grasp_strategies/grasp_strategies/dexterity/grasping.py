@@ -23,7 +23,6 @@ from grasp_strategies.dexterity.posture import FOUR, first_channels, hand_varian
 from grasp_strategies.dexterity.shaking import motions
 from grasp_strategies.in_process_scene import InProcessScene, build_scene
 from grasp_strategies.pose import IDENTITY, Pose
-from pneuflex_sim.hand.skin_places import BACK, LEFT
 from softhand_model.hand.hand import HandDescription
 
 Array = NDArray[np.float64]
@@ -231,7 +230,7 @@ class GraspingHand:
         the thumb at its side (Fig. 8.13).
         """
         skin, q = self.scene.skin, self.simulation.bodies.q
-        sides = {THUMB: LEFT, **dict.fromkeys(FINGERS, BACK)}
+        sides = {THUMB: "+y", **dict.fromkeys(FINGERS, "back")}
         return {name: skin.point(name, 1.0, side, q).tolist() for name, side in sides.items()}
 
     # ---------------------------------------------------------------- disturbances

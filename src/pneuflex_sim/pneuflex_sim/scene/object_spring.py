@@ -3,7 +3,7 @@
 
 Stiffness and what it gives way with are ours. The engine's contacts see no spring, only masses: so
 the object resists as if the holding hand's mass and inertia were its own, with which the spring is
-critically damped and stable at all steps up to 10 ms.
+well damped. The damping of a step is that of its end, without which steps of 10 ms diverge.
 """
 
 from __future__ import annotations
@@ -64,9 +64,11 @@ class ObjectSpring:
         place = wrist_position + wrist.apply(self.position)
         return place, wrist * Rotation.from_quat(self.orientation)
 
-    def pull(self, body: ObjectBody, wrist: tuple[Array, Array], now: float, weight: float) -> None:
-        """Act on a body for one step; `wrist` is position [m] and quaternion of the wrist, `weight`
-        [N] that of the body and of what it is held with.
+    def pull(
+        self, body: ObjectBody, wrist: tuple[Array, Array], now: float, step: float, weight: float
+    ) -> None:
+        """Act on a body for one step [s]; `wrist` is position [m] and quaternion of the wrist,
+        `weight` [N] that of the body and of what it is held with.
         """
         share = self.strength(now)
         body.resist(share * MASS, share * INERTIA)
@@ -74,5 +76,7 @@ class ObjectSpring:
         position, orientation = body.pose()
         velocity, spin = body.velocity()
         error = (turn * Rotation.from_quat(orientation).inv()).as_rotvec()
-        force = STIFFNESS * (place - position) - DAMPING * velocity + np.array([0.0, 0.0, weight])
-        body.push(share * force, share * (TURN_STIFFNESS * error - TURN_DAMPING * spin))
+        damping = DAMPING / (1.0 + step * DAMPING / MASS)
+        turn_damping = TURN_DAMPING / (1.0 + step * TURN_DAMPING / INERTIA)
+        force = STIFFNESS * (place - position) - damping * velocity + np.array([0.0, 0.0, weight])
+        body.push(share * force, share * (TURN_STIFFNESS * error - turn_damping * spin))
