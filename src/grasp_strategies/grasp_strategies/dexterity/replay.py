@@ -3,7 +3,7 @@
 | name | value |
 |---|---|
 | `type`, `type_name` | number and name of the grasp type |
-| `hand`, `segments`, `object` | with which it was found; names, and segments an actuator |
+| `hand`, `segments`, `scene`, `object` | with which it was found; segments an actuator |
 | `pre`, `final`, `empty` | {channel: air mass [kg]} of pre-grasp and grasp, and none |
 | `final_of_palm`, `final_of_fingers` | `final` of the channels of palm and thumb, of the others |
 | `palm_first`, `simultaneous` | whether the former are filled first, or all at once |
@@ -32,6 +32,7 @@ from softhand_model.hand.hand import load_hand
 FILE = Path(__file__).parents[1] / "data" / "dexterity" / "feix_strategy.yaml"
 WORD = re.compile(r"\$([a-z_]+(?:\.[a-z_]+)*)")
 ONLY = "only"
+SCENE = "held"  # without a table, the hand upright
 
 
 def load_replay(number: int, patterns: Path = PATTERNS, strategy: Path = FILE) -> Strategy:
@@ -65,6 +66,21 @@ def stored_grasps(path: Path = PATTERNS) -> Patterns:
     return load_patterns(path)
 
 
+def simulator_settings(number: int, patterns: Path = PATTERNS) -> dict[str, Any]:
+    """What a simulator needs to replay the stored grasp of a type, by the names of its parameters;
+    raises ValueError as `load_replay`.
+    """
+    stored = stored_grasps(patterns)
+    return {
+        "hand": stored.hand,
+        "object": words(number, stored, patterns)["object"],
+        "scene": SCENE,
+        "step": stored.step,
+        "segments": stored.segments,
+        "finger_contact": True,
+    }
+
+
 def words(number: int, patterns: Patterns, path: Path = PATTERNS) -> dict[str, Any]:
     """What the names in a replay's file stand for; raises ValueError for a type without a stored
     grasp.
@@ -82,6 +98,7 @@ def words(number: int, patterns: Patterns, path: Path = PATTERNS) -> dict[str, A
         "type_name": grasp_types()[number].name,
         "hand": patterns.hand,
         "segments": patterns.segments,
+        "scene": SCENE,
         "object": pattern.object,
         "pre": dict(pattern.pre),
         "final": dict(pattern.final),
