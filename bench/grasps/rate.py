@@ -14,8 +14,8 @@ from bench.grasps.steps import OF_OBJECTS, scattered
 from bench.row import at_least, at_most, stated
 from grasp_strategies.sweep import TrialLine, run_lines
 
-TAKES = "5 min, on an idle machine"
-COUNT = 120  # trials of either run
+TAKES = "8 min, on an idle machine"
+COUNT = 360  # trials of either run: a map has thousands, over which its start counts little
 LOOK = 0.5  # [s] between two looks at the workers' memory
 
 

@@ -50,7 +50,7 @@ PATTERNS = "patterns.yaml"
 SMALL = {
     "types": (9,),
     "cases": (FOUR,),
-    "checks": (AGAIN,),
+    "checks": (SLIPPERY,),
     "evaluations": 4,
     "generation": 4,
     "trials": 1,

@@ -7,6 +7,7 @@ its pressure limit is relieved.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -23,8 +24,9 @@ from softhand_model.gas import (
     air_mass,
     line_conductance,
     orifice_conductance,
-    series_flow,
 )
+from softhand_model.numerics.compiled import compiled
+from softhand_model.pneumatics.air_flow import series_flow
 from softhand_model.pneumatics.parameters import Pneumatics, load_pneumatics
 
 SMALLEST_PULSE = 2.5e-6  # air that one shortest opening of a valve moves (thesis 4.3) [kg]
@@ -59,11 +61,10 @@ class ImposedAir:
     ) -> None:
         box = parameters or load_pneumatics()
         foil = float(np.mean(box.choke.discharge_coefficient)) * np.pi / 4
-        self._inlet = orifice_conductance(foil * box.choke.inlet_diameter**2, box.temperature)
-        self._outlet = orifice_conductance(foil * box.choke.outlet_diameter**2, box.temperature)
-        self._line = line_conductance(
-            box.line.diameter, float(np.mean(box.line.length)), box.temperature
-        )
+        chokes = np.array([box.choke.inlet_diameter, box.choke.outlet_diameter])
+        self._inlet, self._outlet = orifice_conductance(foil * chokes**2, box.temperature).tolist()
+        length = float(np.mean(box.line.length))
+        self._line = float(line_conductance(box.line.diameter, length, box.temperature))
         self._ambient = box.ambient_pressure
         self._supply = box.supply.pressure + box.ambient_pressure
         self._limits = limits + box.ambient_pressure
@@ -104,45 +105,58 @@ class ImposedAir:
 
     def advance(self, duration: float, pressures_abs: Array) -> Array:
         """Masses [kg] after `duration` [s] with the channels at absolute pressures [Pa]."""
-        self._follow_pressures(pressures_abs)
-        missing = self._allowed(pressures_abs)
-        if missing.any():
-            self.masses = self.masses + np.clip(
-                missing,
-                -duration * series_flow(pressures_abs, self._ambient, self._outlet, self._line),
-                duration * series_flow(self._supply, pressures_abs, self._inlet, self._line),
-            )
+        self.masses = _masses_after(
+            duration,
+            pressures_abs,
+            (self.masses, self._rest_masses),
+            (self._goal, self._pressure_goal),
+            (self._limits, self._relief_ends),
+            (self.limited, self._relieving, self._blocked),
+            (self._supply, self._ambient),
+            (self._inlet, self._outlet, self._line),
+        )
         return self.masses
 
-    def _follow_pressures(self, pressures_abs: Array) -> None:
-        """Where a pressure is commanded, want the air that it lacks, to the nearest whole pulse, as
-        if the channel's volume stayed what it is: no more than what is lacking, as it grows.
-        """
-        by_pressure = ~np.isnan(self._pressure_goal)
-        if not by_pressure.any():
-            return
-        capacity = (self._rest_masses + self.masses) / pressures_abs  # V/(R_s T) [kg/Pa]
-        lacking = self._pressure_goal + self._ambient - pressures_abs
-        wanted = self.masses + capacity * lacking
-        worth = np.abs(wanted - self._goal) > WORTH_A_PULSE * SMALLEST_PULSE
-        pulses = np.round(wanted / SMALLEST_PULSE)
-        self._goal = np.where(by_pressure & worth, pulses * SMALLEST_PULSE, self._goal)
 
-    def _allowed(self, pressures_abs: Array) -> Array:
-        """Air (channels,) [kg] that is wanted and that the limits do not forbid; a channel that is
-        relieved loses what it can.
-        """
-        over = pressures_abs > self._limits
-        if over.any():
-            self.limited |= over
-            self._relieving |= over
-            self._blocked |= over
-        missing = self._goal - self.masses
-        if not self._blocked.any():
-            return missing
-        self._relieving &= pressures_abs > self._relief_ends
-        held = np.where(self._blocked, np.minimum(missing, 0.0), missing)
-        return np.where(self._relieving, -np.inf, held)
+@compiled
+def _masses_after(
+    duration: float,
+    pressures_abs: Array,
+    masses: tuple[Array, Array],
+    goals: tuple[Array, Array],
+    limits: tuple[Array, Array],
+    states: tuple[Array, Array, Array],
+    outer: tuple[float, float],
+    conductances: tuple[float, float, float],
+) -> Array:
+    """`ImposedAir.advance` on its arrays, of which it changes goals and states.
+
+    Where a pressure is commanded, the air is wanted that it lacks, to the nearest whole pulse, as
+    if the channel's volume stayed what it is: no more than what is lacking, as it grows.
+    """
+    now, at_rest = masses
+    goal, pressure_goal = goals
+    limit, relief_end = limits
+    limited, relieving, blocked = states
+    supply, ambient = outer
+    inlet, outlet, line = conductances
+    after = now.copy()
+    for i in range(len(now)):
+        pressure = pressures_abs[i]
+        if not math.isnan(pressure_goal[i]):
+            capacity = (at_rest[i] + now[i]) / pressure  # V/(R_s T) [kg/Pa]
+            wanted = now[i] + capacity * (pressure_goal[i] + ambient - pressure)
+            if abs(wanted - goal[i]) > WORTH_A_PULSE * SMALLEST_PULSE:
+                goal[i] = np.rint(wanted / SMALLEST_PULSE) * SMALLEST_PULSE
+        if pressure > limit[i]:
+            limited[i] = relieving[i] = blocked[i] = True
+        relieving[i] = relieving[i] and pressure > relief_end[i]
+        missing = -math.inf if relieving[i] else goal[i] - now[i]
+        if missing > 0.0 and not blocked[i]:
+            after[i] += min(missing, duration * series_flow(supply, pressure, inlet, line))
+        elif missing < 0.0:
+            after[i] += max(missing, -duration * series_flow(pressure, ambient, outlet, line))
+    return after
 
 
 @dataclass(frozen=True)

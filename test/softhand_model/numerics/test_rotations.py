@@ -35,6 +35,25 @@ def test_composition_applies_the_rightmost_first():
     assert both == pytest.approx(rotate(second, rotate(first, [0.0, 1.0, 2.0])))
 
 
+def test_single_and_many_quaternions_of_any_length_turn_and_compose_as_scipys():
+    random = np.random.default_rng(5)
+    one, many, vectors = (
+        random.normal(size=4),
+        random.normal(size=(7, 4)),
+        random.normal(size=(5, 3)),
+    )
+    assert rotate(one, vectors) == pytest.approx(Rotation.from_quat(one).apply(vectors))
+    product = Rotation.from_quat(one) * Rotation.from_quat(many)
+    assert compose(one, many) == pytest.approx(product.as_quat())
+
+
+def test_a_quaternion_of_zeros_is_refused():
+    with pytest.raises(ValueError, match="not zero"):
+        rotate(np.zeros(4), [1.0, 0.0, 0.0])
+    with pytest.raises(ValueError, match="not zero"):
+        compose(about_x(0.1), np.zeros(4))
+
+
 # ------------------------------------------------------------------ at many points
 VECTORS = np.random.default_rng(3).normal(size=(3, 40)) * np.logspace(-9, 0.3, 40)
 

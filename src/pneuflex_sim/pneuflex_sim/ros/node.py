@@ -66,7 +66,7 @@ class HandSim(Node):
         self.lockstep, self.paused, self.single_steps = value["lockstep"], False, 0
         self.watch = CommandWatch(len(self.simulation.channels))
         self.answered_stamp, self.missed_answers, self.told_missed = -1, 0, 0
-        self.answered_late = False
+        self.answered_late, self.waited = False, 0.0
         self.refused: list[str] = []
         self.refusals, self.diverged = 0, ""
         self.pace = Pace(value["real_time_factor"])
@@ -186,7 +186,8 @@ class HandSim(Node):
         if self.watch.silent(self.simulation.time):
             warnings.append("no pneumaticbox/valves: outlets are open")
         missed, self.told_missed = self.missed_answers - self.told_missed, self.missed_answers
-        if missed * LOCKSTEP_WAIT > MUCH_WAITING:
+        waited, self.waited = self.waited, 0.0
+        if waited > MUCH_WAITING:
             warnings.append(f"the driver answers late: {missed} samples waited for it in vain")
         if self.count_publishers("pneumaticbox/sensors") > 1:
             text = "a second simulator publishes pneumaticbox/sensors on this domain"
@@ -255,11 +256,13 @@ class HandSim(Node):
         self._take_valves()
         if not self.lockstep or stale:
             return
-        deadline = time.monotonic() + (LOCKSTEP_WAIT if self.answered_late else PATIENCE)
+        patience = LOCKSTEP_WAIT if self.answered_late else PATIENCE
+        deadline = time.monotonic() + patience
         while self.answered_stamp < sample and self._driver_there:
             left = deadline - time.monotonic()
             if left <= 0:
                 self.missed_answers += 1
+                self.waited += patience
                 break
             self._take_valves(left)
         self.answered_late = self.answered_stamp < sample

@@ -6,6 +6,7 @@ matrices (3, 3, n): the points lie last, so that each operation runs along conti
 
 from __future__ import annotations
 
+import math
 from math import factorial
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from softhand_model.numerics.arrays import Array
+from softhand_model.numerics.compiled import compiled
 
 
 def from_rpy(rpy: ArrayLike) -> Array:
@@ -30,18 +32,68 @@ def about_x(angle: float) -> Array:
 
 
 def rotate(quaternion: ArrayLike, vectors: ArrayLike) -> Array:
-    """Vectors (..., 3) turned by a quaternion (4,)."""
-    return np.asarray(
-        Rotation.from_quat(np.asarray(quaternion, float)).apply(np.asarray(vectors, float)), float
-    )
+    """Vectors (..., 3) turned by a quaternion (4,); raises ValueError when that is zero."""
+    turned = np.asarray(vectors, float)
+    return _rotated(_unit(_rows(quaternion))[0], turned.reshape(-1, 3)).reshape(turned.shape)
 
 
 def compose(*quaternions: ArrayLike) -> Array:
-    """Product of quaternions (4,) or (n, 4), the rightmost applied first."""
-    product = Rotation.from_quat(np.asarray(quaternions[0], float))
+    """Product of quaternions (4,) or (n, 4), the rightmost applied first, of unit length; raises
+    ValueError when one is zero.
+    """
+    product = _unit(_rows(quaternions[0]))
     for quaternion in quaternions[1:]:
-        product = product * Rotation.from_quat(np.asarray(quaternion, float))
-    return np.asarray(product.as_quat(), float)
+        product = _composed(product, _unit(_rows(quaternion)))
+    return product if any(np.ndim(q) == 2 for q in quaternions) else product[0]
+
+
+def _rows(quaternions: ArrayLike) -> Array:
+    return np.ascontiguousarray(quaternions, dtype=float).reshape(-1, 4)
+
+
+@compiled
+def _unit(quaternions: Array) -> Array:
+    """Quaternions (n, 4) of length 1."""
+    result = np.empty_like(quaternions)
+    for i in range(len(quaternions)):
+        x, y, z, w = quaternions[i]
+        length = math.sqrt(x * x + y * y + z * z + w * w)
+        if length == 0.0:
+            raise ValueError("quaternion: expected one that is not zero")
+        for k in range(4):
+            result[i, k] = quaternions[i, k] / length
+    return result
+
+
+@compiled
+def _rotated(quaternion: Array, vectors: Array) -> Array:
+    """v + 2 w (u x v) + 2 u x (u x v) with the quaternion's vector u, for vectors (n, 3)."""
+    ux, uy, uz, w = quaternion
+    result = np.empty_like(vectors)
+    for i in range(len(vectors)):
+        x, y, z = vectors[i]
+        tx, ty, tz = 2.0 * (uy * z - uz * y), 2.0 * (uz * x - ux * z), 2.0 * (ux * y - uy * x)
+        result[i, 0] = x + w * tx + (uy * tz - uz * ty)
+        result[i, 1] = y + w * ty + (uz * tx - ux * tz)
+        result[i, 2] = z + w * tz + (ux * ty - uy * tx)
+    return result
+
+
+@compiled
+def _composed(first: Array, second: Array) -> Array:
+    """Products of quaternions (n, 4), (m, 4), with n and m equal, or one of them 1."""
+    n, m = len(first), len(second)
+    if n != m and n != 1 and m != 1:
+        raise ValueError("quaternions: expected one, or as many of each")
+    result = np.empty((max(n, m), 4))
+    for i in range(len(result)):
+        x1, y1, z1, w1 = first[i if n > 1 else 0]
+        x2, y2, z2, w2 = second[i if m > 1 else 0]
+        result[i, 0] = w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2
+        result[i, 1] = w1 * y2 + y1 * w2 + z1 * x2 - x1 * z2
+        result[i, 2] = w1 * z2 + z1 * w2 + x1 * y2 - y1 * x2
+        result[i, 3] = w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2
+    return result
 
 
 SMALL_SQUARE = 0.5  # [rad2] below which the coefficients come from their series
