@@ -231,9 +231,8 @@ def test_a_grasp_type_without_a_stored_grasp_is_refused_before_anything_starts(t
 
 def test_a_grasp_type_brings_its_object_held_out_to_the_hand(tmp_path, begun):
     stored = write_made_up(tmp_path / "patterns.yaml")
-    choice = ["--grasp-type", "2", "--grasp-patterns", str(stored), "--out", str(tmp_path)]
-    assert main(choice) == 0
-    (options,) = begun
+    status, (options,) = begun("--grasp-type", "2", "--grasp-patterns", str(stored))
+    assert status == 0
     simulator, sequencer = (make(options).parameters for make in (suite.simulator, suite.sequencer))
     assert (simulator["object"], simulator["scene"]) == ("cylinder_25", "held")
     assert simulator["object_mass_scale"] == 1.0
