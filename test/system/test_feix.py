@@ -65,4 +65,4 @@ def test_a_call_replays_the_stored_grasp_of_a_type_with_its_object(recorder, nod
     assert recorder.wait(10.0) == 0
     with Bag(tmp_path / "bag") as bag:
         held = [message for _, message in bag.messages("/scene/hold_object")]
-    assert [len(message.points[0].transforms) for message in held] == [1, 1, 0]
+    assert [len(message.points[0].transforms) for message in held] == [1, 1, 0, 1]
