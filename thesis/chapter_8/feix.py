@@ -148,8 +148,13 @@ def _one_type(
     own = fresh_trials(
         case, number, pattern, Times(), _settings(given, case, number), given.seed, given.trials
     )
-    trials = _judged(crew, own, folder / "trials" / case / str(number))
+    trials = _judged(crew, own, _trials(folder, case, number, result.best["key"]))
     return {"pattern": pattern, "seed": search.seed, **_outcome(result), "trials": trials}
+
+
+def _trials(folder: Path, name: str, number: int, evaluation: str) -> Path:
+    """Where trials of a winner are: with a larger budget there may be another one."""
+    return folder / "trials" / name / str(number) / evaluation.rpartition("/")[2]
 
 
 def _outcome(result: SearchResult) -> dict[str, Any]:
@@ -207,11 +212,11 @@ def _check(
     job.progress(name, 0.99)
     found = {}
     for number in given.types:
-        pattern = patterns.grasps[number].pattern
+        stored = patterns.grasps[number]
         trials = fresh_trials(
             name,
             number,
-            pattern,
+            stored.pattern,
             patterns.times,
             _settings(given, FOUR, number),
             given.seed,
@@ -219,7 +224,8 @@ def _check(
             strength=0.5 if name == HALF else 1.0,
             friction_scale=NO_FRICTION if name == SLIPPERY else 1.0,
         )
-        records = _judged(crew, trials, job.folder / "trials" / name / str(number))
+        trials = [replace(trial, robust=False) for trial in trials]
+        records = _judged(crew, trials, _trials(job.folder, name, number, stored.evaluation))
         found[str(number)] = [_told_trial(record) for record in records]
     return found
 

@@ -14,7 +14,7 @@ from grasp_strategies.dexterity.posture import FOUR
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from thesis.frame import Array, Figure, Report, Results
 
-SIZE = (15.0, 19.0)
+SIZE = (16.0, 12.0)
 COLUMNS = 6
 PIXELS = 320
 VIEWS = ((90.0, 0.0), (20.0, -20.0))  # yaw and pitch [deg]: from the palm's side, and aslant

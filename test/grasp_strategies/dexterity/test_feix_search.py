@@ -67,7 +67,8 @@ def test_what_holds_still_costs_nothing_and_what_drifts_costs_its_way():
 def test_costs_rise_from_held_over_the_wrong_type_and_dropped_to_what_does_not_fit():
     wrong = replace(PINCH, touches=[INDEX])
     dropped = replace(PINCH, touches=[], dropped=True)
-    further = replace(dropped, held_out=[INDEX])
+    at_once = replace(dropped, stayed=0.3)
+    further = replace(at_once, held_out=[INDEX])
     overlaps = Grasped(MOST_OVERLAP + 0.001)
     costs = [
         cost(TYPES[9], found, pulled)
@@ -75,6 +76,7 @@ def test_costs_rise_from_held_over_the_wrong_type_and_dropped_to_what_does_not_f
             (PINCH, STILL),
             (wrong, STILL),
             (dropped, (math.nan, math.nan)),
+            (at_once, (math.nan, math.nan)),
             (further, (math.nan, math.nan)),
             (overlaps, (math.nan, math.nan)),
             (Grasped(2 * MOST_OVERLAP), (math.nan, math.nan)),

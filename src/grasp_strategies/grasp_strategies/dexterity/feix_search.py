@@ -47,7 +47,7 @@ PLACE, TURN, ORDER = ("x", "y", "z"), ("turn_x", "turn_y", "turn_z"), "palm_firs
 MOST_OVERLAP = 0.005  # of the object with the pre-grasp posture [m]
 
 # cost [mm]: what is held by the right parts costs what it drifts
-OVERLAPS, DROPPED = 150.0, 60.0
+OVERLAPS, DROPPED, AT_ONCE = 150.0, 60.0, 30.0
 MISSING, A_GAP, EXCLUDED, BY_PALM, BY_FLAT, ASKEW = 10.0, 0.2, 50.0, 10.0, 8.0, 5.0
 A_DEGREE, MOST_TURN, WHILE_RELEASED = 0.5, 30.0, 0.1
 
@@ -61,7 +61,8 @@ class Start:
     pattern: Pattern
     turned: tuple[str, ...]
     most: Mapping[str, float]
-    masses_within: float
+    pre_within: float
+    final_within: float
     place_within: float
     turn_within: float
 
@@ -69,7 +70,7 @@ class Start:
 @lru_cache(maxsize=1)
 def starts() -> dict[int, Start]:
     """All starts by the numbers of the types."""
-    limits = ["masses_within", "place_within", "turn_within"]
+    limits = ["pre_within", "final_within", "place_within", "turn_within"]
     top = read_document(FILE, FORMAT).fields(
         ["format", "most", "balls", "round", *limits, "starts"]
     )
@@ -111,8 +112,11 @@ def variables(number: int) -> tuple[Variable, ...]:
     start = starts()[number]
     place, turn = start.place_within, start.turn_within
     masses = [
-        Variable(f"{when}_{channel}", *_range(mass, start.most[channel], start.masses_within))
-        for when, by_channel in (("pre", start.pattern.pre), ("final", start.pattern.final))
+        Variable(f"{when}_{channel}", *_range(mass, start.most[channel], within))
+        for when, by_channel, within in (
+            ("pre", start.pattern.pre, start.pre_within),
+            ("final", start.pattern.final, start.final_within),
+        )
         for channel, mass in by_channel.items()
     ]
     return (
@@ -189,13 +193,14 @@ def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str,
 
 def cost(kind: GraspType, found: Grasped, pulled: tuple[float, float]) -> float:
     """Cost [mm] of a grasp. What cannot be put into the hand costs most; then what is dropped, by
-    how far from the type it was before; then what is held, by how far from the type it is, and by
-    drift [m] and turn [rad] when it is pulled.
+    how soon, and by how far from the type it was before; then what is held, by how far from the
+    type it is, and by drift [m] and turn [rad] when it is pulled.
     """
     if found.overlap > MOST_OVERLAP:
         return OVERLAPS + 1e3 * found.overlap
     if found.dropped:
-        return DROPPED + 0.5 * lacking(kind, found.held_out, found.gaps)
+        early = AT_ONCE * (1.0 - found.stayed)
+        return DROPPED + early + 0.5 * lacking(kind, found.held_out, found.gaps)
     way, turn = 1e3 * min(pulled[0], FAR), min(MOST_TURN, A_DEGREE * math.degrees(pulled[1]))
     off = way + turn + WHILE_RELEASED * 1e3 * found.drift
     return min(DROPPED, off) + lacking(kind, found.touches, found.gaps)

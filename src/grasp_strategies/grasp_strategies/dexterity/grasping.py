@@ -65,7 +65,8 @@ def drawn(seed: Sequence[int]) -> Draw:
 class Grasped:
     """A grasp: overlap [m] of object and hand where it was put, contacts before the spring let go
     and after it, drift [m] and turn [rad] of the object meanwhile, distance [m] of each part of the
-    hand that is near the object, most of it after; whether the hand has let go of it.
+    hand that is near the object afterwards; whether the hand has let go of it, and for which share
+    of the time since the spring began to fade the object was within 10 mm of its place.
     """
 
     overlap: float
@@ -75,6 +76,7 @@ class Grasped:
     turn: float = 0.0
     gaps: Mapping[str, float] = field(default_factory=dict)
     dropped: bool = False
+    stayed: float = 1.0
 
 
 def grasping_hand(name: str) -> HandDescription:
@@ -146,10 +148,19 @@ class GraspingHand:
         held_out = self.look()
         self._mark()
         simulation.release_object(times.release)
-        self._run(times.release + times.settle)
+        stayed = self._stayed(times.release + times.settle)
         touches, (drift, turned) = self.look(), self._drift()
-        gaps = simulation.object_gaps(FAR)
-        return Grasped(overlap, held_out, touches, drift, turned, gaps, not touches or drift > FAR)
+        gaps, dropped = simulation.object_gaps(FAR), not touches or drift > FAR
+        return Grasped(overlap, held_out, touches, drift, turned, gaps, dropped, stayed)
+
+    def _stayed(self, duration: float) -> float:
+        """For which share of a duration [s], which is run, the object is near the mark."""
+        count, near = round(duration / self.simulation.step_size), 0
+        for number in range(1, count + 1):
+            self.simulation.step()
+            if near == number - 1 and self._drift()[0] <= MOVED:
+                near = number
+        return near / count
 
     def pose_only(self, pattern: Pattern, times: Times) -> None:
         """The same without the object, which stays away."""
