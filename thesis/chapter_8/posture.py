@@ -42,15 +42,20 @@ SIZE = (12.0, 5.6)
 MARKERS = (THUMB, *FINGERS)
 TRIALS = 2  # of each grasp, averaged (8.2.3)
 HELD, EMPTY = "held", "empty"
-SMALL = {"most": 4, "fewest": 2, "resamples": 200, "jobs": 0}
+SMALL = {
+    "patterns": str(Path(__file__).with_name("posture_small.yaml")),
+    "fewest": 2,
+    "resamples": 200,
+    "jobs": 0,
+}
 
 
 @dataclass(frozen=True)
 class Parameters:
     """Options of the experiment."""
 
-    patterns: str = option("", "file of stored grasps; empty: the shipped one")
-    human: str = option("", "folder of people's postures, a CSV file each; empty: none")
+    patterns: str = option("", "file of stored grasps; empty: the shipped one [-]")
+    human: str = option("", "folder of people's postures, a CSV file each; empty: none [-]")
     most: int = option(33, "grasps that are taken, the first of those that were held [-]")
     fewest: int = option(20, "grasps that are needed [-]")
     resamples: int = option(2000, "of the bootstrap over grasps [-]")

@@ -67,10 +67,13 @@ def _centred(points: Array) -> Array:
 
 
 def _shares(parts: Array, total: Array) -> Array:
-    """What is left of a total beyond the first 0, 1, ... of its parts."""
+    """What is left of a total beyond the first 0, 1, ... of its parts; nothing of a total of 0, as
+    of a resample that has one grasp alone.
+    """
     beyond = np.cumsum(parts[..., ::-1], axis=-1)[..., ::-1]
     none = np.zeros_like(beyond[..., :1])
-    return np.concatenate([beyond, none], axis=-1) / np.maximum(total, 1e-300)[..., None]
+    whole = np.where(total > 0.0, total, np.inf)[..., None]
+    return np.concatenate([beyond, none], axis=-1) / whole
 
 
 def participation_ratio(points: Array) -> float:
@@ -232,7 +235,8 @@ class GraspPostures:
             noise = (0.25 * (first - second) ** 2).sum(axis=1)
             errors = cross_validated_errors(self.actuation, mean) - noise
             spread = (_centred(mean) ** 2).sum(axis=1)
-            found[name] = errors[drawn].sum(axis=1) / spread[drawn].sum(axis=1)
+            whole = spread[drawn].sum(axis=1)
+            found[name] = errors[drawn].sum(axis=1) / np.where(whole > 0.0, whole, np.inf)
         return found
 
     @property

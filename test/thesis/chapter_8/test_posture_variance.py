@@ -125,3 +125,8 @@ def test_an_interval_of_a_residual_lies_about_its_value():
     for name in ("held", "empty"):
         value, low, high = made_up(INTERACTION, 1).curve(name)
         assert (low[1:10] < value[1:10]).all() and (value[1:10] < high[1:10]).all()
+
+
+def test_a_resample_of_one_grasp_alone_spans_nothing():
+    same = np.ones((2, 4, 3))
+    assert (residual_variance(same[0]) == 0.0).all() and (noise_floor(same) == 0.0).all()
