@@ -5,8 +5,10 @@ by trial; types, starts, judge and cost are those of `grasp_strategies.dexterity
 of each type is stored, and judged in jittered runs that the search did not see; it counts when all
 of them are good. The person's verdict goes into verdicts.csv, and is reported apart.
 
-Budget, seeds and judge were fixed before any search. Only type 3 was tried before, by hand, to see
-that the procedure works.
+Budget, seeds and judge were fixed before any search. The search itself was chosen on type 14 alone
+(seed 3014): with pre-grasps within 25 % instead of 10 %, and a cost that did not tell when an
+object is dropped, 47 of 60 evaluations did not fit and the least cost was 43; so, the second of
+them had 4.3. Type 3 was run once with 20 evaluations, to see that all works.
 """
 
 from __future__ import annotations
