@@ -13,9 +13,9 @@ from bench.grasps.maps import rows
 from bench.row import at_least
 from thesis.chapter_8.posture_variance import INTERACTION, LINEAR, NONLINEAR, GraspPostures
 
-TAKES = "two minutes"
+TAKES = "half a minute"
 KINDS = (LINEAR, NONLINEAR, INTERACTION)
-SETS, GRASPS = 20, 30  # made-up sets of a kind, and grasps in each
+SETS, GRASPS = 50, 30  # made-up sets of a kind, and grasps in each
 RIGHT = 0.9  # of the sets of a kind, at least: tests at a level of 5 % err
 RESAMPLES = 500
 CHANNELS, COORDINATES = 4, 15
