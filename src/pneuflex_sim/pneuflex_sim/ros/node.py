@@ -54,7 +54,7 @@ FAST_PERIOD = 0.01  # clock, wrist, object [s]
 
 
 class HandSim(Node):
-    """Publishes what the hand does and senses; obeys valves and wrist targets."""
+    """Publishes what the hand does and senses; obeys valves, and targets of wrist and object."""
 
     def __init__(self) -> None:
         super().__init__("hand_sim")
