@@ -134,7 +134,7 @@ def design_by_profiles(wish: ProfileWish, name: str = "finger") -> ProfileDesign
     >>> wish = ProfileWish(ratio, ConstantProfile(3e-3), 0.09, dragon_skin)
     >>> found = design_by_profiles(wish).actuator
     >>> [round(1e3 * float(found.wall(x)), 2) for x in (0.0, 0.045, 0.09)]
-    [2.82, 2.16, 1.75]
+    [2.85, 2.13, 1.7]
     """
     _refuse_walls(wish)
     cast = _sections(wish)
