@@ -49,6 +49,8 @@ def test_co_design_helps_only_where_the_interval_of_its_gain_leaves_nothing_out(
     )
     assert verdict(wide).startswith("co-design was not shown to help at this budget: +13.3 points")
     assert verdict(gain_of(single)) == "co-design was not judged: an arm is missing"
+    once = gain_of([winner(arm, 1, 0.5) for arm in ("motion", "hand", "both")])
+    assert verdict(once) == "co-design was not judged: one seed has no interval"
 
 
 @pytest.fixture

@@ -167,6 +167,8 @@ def verdict(gain: Mapping[str, Any]) -> str:
     """
     if not gain:
         return "co-design was not judged: an arm is missing"
+    if not np.isfinite(gain["low"]):
+        return "co-design was not judged: one seed has no interval"
     found = "helps" if gain["low"] > 0.0 else "was not shown to help at this budget"
     mean, low, high = (100.0 * gain[key] for key in ("mean", "low", "high"))
     return f"co-design {found}: {mean:+.1f} points over {gain['against']}, {low:.1f} to {high:.1f}"
