@@ -35,21 +35,24 @@ class Study:
         if problem.start:
             self._study.enqueue_trial(dict(problem.start))
 
-    def ask(self) -> list[Evaluation]:
-        """The next generation; empty when the budget is spent."""
+    def ask(self, count: int | None = None) -> list[Evaluation]:
+        """The next generation, or the next `count`; empty when the budget is spent."""
         problem, begun = self._problem, len(self._study.trials)
         queued = len(self._study.get_trials(False, (optuna.trial.TrialState.WAITING,)))
-        count = min(problem.generation, problem.evaluations - begun + queued)
+        wanted = problem.generation if count is None else count
+        count = min(wanted, problem.evaluations - begun + queued)
         trials = [self._study.ask(self._ranges) for _ in range(count)]
         return [Evaluation(problem, trial.number, trial.params) for trial in trials]
 
     def tell(self, generation: Sequence[Evaluation], records: Sequence[Record]) -> None:
         """Results of a generation, in its order; one that ended in an error has none."""
         for evaluation, record in zip(generation, records, strict=True):
-            if "error" in record:
-                self._study.tell(evaluation.number, state=optuna.trial.TrialState.FAIL)
-            else:
-                self._study.tell(evaluation.number, record[COST])
+            self.tell_cost(evaluation.number, None if "error" in record else record[COST])
+
+    def tell_cost(self, number: int, cost: float | None) -> None:
+        """The cost of an evaluation by its number; None: it has none."""
+        failed = optuna.trial.TrialState.FAIL if cost is None else None
+        self._study.tell(number, cost, state=failed)
 
     def write(self, folder: Path) -> Path:
         """Leave the study as a journal for Optuna's own tools, such as its dashboard."""
