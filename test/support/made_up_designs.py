@@ -8,16 +8,17 @@ import hashlib
 import json
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grasp_strategies.sweep.run import workers
 from thesis.co_design.arms import CO_DESIGN
 from thesis.co_design.halving import run_search
-from thesis.co_design.plan import Plan
+from thesis.co_design.plan import NIGHT, Plan
 
 GOOD = {"finger_wall": (0.0028, 0.002), "touch_force": (4.0, 5.5)}  # place and width
-PLAN = Plan(seeds=(1,), control_seeds=(), generations=3, generation=6, rungs=(2, 4, 8), kept=(3, 1))
+EIGHT = replace(NIGHT.training, objects=("a", "b"), places=4)  # trials
+PLAN = Plan((1,), (), generations=3, generation=6, rungs=(2, 4, 8), kept=(3, 1), training=EIGHT)
 
 
 @dataclass(frozen=True)

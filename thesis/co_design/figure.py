@@ -19,6 +19,7 @@ COLORS = {"co-design": "tab:green", "motion": "tab:blue", "hand": "tab:orange", 
 OTHER = "tab:red"  # negative controls
 UNITS = {"taper": (1.0, ""), "thumb_angle": (180.0 / np.pi, "deg"), "palm_wall_ratio": (1.0, "")}
 IN_MM = (1e3, "mm")
+WIDTHS, TABLE_WIDTH = (2.6, 1.0), 2.3  # of both views of a hand, on one scale, and of the table
 
 
 def draw_courses(axes: Axes, results: Results) -> None:
@@ -59,7 +60,7 @@ def draw_hands(figure: Figure, chosen: Mapping[str, Mapping[str, float]]) -> Non
             path = Path(folder) / f"{name}.yaml"
             path.write_text(hand_text(values), encoding="utf-8")
             made[name] = load_hand(path)
-    axes = figure.subplots(1, 2 * len(made) + 1, width_ratios=[1.0] * 2 * len(made) + [1.2])
+    axes = figure.subplots(1, 2 * len(made) + 1, width_ratios=[*WIDTHS * len(made), TABLE_WIDTH])
     draw_beside(axes[:-1], made)
     axes[-1].set_axis_off()
     rows = [_row(variable.name, chosen.values()) for variable in hands.VARIABLES]

@@ -39,7 +39,7 @@ def trials_of(
         numbers: which of the trials, whose objects take turns; all by default.
         physics: how finely they are simulated.
     """
-    chosen = range(len(world.objects) * world.places) if numbers is None else numbers
+    chosen = range(world.trials) if numbers is None else numbers
     made = [_trial(name, design, world, seed, number, physics) for number in chosen]
     return sorted(made, key=lambda trial: (trial.shared.object, trial.shared.modulus_scale))
 
