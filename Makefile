@@ -3,7 +3,7 @@ PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
 OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
-.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-dexterity bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
+.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-design bench-dexterity bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
 	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure strategies-figure clean
 
 setup:
@@ -89,6 +89,11 @@ bench-robust: setup
 # rates; two hours on an idle machine (ARGS="--rows table_grasps rate"; ARGS=--help).
 bench-grasps: setup
 	@$(PYTHON_IN_VENV) -m bench.grasps $(ARGS)
+
+# Designed actuators: against their wishes, in the simulator, by the lab, as moulds; an hour
+# (ARGS="--count 5 --rows sizing").
+bench-design: setup
+	@$(PYTHON_IN_VENV) -m bench.design $(ARGS)
 
 # Criteria of the Kapandji test; half an hour if it has not been made yet.
 bench-dexterity: setup

@@ -47,8 +47,8 @@ class Place:
     @property
     def walls(self) -> tuple[float, float, float, float]:
         """Height, width, wall and side wall [m]."""
-        part, x = self.actuator, self.share * self.actuator.length
-        return float(part.height(x)), float(part.width(x)), part.wall, part.side_wall
+        height, width, wall, side_wall = self.actuator.sides(self.share * self.actuator.length)
+        return float(height), float(width), float(wall), float(side_wall)
 
 
 def places() -> list[Place]:

@@ -63,8 +63,8 @@ def level_finger(effects):
         length=SIZE["length"],
         height=ConstantProfile(SIZE["height"]),
         width=ConstantProfile(SIZE["width"]),
-        wall=SIZE["wall"],
-        side_wall=SIZE["side_wall"],
+        wall=ConstantProfile(SIZE["wall"]),
+        side_wall=ConstantProfile(SIZE["side_wall"]),
         shear_modulus=SIZE["shear_modulus"],
     )
     description = load_hand("single_finger").chain("finger")

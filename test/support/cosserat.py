@@ -55,9 +55,8 @@ def rod_of(actuator: Actuator, pressure: float) -> Rod:
     per_area = actuator.mass / actuator.rubber_volume()
 
     def mass(x):
-        height, width = actuator.height(x), actuator.width(x)
-        inner = np.maximum(height - actuator.wall, 0.0)
-        return per_area * (width * actuator.wall + 2.0 * inner * actuator.side_wall)
+        height, width, wall, side_wall = actuator.sides(x)
+        return per_area * (width * wall + 2.0 * np.maximum(height - wall, 0.0) * side_wall)
 
     return Rod(
         actuator.length,

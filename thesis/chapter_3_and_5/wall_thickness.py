@@ -7,6 +7,7 @@ import numpy as np
 
 from softhand_model.hand import section
 from softhand_model.hand.actuator import Actuator, load_actuator
+from softhand_model.hand.profile import ConstantProfile
 from thesis.chapter_3_and_5.stand import FingerStand
 from thesis.frame import Array, Figure, Finding, Job, Report, Results, at_most, option
 
@@ -27,7 +28,8 @@ class Parameters:
 
 def actuator_of(wall: float) -> Actuator:
     """A P10 finger with another wall [m], on top and at the sides."""
-    return replace(load_actuator("P10.finger"), wall=wall, side_wall=wall).with_modulus(
+    hull = ConstantProfile(wall)
+    return replace(load_actuator("P10.finger"), wall=hull, side_wall=hull).with_modulus(
         MODULUS_SCALE
     )
 
@@ -50,7 +52,7 @@ def bent(actuator: Actuator, segments: int) -> dict[str, Any]:
             simulated.append(float(stand.bends().sum()))
         curvature = stand.bends() * segments / actuator.length
     return {
-        "wall": actuator.wall,
+        "wall": float(actuator.wall(0.0)),
         "simulated": simulated,
         "exact": actuator.tip_angle(pressures).tolist(),
         "printed": _printed(actuator, pressures).tolist(),
@@ -62,12 +64,7 @@ def _printed(actuator: Actuator, pressures: Array) -> Array:
     """Tip angle by eq. 5.2 and 5.3, as the thesis's simulator has it."""
     x, weight = actuator.quadrature()
     curvature = section.free_curvature_printed(
-        pressures[:, None],
-        actuator.height(x),
-        actuator.width(x),
-        actuator.wall,
-        actuator.side_wall,
-        actuator.shear_modulus,
+        pressures[:, None], *actuator.sides(x), actuator.shear_modulus
     )
     return np.sum(weight * curvature, axis=-1)
 

@@ -145,4 +145,4 @@ def _lever(curvature: float, depth: float) -> float:
 
 def hull_of(actuator: Actuator, floor: float) -> Hull:
     """The hull of an even actuator, with a passive layer of `floor` [m]."""
-    return Hull(float(actuator.height(0.0)), actuator.wall, floor)
+    return Hull(float(actuator.height(0.0)), float(actuator.wall(0.0)), floor)

@@ -18,6 +18,7 @@ from softhand_model.effects import effect_classes
 from softhand_model.hand import section
 from softhand_model.hand.actuator import Actuator, load_actuator
 from softhand_model.hand.hand import load_hand
+from softhand_model.hand.profile import ConstantProfile
 from softhand_model.model_file import Model, load_model
 from thesis.frame import Array, Figure, Finding, Job, Report, Results, number, option
 from thesis.p5.hull import Rubber, hull_of, ring_invariant
@@ -55,6 +56,7 @@ DRAWN = {
 
 EFFECTS = effect_classes()
 P5 = load_actuator("P5")
+WALL = float(P5.wall(0.0))  # [m], that of its sides too
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class Parameters:
 def floor() -> float:
     """Rubber [m] of the passive layer that leaves the stated volume of the chamber."""
     height = float(P5.height(0.0))
-    return height - P5.wall - CHAMBER / (height - 2.0 * P5.side_wall) / P5.length
+    return height - WALL - CHAMBER / (height - 2.0 * WALL) / P5.length
 
 
 def by_model(model: Model, actuator: Actuator = P5) -> Callable[[float], float]:
@@ -110,7 +112,7 @@ def with_mesh(pressure: float) -> float:
     height, bare = float(P5.height(0.0)), by_scale(1.0)(pressure)
     stiff = np.pi * MESH_THREAD**4 / 64.0 * POLYESTER / MESH_PITCH * (height + GAP)
     sheet = 4.0 * NOMINAL * GAP * floor() ** 3 / 3.0
-    moment = section.bending_moment(pressure, 0.0, height, height, P5.wall, P5.side_wall, NOMINAL)
+    moment = section.bending_moment(pressure, 0.0, height, height, WALL, WALL, NOMINAL)
     resisted = (stiff + sheet) * bare / float(moment)
     carried = np.pi * MESH_THREAD**2 / 4.0 * POLYESTER / MESH_PITCH * height
     strain = pressure * height**2 / carried
@@ -139,7 +141,8 @@ def left_over(c2: float, pressure: float) -> float:
 
 def wall_pressures(wall: float, rubber: Rubber) -> tuple[Array, Array]:
     """Pressures [Pa] of ring and base model at the curvatures of a finger of Fig. 5.10."""
-    finger = replace(load_actuator("P10.finger"), wall=wall, side_wall=wall)
+    hull = ConstantProfile(wall)
+    finger = replace(load_actuator("P10.finger"), wall=hull, side_wall=hull)
     pressure = np.asarray(SHOWN * np.arange(1, 7) / 6.0, float)
     size = float(finger.height(0.0))
     curvature = section.free_curvature(pressure, size, size, wall, wall, FITTED * NOMINAL)
@@ -150,12 +153,12 @@ def wall_pressures(wall: float, rubber: Rubber) -> tuple[Array, Array]:
 def candidates() -> dict[str, tuple[str, Callable[[float], float]]]:
     """By name: where the size is from, and curvature [1/m] over pressure [Pa]."""
     ring, ring_yeoh = ring_modulus(0.0), ring_modulus(STIFFENING)
-    thick = replace(P5, wall=P5.wall + COAT)
+    thick = replace(P5, wall=ConstantProfile(WALL + COAT))
     found = {
         "bare model, 67 kPa": ("5.2.2", by_scale(1.0)),
         "the design rule 1/(8 G d), no model": (
             "3.32",
-            lambda p: p * float(section.rule_actuation_ratio(P5.wall, NOMINAL)),
+            lambda p: p * float(section.rule_actuation_ratio(WALL, NOMINAL)),
         ),
         "modulus of Table 3.2, 50 kPa": ("Table 3.2", by_scale(50e3 / NOMINAL)),
         "modulus as fitted to other fingers, 1.1 times": ("5.2.2", by_scale(FITTED)),
@@ -267,7 +270,7 @@ def softer_than_p10() -> tuple[float, float, float]:
     """
     p10 = load_actuator("P10.finger")
     sizes = float(p10.height(0.0)), float(P5.height(0.0))
-    walls = p10.wall, P5.wall
+    walls = float(p10.wall(0.0)), WALL
     rule = [float(section.rule_stiffness(h, d, 1.0)) for h, d in zip(sizes, walls, strict=True)]
     bent = [
         float(section.bending_stiffness(0.0, h, h, d, d, 1.0))

@@ -90,6 +90,8 @@ def test_a_map_correlates_with_itself_and_an_even_one_with_nothing():
     assert correlation(filtered, filtered) == pytest.approx(1.0)
     assert correlation(filtered, -filtered) == pytest.approx(-1.0)
     assert math.isnan(correlation(filtered, np.ones_like(filtered)))
+    assert correlation(np.zeros((3, 4)), np.zeros((3, 4))) == 1.0
+    assert math.isnan(correlation(np.zeros((3, 4)), np.ones((3, 4))))
 
 
 def test_an_empty_map_has_no_area_and_no_centre():

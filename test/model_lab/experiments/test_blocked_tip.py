@@ -124,3 +124,19 @@ def test_predictions_are_smooth_and_finite_over_the_typical_range(name):
     assert np.isfinite(found).all()
     assert (np.abs(np.diff(found, n=4, axis=0)).max(axis=0) > 1e-7).mean() < 0.02
     assert np.isfinite(forward.predict(np.stack([low, high]))).all()
+
+
+def test_a_wall_that_varies_along_the_finger_counts_in_the_balance():
+    wall = np.array([[0.0, 0.0035], [0.09, 0.0015]])
+    found = forces(blocked(PRESSURE, wall=wall, side_wall=wall))[-1]
+    x = (np.arange(4000) + 0.5) * 0.09 / 4000
+    thick, moment = np.interp(x, *wall.T), found * (0.09 - x)
+    low, high = np.full(4000, -25.0), np.full(4000, 400.0)
+    for _ in range(60):
+        middle = (low + high) / 2
+        carried = section.bending_moment(60e3, middle, 0.02, 0.02, thick, thick, 67e3)
+        low, high = (
+            np.where(carried > moment, middle, low),
+            np.where(carried > moment, high, middle),
+        )
+    assert np.sum(middle * (0.09 - x)) * 0.09 / 4000 == pytest.approx(0.0, abs=1e-6)

@@ -274,3 +274,13 @@ def test_predictions_are_smooth_and_finite_over_the_typical_range(name):
     kinks = rough.max(axis=0) > 1e-7
     assert kinks.mean() < 0.02
     assert np.isfinite(forward.predict(np.stack([low, high]))).all()
+
+
+def test_a_wall_that_varies_along_the_finger_is_integrated():
+    wall = np.array([[0.0, 0.0032], [0.03, 0.0022], [0.09, 0.0018]])
+    runs, sizes = [run("r", pressure=PRESSURE)], {"wall": wall, "side_wall": wall}
+    found = angles(measured("free_bending", runs, specimen(**sizes)))
+    x = (np.arange(4000) + 0.5) * 0.09 / 4000
+    thick = np.interp(x, *wall.T)
+    kappa = section.free_curvature(PRESSURE[:, None], 0.02, 0.02, thick, thick, 67e3)
+    assert found == pytest.approx(kappa.mean(axis=1) * 0.09, rel=1e-6, abs=1e-9)

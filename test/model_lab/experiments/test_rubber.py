@@ -206,7 +206,8 @@ def test_the_file_of_a_tested_rubber_acts_alike_in_bending_and_simulator(tmp_pat
     model, chain = load_model(file), load_hand("single_finger").chain("finger")
     simulated = discretise(chain, 60, model).free_rotation(0.0, [30e3]).sum(axis=0)[1]
     actuator = next(iter(chain.actuators.values()))
-    sizes = {name: getattr(actuator, name) for name in ("length", "wall", "side_wall")}
+    sizes = {name: float(getattr(actuator, name)(0.0)) for name in ("wall", "side_wall")}
+    sizes["length"] = actuator.length
     at = np.linspace(0.0, actuator.length, 41)
     for name in ("height", "width"):
         profile = getattr(actuator, name)

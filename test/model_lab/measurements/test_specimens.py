@@ -42,7 +42,22 @@ def test_a_designed_actuator_is_a_specimen_as_it_stands(tmp_path):
     for key in ("height", "width"):
         read = np.interp(x, *specimen.values[key].T)
         np.testing.assert_allclose(read, getattr(finger, key)(x), rtol=1e-3)
-    assert specimen.values["wall"] == finger.wall
+    assert specimen.values["wall"] == finger.wall(0.0)
+
+
+def test_a_wall_may_vary_along_a_specimen(tmp_path):
+    walls = {"wall": [[0.0, 0.003], [0.09, 0.002]], "side_wall": [[0.0, 0.003], [0.09, 0.0]]}
+    content = document(specimens={"f": {"length": 0.09, **walls}})
+    specimen = load_measurements(write_set(tmp_path, content)).specimens["f"]
+    assert specimen.values["wall"].tolist() == walls["wall"]
+    assert specimen.values["side_wall"].tolist() == walls["side_wall"]
+    assert specimen.mean_wall == pytest.approx(0.0025)
+
+
+def test_a_wall_of_nothing_is_refused(tmp_path):
+    content = document(specimens={"f": {"length": 0.09, "wall": [[0.0, 0.003], [0.09, 0.0]]}})
+    with pytest.raises(DocumentError, match="wall: expected a list of .* with values above 0"):
+        load_measurements(write_set(tmp_path, content))
 
 
 def test_a_broken_taper_is_named(tmp_path):

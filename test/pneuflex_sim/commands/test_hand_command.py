@@ -12,6 +12,7 @@ from pneuflex_sim.pictures.hand_picture import CAPTION
 from softhand_model.hand.hand import load_hand
 
 OWN_RUBBER = ("--modulus", 113, "--max-stretch", 7.5)
+PROFILES = ("design", "--length", 90, "--aspect", 1, "--ratio-profile", "[[0, 0.7], [90, 1.1]]")
 WISH = ("design", "--ratio", 0.93, "--stiffness", 3.9, "--length", 90)
 
 
@@ -27,7 +28,7 @@ def test_a_design_is_a_table_with_units_and_a_hand_to_load(tmp_path, capsys):
     assert rows["actuation ratio"] == ["0.93", "0.93", "1/(m", "kPa)"]
     assert rows["stiffness at the base"] == ["3.9", "3.9", "mN", "m2"]
     finger = load_hand(path).chain("finger").actuators["finger"]
-    assert rows["wall"] == [f"{1e3 * finger.wall:.4g}", "mm"]
+    assert rows["wall"] == [f"{1e3 * float(finger.wall(0.0)):.4g}", "mm"]
     assert rows["height"] == [*(f"{1e3 * float(finger.height(x)):.4g}" for x in (0, 0.09)), "mm"]
     assert shown.err == ""
 
@@ -123,6 +124,23 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
             (*WISH, "-o", "finger.txt"),
             "finger.txt: expected a file that ends in .yaml or .yml, got .txt",
         ),
+        (("design", "--stiffness", 4, "--length", 90), "ratio: expected a number, got none"),
+        ((*PROFILES, "--wall", 2), "wall: expected nothing beside profiles, got 2.0"),
+        ((*WISH, "--pressure", 40), "pressure: expected a profile beside it, got 40.0"),
+        ((*PROFILES, "--stiffness", -1), "stiffness: expected 0 to 1e+06 mN m2, got -1"),
+        (
+            (*PROFILES, "--stiffness-profile", "[[0, 4], [80, 2]]"),
+            "stiffness-profile: expected [x, value] from x = 0 to the length, 90 mm",
+        ),
+        ((*PROFILES, "--stiffness-profile", "[[0"), "stiffness-profile: expected a number, [["),
+        (
+            (*PROFILES, "--stiffness", 4, "--pressure", 20, "--max-curvature", 60),
+            "pressure: expected at least 61.37 kPa for this curvature, got 20 kPa",
+        ),
+        (
+            (*PROFILES, "--stiffness", 4, "--ratio-profile", 0.1),
+            "ratio-profile at 90 mm: expected above 0.5425 1/(m kPa), at which",
+        ),
         (("show", "claw"), "hand: expected one of rbo_hand_1"),
         (("show", "rbo_hand_2", "--pressure", "20,30"), "expected 1 or 4 numbers, got 2"),
         (("show", "rbo_hand_2", "--pressure", "500"), "0 to [80, 80, 105, 160] kPa, got [500]"),
@@ -135,6 +153,40 @@ def test_what_cannot_be_used_is_refused(arguments, words, capsys):
     assert run(*arguments) == 2
     error = capsys.readouterr().err
     assert error.startswith(f"softhand hand {arguments[0]}: ") and words in error
+
+
+def test_profiles_give_a_wall_that_varies_and_a_picture(tmp_path, capsys):
+    path, picture = tmp_path / "finger.yaml", tmp_path / "finger.png"
+    profiles = (*PROFILES, "--stiffness-profile", "{maximum: 4, taper: 0.5, root: 1}")
+    assert run(*profiles, "--max-curvature", 60, "-o", path, "--figure", picture) == 0
+    shown = capsys.readouterr()
+    rows = [line.split("|") for line in shown.out.splitlines() if line.startswith("| ")][2:]
+    finger = load_hand(path).chain("finger").actuators["finger"]
+    for cells, x in zip(rows, (0.0, 0.015, 0.03, 0.045, 0.06, 0.075, 0.09), strict=True):
+        ratio, reached, stiffness, bent = (float(cell) for cell in cells[2:6])
+        assert ratio == pytest.approx(0.7 + 0.4 * x / 0.09, rel=1e-3)
+        assert reached == pytest.approx(ratio, rel=1e-3)
+        assert bent == pytest.approx(stiffness, rel=1e-3)
+        assert float(cells[9]) == pytest.approx(1e3 * float(finger.wall(x)), rel=1e-3)
+    assert float(finger.wall(0.0)) > 1.3 * float(finger.wall(0.09))
+    assert matplotlib.image.imread(picture).std() > 0.05
+    assert shown.err == ""
+
+
+def test_the_rubber_is_chosen_by_its_index_among_those_that_do(capsys):
+    assert run(*PROFILES, "--stiffness", 4, "--rubber", "auto", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["wish"]["rubber"]["name"] == "Dragon Skin 10"
+    assert run(*PROFILES, "--stiffness", 4, "--rubber", "auto") == 0
+    assert "| Elastosil M4125" in capsys.readouterr().out
+
+
+def test_an_arc_is_designed_by_radius_and_angle(tmp_path):
+    path = tmp_path / "palm.yaml"
+    arc = ("--arc-radius", 60, "--arc-angle", 90, "--ratio-profile", 0.6)
+    assert run("design", *arc, "--stiffness-profile", 7, "-o", path) == 0
+    palm = load_hand(path).chain("finger").actuators["finger"]
+    assert palm.arc_radius == pytest.approx(0.06)
+    assert palm.length == pytest.approx(0.09425, rel=1e-3)
 
 
 def test_a_designed_finger_is_drawn(tmp_path, capsys):

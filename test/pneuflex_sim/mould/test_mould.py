@@ -14,7 +14,7 @@ from pneuflex_sim.mould.parameters import MouldParameters
 from pneuflex_sim.mould.parts import build_mould
 from pneuflex_sim.mould.report import make_mould, paths_of, write_mould
 from softhand_model.hand.actuator import load_actuator
-from softhand_model.hand.profile import ConstantProfile
+from softhand_model.hand.profile import ConstantProfile, TableProfile
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_parts_that_overlap_or_touch_too_little_fail(finger):
 
 def test_a_thicker_core_is_found_by_the_wall(finger):
     actuator = load_actuator("P10.finger")
-    thin = replace(actuator, wall=0.0018)
+    thin = replace(actuator, wall=ConstantProfile(0.0018))
     wrong = build_mould(thin)
     files = {name: stl_of(getattr(wrong, name)) for name in ("shell", "core")}
     found = finished(replace(finger.mould, core=wrong.core), files)
@@ -111,8 +111,12 @@ def test_a_thicker_core_is_found_by_the_wall(finger):
 
 def test_a_wall_may_be_a_profile():
     actuator = load_actuator("P10.thumb")
-    mould = build_mould(replace(actuator, wall=ConstantProfile(actuator.wall)))
-    assert mould.core.volume() == pytest.approx(build_mould(actuator).core.volume())
+    thinning = TableProfile((0.0, actuator.length), (0.004, 0.0025))
+    mould = build_mould(replace(actuator, wall=thinning, side_wall=thinning))
+    files = {name: stl_of(getattr(mould, name)) for name in ("shell", "core")}
+    thickness, wanted = measure.walls(finished(mould, files), 60)
+    assert np.ptp(wanted) > 1.2
+    assert np.abs(thickness - wanted).max() < 0.1
 
 
 @pytest.mark.parametrize(

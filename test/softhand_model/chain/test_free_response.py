@@ -1,12 +1,16 @@
 """The table of free angles against the exact integral."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from softhand_model.chain.free_response import RestTable, segment_angles
+from softhand_model.chain.free_response import RestTable, SegmentResponse, segment_angles
+from softhand_model.hand import section
 from softhand_model.hand.actuator import load_actuator
+from softhand_model.hand.profile import ConstantProfile, TableProfile
+from softhand_model.model_file import Model
 
 SEGMENTS = 5
 
@@ -59,3 +63,19 @@ def test_far_beyond_the_limit_the_angle_goes_on_straight():
 def test_tables_are_shared_by_copies():
     table = table_of("P5")
     assert copy.deepcopy(table) is table
+
+
+def test_a_wall_that_thins_towards_the_tip_bends_each_segment_as_its_own_wall_does():
+    thinning = TableProfile((0.0, 0.09), (0.003, 0.0015))
+    block = ConstantProfile(0.02)
+    finger = replace(
+        load_actuator("P10.finger"), height=block, width=block, wall=thinning, side_wall=thinning
+    )
+    (angles,), _ = segment_angles(finger, 90, np.array([30e3]))
+    middles = (np.arange(90) + 0.5) * 0.001
+    wall = thinning(middles)
+    kappa = section.free_curvature(30e3, 0.02, 0.02, wall, wall, 67e3)
+    assert angles == pytest.approx(0.001 * kappa, rel=1e-4)
+    assert angles[-1] > 1.8 * angles[0]
+    (through_effects,), _ = SegmentResponse(finger, 90, Model()).angles_and_slopes(np.array([30e3]))
+    assert through_effects == pytest.approx(angles, rel=1e-9)

@@ -110,7 +110,7 @@ def test_a_moment_on_a_finger_straightens_it_to_where_each_section_is_in_balance
     finger = description.chains[0].actuators["finger"]
 
     def curvature(x):
-        walls = (finger.wall, finger.side_wall, finger.shear_modulus)
+        walls = (finger.wall(x), finger.side_wall(x), finger.shear_modulus)
         height, width = finger.height(x), finger.width(x)
         moment = height**2 * width / 2 * load
 

@@ -16,7 +16,7 @@ from softhand_model.equilibrium.planar import (
 from softhand_model.hand import section
 from softhand_model.hand.actuator import Actuator, load_actuator
 from softhand_model.hand.hand import load_hand
-from softhand_model.hand.profile import TaperedProfile
+from softhand_model.hand.profile import ConstantProfile, TaperedProfile
 from softhand_model.model_file import Model
 
 STRAIGHT = Stop((-1.0, 0.0), 0.0)
@@ -97,7 +97,8 @@ def thesis_finger(wall=0.002):
     """Section 3.5.2: height, width and a quarter of the circumference fall as (1 - x/L)**(1/3)."""
     side = TaperedProfile(0.02, 0.09, 1.0, 3)
     around = TaperedProfile(0.08, 0.09, 1.0, 3)
-    return Actuator("taper", 0.09, side, side, around, wall, wall, 67e3, 0.01, 80e3)
+    hull = ConstantProfile(wall)
+    return Actuator("taper", 0.09, side, side, around, hull, hull, 67e3, 0.01, 80e3)
 
 
 @pytest.mark.parametrize("pressure", [10e3, 30e3, 60e3])

@@ -43,7 +43,7 @@ def test_dimensions_of_table_7_1(name, length, largest, wall):
     assert actuator.length == pytest.approx(length)
     assert actuator.height(x).max() == actuator.width(x).max() == largest
     assert actuator.circumference(x).max() == pytest.approx(4 * largest)
-    assert actuator.wall == actuator.side_wall == wall
+    assert actuator.wall == actuator.side_wall == ConstantProfile(wall)
     assert actuator.shear_modulus == 67e3
 
 
@@ -58,16 +58,17 @@ def test_p10_finger_tapers_as_section_7_3_says():
 
 def test_p5_chamber_holds_what_its_walls_leave():
     assert load_actuator("P5").chamber_volume() * 1e6 == pytest.approx(2.16)
-    bare = replace(load_actuator("P5"), side_wall=0.0)
+    bare = replace(load_actuator("P5"), side_wall=ConstantProfile(0.0))
     assert bare.chamber_volume() * 1e6 == pytest.approx(6.48)
 
 
 def test_walls_of_the_palm_are_in_the_ratio_of_its_radii():
     """By the rule, equal pressure then bends both arcs by equal angles (kappa ~ 1/r)."""
     inner, outer = load_actuator("P10.PalmInner"), load_actuator("P10.PalmOuter")
-    assert outer.wall / inner.wall == pytest.approx(outer.arc_radius / inner.arc_radius, rel=2e-3)
+    walls = outer.wall(0.0) / inner.wall(0.0)
+    assert walls == pytest.approx(outer.arc_radius / inner.arc_radius, rel=2e-3)
     angles = [
-        30e3 * section.rule_actuation_ratio(arc.wall, arc.shear_modulus) * arc.length
+        30e3 * section.rule_actuation_ratio(arc.wall(0.0), arc.shear_modulus) * arc.length
         for arc in (inner, outer)
     ]
     assert angles[0] == pytest.approx(angles[1], rel=2e-3)
@@ -151,8 +152,8 @@ def test_mass_is_that_of_the_rubber_and_adds_up(name):
     actuator = load_actuator(name)
 
     def area(x):
-        h, z, d = float(actuator.height(x)), float(actuator.width(x)), actuator.wall
-        return z * d + max(h - d, 0) * 2 * actuator.side_wall
+        h, z, d, side = (float(size) for size in actuator.sides(x))
+        return z * d + max(h - d, 0) * 2 * side
 
     volume, _ = quad(area, 0, actuator.length)
     assert actuator.mass == pytest.approx(1070 * volume, rel=1e-9)
@@ -174,7 +175,8 @@ def test_four_walls_bend_constantly_by_the_rule_and_not_exactly():
     """Section 3.5.1: the rule lets a tapered finger bend to a circle; the exact form nearly."""
     x = np.linspace(0, 0.09, 10)
     for wall in (2.5e-3, 3.5e-3, 4.5e-3, 5.5e-3):
-        finger = replace(load_actuator("P10.finger"), wall=wall, side_wall=wall)
+        hull = ConstantProfile(wall)
+        finger = replace(load_actuator("P10.finger"), wall=hull, side_wall=hull)
         curvature = finger.free_curvature(46.3e3, x)
         assert 0.0 < curvature[-1] / curvature[0] - 1 < 0.25
 

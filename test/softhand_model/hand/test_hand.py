@@ -342,6 +342,15 @@ def test_a_hand_brings_actuators_of_its_own(tmp_path):
     assert load_hand(path).chain("ring").actuators["ring"] == load_actuator("P10.finger")
 
 
+def test_the_wall_of_an_own_actuator_may_vary_along_it(tmp_path):
+    path = tmp_path / "hand.yaml"
+    path.write_text(own(wall=[[0, 0.004], [0.1, 0.002]], side_wall=0.001), encoding="utf-8")
+    stub = load_hand(path).chain("little").actuators["little"]
+    assert stub.wall([0.0, 0.05, 0.1]) == pytest.approx([0.004, 0.003, 0.002])
+    # top: 20 mm x 3 mm in the mean; side walls: twice 1 mm of the height less the wall, 17 mm
+    assert stub.mass == pytest.approx(1070 * 0.1 * (0.02 * 0.003 + 2 * 0.001 * 0.017))
+
+
 def test_own_actuators_are_of_the_rubber_of_the_shipped_ones_unless_they_say(tmp_path):
     path = tmp_path / "hand.yaml"
     path.write_text(own(), encoding="utf-8")
@@ -354,6 +363,11 @@ def test_own_actuators_are_of_the_rubber_of_the_shipped_ones_unless_they_say(tmp
     ("text", "message"),
     [
         (own(wall=0.012), "types.stub.wall: expected a number below the height, 0.01"),
+        (
+            own(wall=[[0, 0.002], [0.1, 0.012]]),
+            "types.stub.wall: expected a number below the heigh",
+        ),
+        (own(wall=[[0, 0.002], [0.05, 0.002]]), "types.stub.wall: expected [x, value] from x = 0"),
         (own(side_wall=0.01), "types.stub.side_wall: expected a number below half the width, 0.01"),
         (own(colour="blue"), "types.stub: expected only the keys height"),
         (own(mass=0.1, density=1e3), "types.stub: expected either mass or density, got both"),

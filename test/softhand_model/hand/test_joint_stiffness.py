@@ -103,7 +103,7 @@ def test_side_walls_make_a_blocked_finger_push_harder_than_the_rule_alone(pressu
     """Springs of 3.26 with 2/ratio against 3.26 written out, both at the free curvature."""
     finger, edge = load_actuator("P10.finger"), 0.09 / 10
     x = (np.arange(10) + 0.5) * edge
-    alone = 2 * G * finger.wall * 0.02**3 * (1 - x / 0.09) / edge
+    alone = 2 * G * finger.wall(0.0) * 0.02**3 * (1 - x / 0.09) / edge
     chain = cut_chain(load_hand("single_finger").chain("finger"), 10)
     rest = finger.free_curvature(pressure, x) * edge
     stop = Stop((-1.0, 0.0), -0.015)

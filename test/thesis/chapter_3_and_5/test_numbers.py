@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from softhand_model.equilibrium.planar import planar_finger
 from softhand_model.hand.actuator import load_actuator
+from softhand_model.hand.profile import ConstantProfile
 from thesis.chapter_3_and_5 import (
     base_torque,
     blocked_force,
@@ -37,7 +38,7 @@ def test_experiments_use_the_numbers_of_the_thesis():
 
 def test_the_finger_of_the_base_torque_is_one_of_the_thesis_and_bends_by_about_the_stated_angle():
     finger = base_torque.actuator()
-    assert finger.wall == 0.0025
+    assert finger.wall == ConstantProfile(0.0025)
     assert finger.shear_modulus == pytest.approx(73.7e3)
     assert np.degrees(finger.tip_angle(base_torque.PRESSURE)) == pytest.approx(95.3, abs=0.05)
 
@@ -59,7 +60,7 @@ def test_walls_of_the_rubber_that_the_thesis_fitted():
     """Section 5.2.2: 1.1 times 67 kPa, on top and at the sides."""
     finger = wall_thickness.actuator_of(0.0045)
     assert finger.shear_modulus == pytest.approx(73.7e3)
-    assert (finger.wall, finger.side_wall) == (0.0045, 0.0045)
+    assert finger.wall == finger.side_wall == ConstantProfile(0.0045)
 
 
 # ---------------------------------------------------------------- independent numbers

@@ -170,7 +170,11 @@ def overlap(first: Cells, second: Cells) -> float:
 
 
 def correlation(first: Array, second: Array) -> float:
-    """Pearson's correlation of two maps [-]; NaN if one of them is even."""
+    """Pearson's correlation of two maps [-]; 1 when both are the same and even, as `overlap` has it
+    for empty regions, NaN if just one is even.
+    """
+    if np.ptp(first) == 0 and np.array_equal(first, second):
+        return 1.0
     if np.ptp(first) == 0 or np.ptp(second) == 0:
         return math.nan
     return float(np.corrcoef(first.ravel(), second.ravel())[0, 1])

@@ -143,9 +143,9 @@ def _unlike(specimens: list[Specimen]) -> list[Specimen]:
 
 def _other_wall(used: list[Specimen]) -> Iterator[tuple[Specimen, tuple[str, ...]]]:
     """A new specimen of another wall, where the set has only one."""
-    walls = {float(np.asarray(specimen.values.get("wall", np.nan))) for specimen in used}
+    walls = {specimen.mean_wall for specimen in used}
     first, wall = used[0], next(iter(walls))
-    if len(walls) > 1 or not np.isfinite(wall):
+    if len(walls) > 1 or not np.isfinite(wall) or np.ndim(first.values["wall"]):
         return
     height = float(np.min(np.reshape(first.values["height"], (-1, 1))[:, -1]))
     most = THICKEST * height / 2.0

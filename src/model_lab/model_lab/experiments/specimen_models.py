@@ -17,7 +17,7 @@ from softhand_model.chain.segments import SegmentChain, cut_chain
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
 from softhand_model.hand import section
-from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.actuator import PROFILES, Actuator
 from softhand_model.hand.hand import ChainDescription, Mount
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile
@@ -98,7 +98,7 @@ class SpecimenSections:
 
     running (runs, sections, sections) [m]: integrals from the base to each point.
 
-    uniform: whether a specimen of constant height and width counts as one section.
+    uniform: whether a specimen of constant height, width and walls counts as one section.
     Raises DocumentError for a specimen without the keys of KEYS.
     """
 
@@ -117,13 +117,19 @@ class SpecimenSections:
         self.shape = self._shape(runs)
 
     def _shape(self, runs: list[Specimen]) -> SectionShape:
-        height, width = (
-            np.array([_at(run, key, x) for run, x in zip(runs, self.x[0], strict=True)])[None]
-            for key in ("height", "width")
+        height, width = (self._along(runs, key) for key in ("height", "width"))
+        wall, side_wall = (
+            self._along(runs, key)
+            if any(np.ndim(run.values[key]) for run in runs)
+            else numbers(runs, key)
+            for key in ("wall", "side_wall")
         )
-        wall, side_wall = numbers(runs, "wall"), numbers(runs, "side_wall")
         ratio = section.side_wall_ratio(height, width, wall, side_wall)
         return SectionShape(height, width, wall, side_wall, ratio, numbers(runs, "shear_modulus"))
+
+    def _along(self, runs: list[Specimen], key: str) -> Array:
+        """A size (1, runs, sections) [m] of each run's specimen."""
+        return np.array([_at(run, key, x) for run, x in zip(runs, self.x[0], strict=True)])[None]
 
 
 def numbers(specimens: list[Specimen], key: str) -> Array:
@@ -168,9 +174,9 @@ class _Rule:
 
 
 def _rule(specimen: Specimen, uniform: bool) -> _Rule:
-    """The rule on the pieces between the corners of height and width."""
+    """The rule on the pieces between the corners of the section's sizes."""
     length = float(specimen.values["length"])
-    sizes = [np.asarray(specimen.values[key]) for key in ("height", "width")]
+    sizes = [np.asarray(specimen.values[key]) for key in PROFILES]
     if uniform and all(size.ndim == 0 for size in sizes):
         middle = np.array([0.5 * length])
         return _Rule(middle, np.array([length]), middle[:, None])
@@ -212,7 +218,7 @@ class SpecimenSegments:
 
 
 def _varies(specimen: Specimen) -> bool:
-    return any(np.ndim(specimen.values[key]) for key in ("height", "width"))
+    return any(np.ndim(specimen.values[key]) for key in PROFILES)
 
 
 def _one_section(actuator: Actuator, segments: int) -> tuple[Array, Array]:
@@ -230,36 +236,27 @@ def _gauss(actuator: Actuator, segments: int) -> tuple[Array, Array]:
 def _shape(actuators: list[Actuator], x: Array) -> SectionShape:
     """Sections (1, runs, sections) at positions x (runs, sections) [m]."""
     pairs = list(zip(actuators, x, strict=True))
-    height, width, ratio = (
-        np.array([size(actuator, at) for actuator, at in pairs])[None]
-        for size in (
-            lambda actuator, at: actuator.height(at),
-            lambda actuator, at: actuator.width(at),
-            lambda actuator, at: actuator.side_wall_ratio(at),
-        )
+    height, width, wall, side_wall = (
+        np.array(size)[None]
+        for size in zip(*(actuator.sides(at) for actuator, at in pairs), strict=True)
     )
-    wall, side_wall, modulus = (
-        np.array([getattr(actuator, name) for actuator in actuators])[None, :, None]
-        for name in ("wall", "side_wall", "shear_modulus")
-    )
+    ratio = np.array([actuator.side_wall_ratio(at) for actuator, at in pairs])[None]
+    modulus = np.array([actuator.shear_modulus for actuator in actuators])[None, :, None]
     return SectionShape(height, width, wall, side_wall, ratio, modulus)
 
 
 def _actuator(specimen: Specimen) -> Actuator:
     values = specimen.values
-    height, width = (np.asarray(values[key], float) for key in ("height", "width"))
-    wall, side_wall, modulus, length = (
-        float(values[key]) for key in ("wall", "side_wall", "shear_modulus", "length")
-    )
+    height, width, wall, side_wall = (np.asarray(values[key], float) for key in PROFILES)
     return Actuator(
         specimen.name,
-        length,
+        float(values["length"]),
         _profile(height),
         _profile(width),
         _around(height, width),
-        wall,
-        side_wall,
-        modulus,
+        _profile(wall),
+        _profile(side_wall),
+        float(values["shear_modulus"]),
         float(values.get("mass", 0.0)),
         max_pressure=np.inf,
     )

@@ -49,7 +49,7 @@ ROOM_TEMPERATURE = 293.15
 
 @dataclass(frozen=True)
 class Specimen:
-    """One specimen: its entries in SI units; height and width may be lists of (x, value).
+    """One specimen: its entries in SI units; height, width and walls may be lists of (x, value).
 
     `values` holds numbers (length, wall, side_wall, shear_modulus, mass, gauge_length, ...) and
     profiles as arrays (n, 2) of [x, value]; `mount` and `batch` are names. `notes` holds what else
@@ -61,6 +61,19 @@ class Specimen:
     mount: str = "bending_plane_level"
     batch: str = "all"
     notes: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def mean_wall(self) -> float:
+        """Wall [m], in the mean along the specimen where it varies; NaN where none is stated.
+
+        >>> Specimen("a", {"wall": np.array([[0.0, 0.002], [0.09, 0.004]])}).mean_wall
+        0.003
+        """
+        wall = np.asarray(self.values.get("wall", np.nan), float)
+        if wall.ndim == 0:
+            return float(wall)
+        x, size = wall.T
+        return float(np.sum(np.diff(x) * (size[1:] + size[:-1])) / 2.0 / (x[-1] - x[0]))
 
 
 @dataclass(frozen=True)
@@ -177,7 +190,7 @@ class MeasurementSet:
     def of_runs(self, axis: str) -> list[Any]:
         """Value of each run on an axis: session (runs before, of any specimen), run_order (its
         number among those of its specimen, from 1; `virgin` begins anew), temperature [K], mode,
-        wall [m], mount or specimen.
+        wall [m] (its mean), mount or specimen.
         """
         if axis == "session":
             return [float(before) for before in range(len(self.runs))]
@@ -189,7 +202,7 @@ class MeasurementSet:
             return [run.mode for run in self.runs]
         specimens = [self.specimens[run.specimen] for run in self.runs]
         if axis == "wall":
-            return [float(specimen.values.get("wall", np.nan)) for specimen in specimens]
+            return [specimen.mean_wall for specimen in specimens]
         return [specimen.mount if axis == "mount" else specimen.name for specimen in specimens]
 
     def _run_order(self) -> list[float]:

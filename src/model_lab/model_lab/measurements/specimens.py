@@ -13,7 +13,7 @@ from model_lab.measurements.measurement_set import MeasurementSet, Specimen
 from model_lab.measurements.units import largest
 from softhand_model.documents.quoted import listed
 from softhand_model.documents.yaml_document import DocumentError, Node, open_fields
-from softhand_model.hand.actuator import read_profile
+from softhand_model.hand.actuator import PROFILES, read_profile
 from softhand_model.model_file import Model
 
 DOCUMENT = "experiment.yaml"
@@ -27,7 +27,6 @@ KNOWN = {
     "mass": ("kg", "0.035"),
     "gauge_length": ("m", "0.033"),
 }  # keys that models know: unit, and an example
-PROFILES = ("height", "width")  # may vary along the specimen
 TAPER_POINTS = 65  # of a taper; straight lines between them miss that of P10 by 0.1 %
 MAY_VANISH = ("side_wall", "mass")
 MOUNTS = ("bending_plane_level", "base_up", "base_down")
@@ -112,9 +111,9 @@ def _specimen(name: str, node: Node) -> Specimen:
 
 def _known(key: str, node: Node, length: Node | None) -> float | Array:
     if key in PROFILES and isinstance(node.value, dict) and length is not None:
-        return _taper(node, length.positive())
-    if key in PROFILES:
-        return _size(node)
+        return _taper(key, node, length.positive())
+    if key in PROFILES and isinstance(node.value, list):
+        return _table(node, zero=key in MAY_VANISH)
     most = largest(KNOWN[key][0])
     return node.number(0.0, most) if key in MAY_VANISH else node.number(above=0.0, high=most)
 
@@ -123,24 +122,22 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _taper(node: Node, length: float) -> Array:
+def _taper(key: str, node: Node, length: float) -> Array:
     """A taper as of a hand's actuators, as a profile (n, 2) of [x, value] [m]."""
     x = np.linspace(0.0, length, TAPER_POINTS)
-    return np.stack([x, read_profile(node, length)(x)], axis=1)
+    return np.stack([x, read_profile(node, length, PROFILES[key])(x)], axis=1)
 
 
-def _size(node: Node) -> float | Array:
-    """A size [m], or a profile (n, 2) of [x, value] with rising x."""
-    if not isinstance(node.value, list):
-        if not _is_number(node.value):
-            raise node.error("a number or a list of [x, value]")
-        return node.positive()
+def _table(node: Node, zero: bool) -> Array:
+    """A profile (n, 2) of [x, value] with rising x; zero: whether values may be 0."""
     points = [entry.vector(2) for entry in node.items()]
     if not points:
         raise node.error("a number or a list of [x, value]")
     profile = np.array(points)
     if np.any(np.diff(profile[:, 0]) <= 0.0):
         raise node.error("a list of [x, value] with rising x")
-    if np.any(profile[:, 1] <= 0.0):
-        raise node.error("a list of [x, value] with values above 0")
+    if np.any(profile[:, 1] < 0.0 if zero else profile[:, 1] <= 0.0):
+        raise node.error(
+            f"a list of [x, value] with values {'of 0 or more' if zero else 'above 0'}"
+        )
     return profile

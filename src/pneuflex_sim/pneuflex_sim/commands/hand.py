@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pneuflex_sim.commands import design as design_command
 from pneuflex_sim.commands import mould as mould_command
+from pneuflex_sim.commands import profile_design as profile_command
 from pneuflex_sim.hand.layout import build_layout
 from pneuflex_sim.urdf import write_urdf
 from softhand_model.documents.output_file import PICTURES, check_new, write_new
@@ -127,7 +128,7 @@ def parser() -> argparse.ArgumentParser:
         description="Design an actuator, make its mould, draw any hand, write its URDF; no ROS.",
     )
     commands = found.add_subparsers(dest="command", required=True)
-    design_command.add_to(commands)
+    profile_command.add_to(design_command.add_to(commands))
     mould_command.add_to(commands)
     add_show(commands)
     add_urdf(commands)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softhand_model.hand.actuator import Actuator
-from softhand_model.hand.profile import ConstantProfile
+from softhand_model.hand.profile import Profile
 
 Array = NDArray[np.float64]
 Along = Callable[[Array], Array]
@@ -68,10 +68,9 @@ class Line:
         return np.stack([self.radius * angle, self.radius - np.hypot(x, left)], axis=-1)
 
 
-def _in_mm(profile: Along | float) -> Along:
-    """A profile [m] along x [m], or a number, as a profile [mm] along s [mm]."""
-    known = profile if callable(profile) else ConstantProfile(profile)
-    return lambda s: np.asarray(known(np.asarray(s, float) * MILLI)) / MILLI
+def _in_mm(profile: Profile) -> Along:
+    """A profile [m] along x [m] as a profile [mm] along s [mm]."""
+    return lambda s: profile(np.asarray(s, float) * MILLI) / MILLI
 
 
 @dataclass(frozen=True)

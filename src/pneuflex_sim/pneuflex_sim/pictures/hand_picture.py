@@ -245,12 +245,12 @@ def _explain(figure: Figure, hand: HandDescription) -> None:
 def _sizes(actuator: Actuator) -> str:
     """One line of an actuator's sizes."""
     ends = np.array([0.0, actuator.length])
-    high, wide = (
-        " to ".join(dict.fromkeys(f"{size / MILLI:.3g}" for size in profile(ends)))
-        for profile in (actuator.height, actuator.width)
+    high, wide, wall, _ = (
+        " to ".join(dict.fromkeys(f"{size / MILLI:.3g}" for size in sizes))
+        for sizes in actuator.sides(ends)
     )
     return (
         f"{actuator.name}: {actuator.length / MILLI:.3g} mm long, {high} mm high, {wide} mm wide, "
-        f"wall {actuator.wall / MILLI:.3g} mm, G {actuator.shear_modulus / KILO:.3g} kPa, "
+        f"wall {wall} mm, G {actuator.shear_modulus / KILO:.3g} kPa, "
         f"up to {actuator.max_pressure / KILO:.3g} kPa"
     )

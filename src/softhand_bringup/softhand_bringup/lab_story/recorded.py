@@ -14,7 +14,8 @@ from model_lab.live.prediction import SECOND
 from softhand_bringup.bags.reading import Bag
 from softhand_bringup.bags.writing import Part, cut_bag
 from softhand_bringup.lab_story.measuring import ANGLES, FINGER, RESIDUAL, STATE, Played
-from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.actuator import PROFILES, Actuator
+from softhand_model.hand.profile import ConstantProfile, Profile
 
 PROFILE_PIECES = 8  # straight lines for the taper: the tip angle is exact within 0.1 %
 BATCH = "bench"
@@ -134,21 +135,22 @@ def _belongs(run: Played, angles: Collection[int], topic: str, stamp: int) -> bo
 
 def _specimen(actuator: Actuator) -> dict[str, object]:
     """The actuator as a specimen; taper as straight lines."""
-    x = np.linspace(0.0, actuator.length, PROFILE_PIECES + 1)
-    profiles = {
-        key: np.stack([x, profile(x)], axis=1).round(6).tolist()
-        for key, profile in (("height", actuator.height), ("width", actuator.width))
-    }
     return {
         "length": actuator.length,
-        **profiles,
-        "wall": actuator.wall,
-        "side_wall": actuator.side_wall,
+        **{key: _size(getattr(actuator, key), actuator.length) for key in PROFILES},
         "shear_modulus": actuator.shear_modulus,
         "mass": round(actuator.mass, 6),
         "mount": "bending_plane_level",
         "batch": BATCH,
     }
+
+
+def _size(profile: Profile, length: float) -> object:
+    """A number where the profile is one, else points [x, value]."""
+    if isinstance(profile, ConstantProfile):
+        return profile.value
+    x = np.linspace(0.0, length, PROFILE_PIECES + 1)
+    return np.stack([x, profile(x)], axis=1).round(6).tolist()
 
 
 class _Plain(yaml.SafeDumper):

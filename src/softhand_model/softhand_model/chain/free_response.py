@@ -105,7 +105,7 @@ def segment_angles(actuator: Actuator, segments: int, pressures: Array) -> tuple
     curvature = actuator.free_curvature(pressures[:, None, None], x)
     stretch = 1.0 + curvature * actuator.height(x)
     slope = actuator.side_wall_ratio(x) / (
-        4.0 * actuator.shear_modulus * actuator.wall * (1.0 + 3.0 * stretch**-4.0)
+        4.0 * actuator.shear_modulus * actuator.wall(x) * (1.0 + 3.0 * stretch**-4.0)
     )
     return np.sum(weight * curvature, axis=-1), np.sum(weight * slope, axis=-1)
 
@@ -120,12 +120,7 @@ class SegmentResponse:
     def __init__(self, actuator: Actuator, segments: int, model: Model) -> None:
         x, self._weight = actuator.segment_quadrature(segments)
         self._shape = SectionShape(
-            actuator.height(x),
-            actuator.width(x),
-            actuator.wall,
-            actuator.side_wall,
-            actuator.side_wall_ratio(x),
-            actuator.shear_modulus,
+            *actuator.sides(x), actuator.side_wall_ratio(x), actuator.shear_modulus
         )
         self._stepped = SteppedBalance(StagedEffects(model.effects))
 

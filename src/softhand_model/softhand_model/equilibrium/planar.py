@@ -94,8 +94,7 @@ def exact_springs(actuator: Actuator, segments: int, pressure: float) -> Springs
     """The moment of section 3.4.3 in the middle of each segment at a pressure [Pa] that grows."""
     edge = actuator.length / segments
     x = (np.arange(segments) + 0.5) * edge
-    size = (actuator.height(x), actuator.width(x), actuator.wall, actuator.side_wall)
-    modulus = actuator.shear_modulus
+    size, modulus = actuator.sides(x), actuator.shear_modulus
 
     def moment(angles: Array, share: float) -> Array:
         return section.bending_moment(share * pressure, angles / edge, *size, modulus)

@@ -34,9 +34,13 @@ OPTIONAL = (
 )
 
 TAPER_ROOT = Bounds(0.1, 100.0, "")
-BOUNDS = {
+PROFILES = {
+    "height": plausible.SECTION,
+    "width": plausible.SECTION,
     "wall": plausible.WALL,
     "side_wall": plausible.SIDE_WALL,
+}
+BOUNDS = {
     "max_pressure": plausible.PRESSURE,
     "supply_volume": plausible.SUPPLY_VOLUME,
     "shear_modulus": plausible.SHEAR_MODULUS,
@@ -48,7 +52,7 @@ BOUNDS = {
 class Actuator:
     """One actuator; x [m] runs from its base along the passive layer (along the arc, if it is one).
 
-    length [m]; height, width, circumference [m] as profiles; wall and side_wall [m]; shear_modulus
+    length [m]; height, width, circumference, wall and side_wall [m] as profiles; shear_modulus
     [Pa]; mass [kg] of the rubber; max_pressure [Pa]; supply_volume [m3] of what is connected;
     arc_radius [m] and arc_angle [rad] when the passive layer lies in a plane but is curved in it
     (the palm), else None.
@@ -59,8 +63,8 @@ class Actuator:
     height: Profile
     width: Profile
     circumference: Profile
-    wall: float
-    side_wall: float
+    wall: Profile
+    side_wall: Profile
     shear_modulus: float
     mass: float
     max_pressure: float
@@ -70,7 +74,23 @@ class Actuator:
 
     def side_wall_ratio(self, x: ArrayLike) -> Array:
         """Side wall factor `ratio` [-] at x (eq. 3.35)."""
-        return section.side_wall_ratio(self.height(x), self.width(x), self.wall, self.side_wall)
+        return section.side_wall_ratio(*self.sides(x))
+
+    def sides(self, x: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """Height, width, wall and side wall [m] at x."""
+        return self.height(x), self.width(x), self.wall(x), self.side_wall(x)
+
+    def actuation_ratio(self, x: ArrayLike) -> Array:
+        """Actuation ratio dkappa/dp = ratio/(8*G*d) [1/(m Pa)] at x (eq. 3.32 with 3.37).
+
+        It is the exact kappa/p where lambda + lambda**-3 = 2, that is where the top is stretched to
+        1.839; below that pressure the actuator bends less, above it more.
+
+        >>> round(1e3 * float(load_actuator("P10.finger").actuation_ratio(0.0)), 3)
+        1.031
+        """
+        rule = section.rule_actuation_ratio(self.wall(x), self.shear_modulus)
+        return self.side_wall_ratio(x) * rule
 
     def free_curvature(self, pressure: ArrayLike, x: ArrayLike) -> Array:
         """Exact curvature [1/m] without load at a gauge pressure [Pa]; suction counts as none.
@@ -79,14 +99,7 @@ class Actuator:
         >>> round(float(finger.free_curvature(30e3, 0.0)), 2)
         26.05
         """
-        return section.free_curvature(
-            np.maximum(pressure, 0.0),
-            self.height(x),
-            self.width(x),
-            self.wall,
-            self.side_wall,
-            self.shear_modulus,
-        )
+        return section.free_curvature(np.maximum(pressure, 0.0), *self.sides(x), self.shear_modulus)
 
     def stiffness(self, x: ArrayLike) -> Array:
         """Bending stiffness [N m2] of the simulation's linear springs at x (eq. 3.26 with 3.35).
@@ -106,14 +119,12 @@ class Actuator:
         return (
             2.0
             / self.side_wall_ratio(x)
-            * section.rule_stiffness(edge, self.wall, self.shear_modulus)
+            * section.rule_stiffness(edge, self.wall(x), self.shear_modulus)
         )
 
     def chamber_volume_per_length(self, x: ArrayLike, curvature: ArrayLike = 0.0) -> Array:
         """Air volume per length [m2] at x and a curvature [1/m], less side walls (eq. 3.15)."""
-        return section.chamber_area(
-            curvature, self.height(x), self.width(x), self.wall, self.side_wall
-        )
+        return section.chamber_area(curvature, *self.sides(x))
 
     def chamber_volume_gain(self, x: ArrayLike) -> Array:
         """Change of the chamber volume with the bending angle [m3/rad] at x: z*h**2/2."""
@@ -144,8 +155,8 @@ class Actuator:
         return float(np.sum(weight * self._rubber_area(x)))
 
     def _rubber_area(self, x: Array) -> Array:
-        inner = np.maximum(self.height(x) - self.wall, 0.0)
-        return self.width(x) * self.wall + inner * 2.0 * self.side_wall
+        height, width, wall, side_wall = self.sides(x)
+        return width * wall + np.maximum(height - wall, 0.0) * 2.0 * side_wall
 
     def quadrature(
         self, start: float = 0.0, stop: float | None = None, panels: int = PANELS
@@ -237,19 +248,19 @@ def _load_all(path: Path) -> tuple[float, float, dict[str, Actuator]]:
 def _actuator(name: str, node: Node, modulus: float, density: float) -> Actuator:
     fields = node.fields(REQUIRED, OPTIONAL)
     length, radius, angle = _length(node, fields)
-    height, width = (read_profile(fields[key], length) for key in ("height", "width"))
+    sizes = {key: read_profile(fields[key], length, bounds) for key, bounds in PROFILES.items()}
     around = fields.get("circumference")
     given = {key: fields[key].within(bounds) for key, bounds in BOUNDS.items() if key in fields}
     actuator = Actuator(
         name,
         length,
-        height,
-        width,
+        sizes["height"],
+        sizes["width"],
         read_profile(around, length, plausible.CIRCUMFERENCE)
         if around
-        else _rectangle_around(height, width, length),
-        given["wall"],
-        given["side_wall"],
+        else _rectangle_around(sizes["height"], sizes["width"], length),
+        sizes["wall"],
+        sizes["side_wall"],
         given.get("shear_modulus", modulus),
         0.0,
         given["max_pressure"],
@@ -265,13 +276,15 @@ def _actuator(name: str, node: Node, modulus: float, density: float) -> Actuator
 def _refuse_full(actuator: Actuator, fields: dict[str, Node]) -> None:
     """Refuse walls that leave no chamber somewhere along the actuator."""
     x = np.append(actuator.quadrature()[0], [0.0, actuator.length])
-    height, half_width = actuator.height(x).min(), actuator.width(x).min() / 2.0
-    if actuator.wall >= height:
-        raise fields["wall"].error(f"a number below the height, {height:.4g} at its least")
-    if actuator.side_wall >= half_width:
-        raise fields["side_wall"].error(
-            f"a number below half the width, {half_width:.4g} at its least"
-        )
+    height, width, wall, side_wall = actuator.sides(x)
+    for key, size, room, name in (
+        ("wall", wall, height, "the height"),
+        ("side_wall", side_wall, width / 2.0, "half the width"),
+    ):
+        least = int(np.argmin(room - size))
+        if size[least] >= room[least]:
+            place = f"{room[least]:.4g} at x = {x[least]:.4g} m"
+            raise fields[key].error(f"a number below {name}, {place}")
 
 
 def _mass(node: Node, fields: dict[str, Node], density: float, volume: float) -> float:
@@ -299,9 +312,11 @@ def _length(node: Node, fields: dict[str, Node]) -> tuple[float, float | None, f
     return radius * angle, radius, angle
 
 
-def read_profile(node: Node, length: float, bounds: Bounds = plausible.SECTION) -> Profile:
-    """A profile over a length [m] from YAML: a number, a list of [x, value], or {maximum, taper,
-    root}; values and maximum within bounds.
+def read_profile(
+    node: Node, length: float, bounds: Bounds = plausible.SECTION, unit: str = "m"
+) -> Profile:
+    """A profile over a length [m], or in another unit, from YAML: a number, a list of [x, value],
+    or {maximum, taper, root}; values and maximum within bounds.
     """
     if isinstance(node.value, dict):
         taper = node.fields(["maximum", "taper", "root"])
@@ -312,17 +327,17 @@ def read_profile(node: Node, length: float, bounds: Bounds = plausible.SECTION) 
             taper["root"].within(TAPER_ROOT),
         )
     if isinstance(node.value, list):
-        return _table(node, length, bounds)
+        return _table(node, length, bounds, unit)
     return ConstantProfile(node.within(bounds))
 
 
-def _table(node: Node, length: float, bounds: Bounds) -> TableProfile:
+def _table(node: Node, length: float, bounds: Bounds, unit: str) -> TableProfile:
     """Straight lines between stations from the base to the tip."""
     x = [row.vector(2)[0] for row in node.items()]
     if len(x) < 2 or not all(before < after for before, after in pairwise(x)):
         raise node.error("at least two [x, value] with growing x")
     if x[0] != 0.0 or abs(x[-1] - length) > STATION_TOLERANCE * length:
-        raise node.error(f"[x, value] from x = 0 to the length, {length:.4g} m")
+        raise node.error(f"[x, value] from x = 0 to the length, {length:.4g} {unit}")
     return TableProfile(tuple(x), tuple(row.items()[1].within(bounds) for row in node.items()))
 
 

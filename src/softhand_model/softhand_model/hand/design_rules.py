@@ -8,29 +8,34 @@ from softhand_model.hand.rubber import USEFUL_STRETCH, Rubber, load_rubbers
 
 LARGEST_WALL = 0.5  # of the height (eq. 3.6)
 TOLERANCE = 0.1  # within which "about" holds; the thesis gives no number
+MODEL_STRETCH = 3.0  # up to which section 3.4.6 compares models of rubber
 SUITABLE = 0.75  # of the best index in Table 3.2; the thesis compares and gives no bound
 
-RULES = {
+RULES: dict[int | str, str] = {
     1: "wall d = dp/dkappa/(8 G) for the actuation ratio (eq. 3.32)",
     2: "circumference c = 4 (dM/dkappa/(2 G d))^(1/3) for the stiffness (eq. 3.26)",
     3: "height about equal to width, or pressure changes the shape (section 3.4.3)",
     4: "wall below half the height, or the rubber tires (section 3.4.5)",
     5: "rubber of a high suitability index S = (lambda_max - 1) G^(1/4) (eq. 3.10)",
+    "in use": "stretch of 0.3 of the largest one, to spare the rubber (section 3.3.3)",
+    "of the model": "stretch below 3, up to which rubber is neo-Hookean (section 3.4.6)",
 }
 
 
 @dataclass(frozen=True)
 class BrokenRule:
-    """A rule of section 3.6.1 that an actuator breaks: its number, the quantity, its value and the
-    bounds `low` and `high` it should keep, all in `unit` (None: no bound on that side).
+    """A rule of section 3.6.1 that an actuator breaks: its number, or the name of another limit;
+    the quantity, its value and the bounds `low` and `high` it should keep, all in `unit` (None: no
+    bound on that side); the place [m] along the actuator where it is broken most, if it has one.
     """
 
-    rule: int
+    rule: int | str
     quantity: str
     value: float
     low: float | None
     high: float | None
     unit: str
+    place: float | None = None
 
     def __str__(self) -> str:
         bounds = [
@@ -39,9 +44,11 @@ class BrokenRule:
             if bound is not None
         ]
         unit = "" if self.unit == "-" else f" {self.unit}"
+        kind = "rule" if isinstance(self.rule, int) else "limit"
+        place = "" if self.place is None else f" at {1e3 * self.place:.4g} mm"
         return (
-            f"rule {self.rule}: {RULES[self.rule]}: {self.quantity} expected "
-            f"{' and '.join(bounds)}{unit}, got {self.value:.4g}{unit}"
+            f"{kind} {self.rule}: {RULES[self.rule]}: {self.quantity} expected "
+            f"{' and '.join(bounds)}{unit}, got {self.value:.4g}{unit}{place}"
         )
 
 
@@ -114,6 +121,20 @@ def check_rubber(rubber: Rubber) -> BrokenRule | None:
         return None
     quantity = f"index of {rubber.name}"
     return BrokenRule(5, quantity, rubber.suitability, SUITABLE * best, None, "kPa^0.25")
+
+
+def check_use(stretch: float, most: float) -> BrokenRule | None:
+    """The largest stretch in use is at most 0.3 of the rubber's, or there is no such stretch."""
+    if stretch <= most or most <= 1.0:
+        return None
+    return BrokenRule("in use", "stretch", stretch, None, most, "-")
+
+
+def check_model(stretch: float) -> BrokenRule | None:
+    """The largest stretch in use is one for which the rubber's model was chosen."""
+    if stretch <= MODEL_STRETCH:
+        return None
+    return BrokenRule("of the model", "stretch", stretch, None, MODEL_STRETCH, "-")
 
 
 def _about(rule: int, quantity: str, value: float, wanted: float, unit: str) -> BrokenRule | None:

@@ -152,7 +152,7 @@ class SpringModel:
         not say.
         """
         edge, x = actuator.length / segments, _middles(actuator, segments)
-        bending, walls = actuator.stiffness(x), _walls(actuator, x)
+        bending, walls = actuator.stiffness(x), actuator.sides(x)
         lateral, twist = (
             derived(*walls, modulus) if kind == SECTION else float(kind) * bending
             for kind, derived, modulus in (
@@ -169,7 +169,7 @@ class SpringModel:
         """
         if self.lateral != SECTION:
             return np.zeros(segments)
-        area = wall_area(*_walls(actuator, _middles(actuator, segments)))
+        area = wall_area(*actuator.sides(_middles(actuator, segments)))
         return np.asarray(self._modulus(actuator) * area * segments / actuator.length)
 
     def _modulus(self, actuator: Actuator) -> float:
@@ -191,10 +191,6 @@ THESIS = SpringModel()
 
 def _middles(actuator: Actuator, segments: int) -> Array:
     return (np.arange(segments) + 0.5) * actuator.length / segments
-
-
-def _walls(actuator: Actuator, x: Array) -> tuple[Array, Array, float, float]:
-    return actuator.height(x), actuator.width(x), actuator.wall, actuator.side_wall
 
 
 def rubber_stress(stretch: Array) -> tuple[Array, Array]:

@@ -34,6 +34,13 @@ UNITS = {  # of what an actuator should do; of all else [m]
     "stiffness": "N m2",
     "tip_stiffness": "N m2",
     "max_stretch": "",
+    "ratio_profile": "1/(m Pa)",
+    "stiffness_profile": "N m2",
+    "aspect": "",
+    "side_share": "",
+    "curvature": "1/m",
+    "pressure": "Pa",
+    "modulus": "Pa",
 }
 PLATE = {"size": [0.030, 0.030, 0.010], "position": [-0.010, 0.0, -0.005]}  # [m]
 STAND_MASS = 0.020  # [kg]
@@ -41,11 +48,14 @@ STAND_MASS = 0.020  # [kg]
 
 class WishError(ValueError):
     """A wish that cannot be fulfilled: its `key`, what is `expected` with `{}` for the bound, and
-    bound and value that came in `unit`, the SI unit of the key.
+    bound and value that came in `unit`, the SI unit of the key; `place` [m] along the actuator.
     """
 
-    def __init__(self, key: str, expected: str, bound: float, got: float) -> None:
+    def __init__(
+        self, key: str, expected: str, bound: float, got: float, place: float | None = None
+    ) -> None:
         self.key, self.expected, self.bound, self.got = key, expected, bound, got
+        self.place = place
         self.unit = UNITS.get(key, "m")
         super().__init__(self.told(key, 1.0, self.unit))
 
@@ -56,7 +66,8 @@ class WishError(ValueError):
         'wall: expected below 9 mm, got 30 mm'
         """
         bound, got = (f"{value / scale:.4g} {unit}".rstrip() for value in (self.bound, self.got))
-        return f"{name}: expected {self.expected.format(bound)}, got {got}"
+        place = "" if self.place is None else f" at {1e3 * self.place:.4g} mm"
+        return f"{name}{place}: expected {self.expected.format(bound)}, got {got}"
 
 
 @dataclass(frozen=True)
@@ -128,20 +139,6 @@ class Design:
     broken: tuple[BrokenRule, ...]
 
 
-def actuation_ratio(actuator: Actuator) -> float:
-    """Actuation ratio dkappa/dp = ratio/(8*G*d) [1/(m Pa)] at the base (eq. 3.32 with 3.37).
-
-    It is the exact kappa/p where lambda + lambda**-3 = 2, that is where the top is stretched to
-    1.839; below that pressure the actuator bends less, above it more.
-
-    >>> from softhand_model.hand.actuator import load_actuator
-    >>> round(1e3 * actuation_ratio(load_actuator("P10.finger")), 3)
-    1.031
-    """
-    rule = section.rule_actuation_ratio(actuator.wall, actuator.shear_modulus)
-    return float(actuator.side_wall_ratio(0.0) * rule)
-
-
 def design_actuator(wish: Wish, name: str = "finger") -> Design:
     """Size an actuator: wall by rule 1 and circumference by rule 2, with side walls, height equal
     to width by rule 3; what the wish fixes stays. Rules that are broken are listed.
@@ -151,8 +148,8 @@ def design_actuator(wish: Wish, name: str = "finger") -> Design:
 
     >>> dragon_skin = Rubber("Dragon Skin 10", "", "", 11.0, 67e3, 1070.0)
     >>> found = design_actuator(Wish(0.93e-3, 3.9e-3, 0.09, dragon_skin)).actuator
-    >>> [round(1e3 * float(size), 2) for size in (found.wall, found.height(0), found.width(0))]
-    [2.25, 19.36, 19.36]
+    >>> [round(1e3 * float(size), 2) for size in found.sides(0.0)]
+    [19.36, 19.36, 2.25, 2.25]
     """
     base = _section(wish)
     _refuse_unfit(wish, base)
@@ -250,21 +247,21 @@ def _actuator(wish: Wish, base: Section, name: str) -> Actuator:
         _profile("height", base.height, height_taper, wish.length),
         _profile("width", base.width, min(taper, MOST_TAPER), wish.length),
         _profile("circumference", 2.0 * (base.height + base.width), taper, wish.length),
-        _rounded(base.wall),
-        _rounded(base.side_wall),
+        ConstantProfile(rounded(base.wall)),
+        ConstantProfile(rounded(base.side_wall)),
         wish.rubber.shear_modulus,
         mass=0.0,
         max_pressure=0.0,
         supply_volume=TUBE_VOLUME,
     )
-    mass = _rounded(wish.rubber.density * found.rubber_volume())
+    mass = rounded(wish.rubber.density * found.rubber_volume())
     return replace(found, mass=mass, max_pressure=pressure_limit(found, wish.rubber))
 
 
 def _profile(key: str, largest: float, taper: float, length: float) -> Profile:
     if taper < 1e-9:
-        return ConstantProfile(_rounded(largest))
-    return TaperedProfile(_rounded(largest), length, _rounded(taper), TAPER_ROOT[key])
+        return ConstantProfile(rounded(largest))
+    return TaperedProfile(rounded(largest), length, rounded(taper), TAPER_ROOT[key])
 
 
 def pressure_limit(actuator: Actuator, rubber: Rubber) -> float:
@@ -278,13 +275,15 @@ def pressure_limit(actuator: Actuator, rubber: Rubber) -> float:
         least = 1.0 / design.USEFUL_STRETCH[1]
         raise WishError("max_stretch", f"above {{}} of {rubber.name}", least, rubber.max_stretch)
     x = actuator.quadrature()[0]
+    height, _, wall, _ = actuator.sides(x)
     load = section.bending_load(
-        1.0, actuator.height(x), actuator.wall, actuator.side_wall_ratio(x), actuator.shear_modulus
+        1.0, height, wall, actuator.side_wall_ratio(x), actuator.shear_modulus
     )
-    return _rounded(float(section.elastic_term(stretch) / load.max()))
+    return rounded(float(section.elastic_term(stretch) / load.max()))
 
 
-def _rounded(value: float) -> float:
+def rounded(value: float) -> float:
+    """A size with as many digits as are written."""
     return float(f"{value:.{DIGITS}g}")
 
 
@@ -300,23 +299,23 @@ def _broken_rules(wish: Wish, base: Section) -> tuple[BrokenRule, ...]:
 
 
 def actuator_entry(actuator: Actuator) -> dict[str, Any]:
-    """What stands under the actuator's name in a hand's `types`, SI units.
-
-    Raises ValueError for an arc, which is no finger.
-    """
-    if actuator.arc_radius is not None:
-        raise ValueError(f"{actuator.name}: expected a straight actuator, got an arc")
-    profiles = {key: _entry(getattr(actuator, key)) for key in ("height", "width", "circumference")}
-    plain = ("wall", "side_wall", "shear_modulus", "mass", "max_pressure", "supply_volume")
+    """What stands under the actuator's name in a hand's `types`, SI units."""
+    sizes = ("height", "width", "circumference", "wall", "side_wall")
+    profiles = {key: profile_entry(getattr(actuator, key)) for key in sizes}
+    plain = ("shear_modulus", "mass", "max_pressure", "supply_volume")
     numbers = {key: float(getattr(actuator, key)) for key in plain}
-    return {"length": actuator.length, **profiles, **numbers}
+    line: dict[str, Any] = {"length": actuator.length}
+    if actuator.arc_radius is not None:
+        line = {"arc_radius": actuator.arc_radius, "arc_angle": actuator.arc_angle}
+    return {**line, **profiles, **numbers}
 
 
 def finger_text(actuator: Actuator, comment: str = "") -> str:
     """Text of a YAML file of the format softhand-hand/1: the actuator as a finger on a stand, with
-    lines of comment before it. Raises ValueError as `actuator_entry` does.
+    lines of comment before it.
     """
     name = actuator.name
+    turn = {} if actuator.arc_radius is None else {"turn": 1}
     hand = {
         "format": FORMAT,
         "name": f"{name}_on_stand",
@@ -328,6 +327,7 @@ def finger_text(actuator: Actuator, comment: str = "") -> str:
             "finger": {
                 "actuators": {"finger": {"type": name, "channel": "a"}},
                 "mount": {"parent": WRIST, "position": [0.0, 0.0, 0.0], "rpy": [0.0, 0.0, 0.0]},
+                **turn,
             }
         },
         "tips": ["finger"],
@@ -336,7 +336,7 @@ def finger_text(actuator: Actuator, comment: str = "") -> str:
     return lines + yaml.safe_dump(hand, sort_keys=False, default_flow_style=None)
 
 
-def _entry(profile: Profile) -> Any:
+def profile_entry(profile: Profile) -> Any:
     """A profile as `actuator.read_profile` reads it."""
     if isinstance(profile, ConstantProfile):
         return profile.value

@@ -1,0 +1,59 @@
+"""Negative controls: fingers that are not those of the design are told, by the wish and the lab."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bench.design.loop import verdict_on
+from bench.design.requests import feasible
+from bench.design.simulated import from_file, held_against
+from bench.row import at_least
+from softhand_model.hand.actuator import Actuator
+
+TAKES = "two minutes"
+COUNT = 3  # requests
+MODULUS = 0.02  # by which the fitted modulus may be off the design's
+WITHIN = 0.02  # of the wish
+THICKER, STIFFER = 1.15, 1.12
+
+
+def run(seed: int = 0) -> list[dict[str, Any]]:
+    """Rows of the group."""
+    return list(_rows(seed))
+
+
+def _rows(seed: int) -> Iterator[dict[str, Any]]:
+    for name, change in CHANGES.items():
+        told, off = 0, 0
+        for k, design in enumerate(feasible(COUNT, seed)):
+            actuator = change(from_file(design))
+            found = verdict_on(design, actuator, seed + k)
+            held = held_against(design, actuator)
+            print(f"{design.actuator.name}, {name}: {held}, {found}", flush=True)
+            told += not (found["adequate"] and abs(found["modulus_scale"] - 1.0) <= MODULUS)
+            off += max(held.bend, held.force) > WITHIN
+        yield at_least(f"negative control, {name}: told by the lab", told, "", COUNT)
+        yield at_least("the same: off the wish by more than 2 %", off, "", COUNT)
+
+
+def _thicker(actuator: Actuator) -> Actuator:
+    return replace(actuator, wall=lambda x: THICKER * actuator.wall(x))
+
+
+def _exchanged(actuator: Actuator) -> Actuator:
+    def mirrored(profile: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        return lambda x: profile(actuator.length - np.asarray(x))
+
+    walls = {key: mirrored(getattr(actuator, key)) for key in ("wall", "side_wall")}
+    return replace(actuator, **walls)
+
+
+CHANGES: dict[str, Callable[[Actuator], Actuator]] = {
+    "a wall 15 % too thick": _thicker,
+    "a rubber 12 % stiffer": lambda actuator: actuator.with_modulus(STIFFER),
+    "walls of base and tip exchanged": _exchanged,
+}

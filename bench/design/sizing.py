@@ -1,0 +1,133 @@
+"""Inverse design: shipped actuators from their own profiles, arcs of the palm, refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from bench.design.requests import requests
+from bench.row import at_least, at_most, stated
+from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
+from softhand_model.hand.actuator import Actuator, load_actuator
+from softhand_model.hand.profile import ConstantProfile, TableProfile
+from softhand_model.hand.profile_sizing import (
+    ProfileDesign,
+    ProfileWish,
+    design_by_profiles,
+    stations,
+)
+from softhand_model.hand.rubber import Rubber
+from softhand_model.hand.sizing import WishError
+
+TAKES = "seconds"
+SHIPPED = ("P5", "P10.finger", "P10.thumb", "P10.PalmInner", "P10.PalmOuter")
+COUNTS = 1e-3  # of the largest stiffness; the tip of P10 has none
+TOO_MUCH = 10.0  # times a feasible ratio
+WITHIN = 1e-3  # of a bound, on its good and its bad side
+
+
+def run(count: int = 20, seed: int = 0) -> list[dict[str, Any]]:
+    """Rows of the group."""
+    rubber = chosen_rubber(USUAL_RUBBER, None, None, None)
+    return [*_round_trips(rubber), *_arcs(rubber), *_p5(rubber), *_refusals(count, seed)]
+
+
+def _again(shipped: Actuator, rubber: Rubber, pressure: float | None = None) -> ProfileDesign:
+    """An actuator designed anew from its own profiles."""
+    ratio, stiffness = shipped.actuation_ratio, shipped.stiffness
+    return design_by_profiles(
+        ProfileWish(ratio, stiffness, shipped.length, rubber, pressure=pressure)
+    )
+
+
+def _round_trips(rubber: Rubber) -> Iterator[dict[str, Any]]:
+    wall, around, profiles = 0.0, 0.0, 0.0
+    for name in SHIPPED:
+        shipped = load_actuator(name)
+        found = _again(shipped, rubber).actuator
+        x = np.linspace(0.0, shipped.length, 500)
+        counts = shipped.stiffness(x) >= COUNTS * shipped.stiffness(0.0)
+        wall = max(wall, _off(found.wall(x), shipped.wall(x)))
+        largest = [actuator.circumference(x).max() for actuator in (found, shipped)]
+        around = max(around, _off(*largest))
+        for key in ("height", "width", "actuation_ratio"):
+            profiles = max(profiles, _off(getattr(found, key)(x), getattr(shipped, key)(x)))
+        bent = _off(found.stiffness(x)[counts], shipped.stiffness(x)[counts])
+        profiles = max(profiles, bent)
+    yield at_most("round trip of five actuators: wall", wall, "%", 0.5)
+    yield at_most("the same: largest circumference", around, "%", 0.5)
+    yield at_most("the same: height, width, ratio, stiffness", profiles, "%", 1.0)
+
+
+def _off(found: Any, wanted: Any) -> float:
+    """Largest deviation [%]."""
+    return 100.0 * float(np.abs(np.asarray(found) / np.asarray(wanted) - 1.0).max())
+
+
+def _arcs(rubber: Rubber) -> Iterator[dict[str, Any]]:
+    """Arcs of the palm with curvatures as the inverse of their radii (7.3)."""
+    arcs = [load_actuator(name) for name in SHIPPED[3:]]
+    inner = arcs[0]
+    printed, solved = [], []
+    for arc in arcs:
+        radii = float(inner.arc_radius or 1.0) / float(arc.arc_radius or 1.0)
+        ratio = radii / (8.0 * inner.shear_modulus * float(inner.wall(0.0)))
+        wish = ProfileWish(
+            ConstantProfile(ratio), arc.stiffness, arc.length, rubber, arc_radius=arc.arc_radius
+        )
+        found = design_by_profiles(wish)
+        printed.append(found.printed[0, 0])
+        solved.append(float(found.actuator.wall(0.0)))
+    stated_walls = float(arcs[1].wall(0.0) / inner.wall(0.0))
+    off = _off(printed[1] / printed[0], stated_walls)
+    yield at_most("arcs with kappa ~ 1/r: walls by rule 1 as printed", off, "%", 1.0)
+    yield stated("the same with side walls: outer wall over inner", solved[1] / solved[0], "")
+    yield stated("outer wall over inner as stated (5.76/3.46)", stated_walls, "")
+
+
+def _p5(rubber: Rubber) -> Iterator[dict[str, Any]]:
+    design = _again(load_actuator("P5"), rubber, pressure=210e3)
+    told = [broken for broken in design.broken if broken.rule == "of the model"]
+    yield at_least("P5 at 210 kPa: warned of its stretch", len(told), "", 1)
+    yield stated("its stretch", told[0].value if told else 1.0, "")
+
+
+def _refusals(count: int, seed: int) -> Iterator[dict[str, Any]]:
+    """Infeasible requests of one ratio, and that the bound named would do and less would not."""
+    would_do, refused = 0, 0
+    for wish in islice(requests(seed), count):
+        middle = float(wish.ratio(wish.length / 2.0))
+        for factor in (TOO_MUCH, 1.0 / TOO_MUCH):
+            beyond = _even(wish, factor * middle)
+            try:
+                design_by_profiles(beyond)
+            except WishError as reason:
+                refused += 1
+                would_do += _is_bound(beyond, reason)
+    yield at_least("infeasible requests that are refused", refused, "", 2 * count)
+    yield at_least("of these, whose bound would do, and no less", would_do, "", refused)
+
+
+def _even(wish: ProfileWish, ratio: float) -> ProfileWish:
+    x = stations(wish.length)[[0, -1]]
+    return replace(wish, ratio=TableProfile(tuple(x), (ratio, ratio)))
+
+
+def _is_bound(wish: ProfileWish, reason: WishError) -> bool:
+    """Whether the bound on the ratio does, and a little less of it does not."""
+    sign = 1.0 if reason.bound > reason.got else -1.0
+    return _does(_even(wish, reason.bound * (1.0 + sign * WITHIN))) and not _does(
+        _even(wish, reason.bound * (1.0 - sign * WITHIN))
+    )
+
+
+def _does(wish: ProfileWish) -> bool:
+    try:
+        design_by_profiles(wish)
+    except WishError:
+        return False
+    return True

@@ -1,0 +1,1 @@
+"""Hand and motion searched together: their numbers, what a grasp is worth, equal budgets."""

@@ -1,0 +1,410 @@
+"""An actuator from what it should do along its length: actuation ratio and stiffness as profiles.
+
+Sections 3.2.1 and 3.4.4: the wall sets the actuation ratio, and then the circumference sets the
+stiffness, at every place of its own. At each station rules 1 and 2 (3.6.1) are solved together with
+the side walls (3.35). Modulus, wall and side walls cancel in their product: stiffness times
+actuation ratio is (c/4)**3/2, so that c is known before the wall.
+
+Ours is how a section becomes one that can be cast. Where c falls to nothing, as at the tip of P10,
+height and width follow (c/4)**3 over its largest value down to `CAST_SHARE` of it, by the roots of
+P10 (7.3) or by a wanted aspect; the chamber keeps a wall's height; the wall grows no steeper than
+`STEEPEST`, by which a jump of the actuation ratio is smoothed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from softhand_model.hand import design_rules as rules
+from softhand_model.hand import plausible, section
+from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.design_rules import BrokenRule
+from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile
+from softhand_model.hand.rubber import Rubber
+from softhand_model.hand.sizing import (
+    LEAST_TIP_HEIGHT,
+    MOST_TAPER,
+    SIDE_WALL_SHARE,
+    TAPER_ROOT,
+    TUBE_VOLUME,
+    WishError,
+    pressure_limit,
+    rounded,
+)
+from softhand_model.numerics.arrays import Array
+
+STATIONS = 257  # of which those are kept that straight lines between the others miss
+KEPT = 1e-4  # of the largest value, by which they may be missed
+CAST_SHARE = 1.0 - MOST_TAPER  # of (c/4)**3, below which height and width stay
+LEAST_WALL = 1e-3  # [m] that can be cast; the helix's groove takes 0.4 mm of it
+STEEPEST = 0.25  # slope of the wall
+BISECTIONS = 60
+COUNTS = 0.01  # of the largest stiffness, from which on it is held to rule 2
+FACTORS = np.geomspace(1.0, 1e4, 25)[1:]  # on a ratio, among which one that can be had is sought
+
+
+@dataclass(frozen=True)
+class ProfileWish:
+    """What an actuator should do along its length [m].
+
+    ratio: actuation ratio [1/(m Pa)]; stiffness: in bending [N m2]; aspect: width over height [-],
+    None for the tapers of P10; side_share: side wall over wall [-], the side wall is a third of the
+    width at most; curvature [1/m] and pressure [Pa]: the largest in use, if they are known;
+    arc_radius [m]: that of the line along which the length is measured, if it is an arc.
+
+    Raises WishError for numbers that are not above 0.
+    """
+
+    ratio: Profile
+    stiffness: Profile
+    length: float
+    rubber: Rubber
+    aspect: Profile | None = None
+    side_share: float = 1.0
+    curvature: float | None = None
+    pressure: float | None = None
+    arc_radius: float | None = None
+
+    def __post_init__(self) -> None:
+        for key in ("length", "side_share", "curvature", "pressure", "arc_radius"):
+            value = getattr(self, key)
+            if value is not None and not 0.0 < value < np.inf:
+                raise WishError(key, "a number above {}", 0.0, value)
+        x = stations(self.length)
+        least = {"ratio_profile": self.ratio(x).min(), "stiffness_profile": self.stiffness(x).max()}
+        if self.aspect is not None:
+            least["aspect"] = self.aspect(x).min()
+        for key, value in least.items():
+            if not 0.0 < value < np.inf:
+                raise WishError(key, "numbers above {}", 0.0, float(value))
+        if self.stiffness(x).min() < 0.0:
+            expected = "numbers of {} or more"
+            raise WishError("stiffness_profile", expected, 0.0, float(self.stiffness(x).min()))
+
+    @property
+    def modulus(self) -> float:
+        """Shear modulus [Pa]."""
+        return self.rubber.shear_modulus
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Sections at stations x [m]: height, width, wall, side_wall and circumference [m]."""
+
+    x: Array
+    height: Array
+    width: Array
+    wall: Array
+    side_wall: Array
+    circumference: Array
+
+
+@dataclass(frozen=True)
+class ProfileDesign:
+    """An actuator for a wish, and what it breaks; printed: wall and circumference (2, stations) [m]
+    by rules 1 and 2 as they are printed, without side walls, at the stations x [m].
+    """
+
+    wish: ProfileWish
+    actuator: Actuator
+    broken: tuple[BrokenRule, ...]
+    x: Array
+    printed: Array
+
+
+def stations(length: float) -> Array:
+    """Stations [m], closer to each other towards base and tip."""
+    return length * (1.0 - np.cos(np.linspace(0.0, np.pi, STATIONS))) / 2.0
+
+
+def design_by_profiles(wish: ProfileWish, name: str = "finger") -> ProfileDesign:
+    """Size an actuator by rules 1 and 2 at every station, and list what it breaks: rules 1 to 4
+    where they are broken most, rule 5, and the stretch in use.
+
+    Raises WishError with the bound that would do: the wall would fill the section or be too thin to
+    be cast, the actuator would be as high as long, its pressure too low for its curvature, or the
+    rubber stretched beyond half of what it bears.
+
+    >>> dragon_skin = Rubber("Dragon Skin 10", "", "", 11.0, 67e3, 1070.0)
+    >>> ratio = TableProfile((0.0, 0.09), (0.8e-3, 1.2e-3))
+    >>> wish = ProfileWish(ratio, ConstantProfile(3e-3), 0.09, dragon_skin)
+    >>> found = design_by_profiles(wish).actuator
+    >>> [round(1e3 * float(found.wall(x)), 2) for x in (0.0, 0.045, 0.09)]
+    [2.82, 2.16, 1.75]
+    """
+    _refuse_walls(wish)
+    cast = _sections(wish)
+    if cast.height.max() >= wish.length:
+        expected = "above {}, the height that gives the stiffness"
+        raise WishError("length", expected, float(cast.height.max()), wish.length)
+    actuator = _actuator(wish, cast, name)
+    pressure = _pressure(wish, actuator)
+    broken = (*_broken_rules(wish, actuator), *_broken_limits(wish, actuator, pressure))
+    actuator = replace(actuator, max_pressure=pressure or pressure_limit(actuator, wish.rubber))
+    return ProfileDesign(wish, actuator, broken, cast.x, _printed(wish, cast.x))
+
+
+# ---------------------------------------------------------------------- sections
+def _sections(wish: ProfileWish) -> Sections:
+    """Sections that can be cast."""
+    x = stations(wish.length)
+    ratio, stiffness = wish.ratio(x), wish.stiffness(x)
+    height, width = _outer(wish, x)
+    wall = _steady(x, _wall(wish, ratio, height, width))
+    side_wall = _side_wall(wish, wall, width)
+    share = 2.0 / section.side_wall_ratio(height, width, wall, side_wall)
+    edge = np.cbrt(stiffness / (2.0 * share * wish.modulus * wall))
+    around = np.maximum(4.0 * edge, plausible.CIRCUMFERENCE.low)
+    return Sections(x, height, width, wall, side_wall, around)
+
+
+def _outer(wish: ProfileWish, x: Array) -> tuple[Array, Array]:
+    """Height and width [m], of which the chamber keeps the height of a wall."""
+    ratio = wish.ratio(x)
+    height, width = _of_stiffness(wish, x)
+    least = LEAST_TIP_HEIGHT * _wall(wish, ratio, height, width)
+    tall = np.maximum(height, np.minimum(least, height.max()))
+    return tall, width if wish.aspect is None else tall * wish.aspect(x)
+
+
+def _of_stiffness(wish: ProfileWish, x: Array) -> tuple[Array, Array]:
+    """Height and width [m] that follow the cube of c/4."""
+    cube = 2.0 * wish.stiffness(x) * wish.ratio(x)
+    share, largest = cube / cube.max(), int(np.argmax(cube))
+    edge = float(np.cbrt(cube.max()))
+    least = float(share.min())
+    if least < 1.0:  # from `least` up to 1 it is laid out from the castable share up to 1
+        share = 1.0 - (1.0 - max(least, CAST_SHARE)) / (1.0 - least) * (1.0 - share)
+    if wish.aspect is None:
+        height, width = (edge * share ** (1.0 / TAPER_ROOT[key]) for key in ("height", "width"))
+        return height, width
+    aspect = wish.aspect(x)
+    height = 2.0 * edge / (1.0 + aspect[largest]) * share ** (1.0 / TAPER_ROOT["height"])
+    return height, aspect * height
+
+
+def _wall(wish: ProfileWish, ratio: Array, height: Array, width: Array) -> Array:
+    """Wall [m] by rule 1 with side walls, where it fills the section the height: the root of
+    d*2/ratio(d) = 1/(4*G*dkappa/dp), whose left side grows with d.
+    """
+    wanted = 1.0 / (4.0 * wish.modulus * ratio)
+    low, high = np.zeros_like(height), height.copy()
+    for _ in range(BISECTIONS):
+        wall = (low + high) / 2.0
+        factor = section.side_wall_ratio(height, width, wall, _side_wall(wish, wall, width))
+        thick = 2.0 * wall / factor > wanted
+        low, high = np.where(thick, low, wall), np.where(thick, wall, high)
+    return high
+
+
+def _side_wall(wish: ProfileWish, wall: Array, width: Array) -> Array:
+    return np.minimum(wish.side_share * wall, SIDE_WALL_SHARE * width)
+
+
+def _steady(x: Array, wall: Array) -> Array:
+    """The least wall [m] that is nowhere thinner and nowhere steeper than `STEEPEST`."""
+    below = wall - STEEPEST * np.abs(x[:, None] - x)
+    return np.asarray(below.max(axis=1))
+
+
+def _refuse_walls(wish: ProfileWish) -> None:
+    """Refuse actuation ratios at which the wall fills the section, or is too thin to be cast."""
+    x = stations(wish.length)
+
+    def spare(factor: float) -> Array:
+        """Height over that of a wall which fills it, less 1, at so many times the ratio."""
+        other = _scaled(wish, factor)
+        return 4.0 * wish.modulus * other.ratio(x) * _of_stiffness(other, x)[0] - 1.0
+
+    def thick(factor: float) -> Array:
+        """Wall over the thinnest one, less 1, at so many times the ratio."""
+        other = _scaled(wish, factor)
+        return _wall(other, other.ratio(x), *_outer(other, x)) / LEAST_WALL - 1.0
+
+    filled = "above {}, at which the wall fills the section (a stiffer actuator is higher, a "
+    _refuse_ratio(wish, spare, FACTORS, filled + "stiffer rubber takes less wall)")
+    thin = f"at most {{}}, at which the wall is {1e3 * LEAST_WALL:g} mm thin"
+    if _refuse_ratio(wish, thick, 1.0 / FACTORS, thin):
+        height, width = _outer(wish, x)
+        ratio = section.side_wall_ratio(height, width, LEAST_WALL, wish.side_share * LEAST_WALL)
+        most = float((ratio / (8.0 * LEAST_WALL * wish.ratio(x))).min())
+        expected = f"at most {{}} for walls of {1e3 * LEAST_WALL:g} mm"
+        raise WishError("modulus", expected, most, wish.modulus)
+
+
+def _refuse_ratio(
+    wish: ProfileWish, room: Callable[[float], Array], factors: Array, expected: str
+) -> bool:
+    """Raise WishError where room(1) is below 0, with the ratio of the nearest factor at which it is
+    not; whether it is below 0 at all of them.
+    """
+    at = room(1.0)
+    if at.min() >= 0.0:
+        return False
+    last = 1.0
+    for factor in factors:
+        if room(factor).min() >= 0.0:
+            worst = int(np.argmin(at))
+            got = float(wish.ratio(stations(wish.length))[worst])
+            bound = got * float(brentq(lambda f: room(f).min(), last, factor, xtol=1e-12))
+            place = float(stations(wish.length)[worst])
+            raise WishError("ratio_profile", expected, bound, got, place)
+        last = factor
+    return True
+
+
+def _scaled(wish: ProfileWish, factor: float) -> ProfileWish:
+    """The wish with another factor on its actuation ratio."""
+    x = stations(wish.length)
+    return replace(wish, ratio=TableProfile(tuple(x), tuple(factor * wish.ratio(x))))
+
+
+# ---------------------------------------------------------------------- the actuator
+def _actuator(wish: ProfileWish, cast: Sections, name: str) -> Actuator:
+    x = cast.x
+    found = Actuator(
+        name,
+        wish.length,
+        height=_profile(x, cast.height),
+        width=_profile(x, cast.width),
+        circumference=_profile(x, cast.circumference),
+        wall=_profile(x, cast.wall),
+        side_wall=_profile(x, cast.side_wall),
+        shear_modulus=wish.modulus,
+        mass=0.0,
+        max_pressure=0.0,
+        supply_volume=TUBE_VOLUME,
+        arc_radius=wish.arc_radius,
+        arc_angle=None if wish.arc_radius is None else wish.length / wish.arc_radius,
+    )
+    return replace(found, mass=rounded(wish.rubber.density * found.rubber_volume()))
+
+
+def _profile(x: Array, size: Array) -> Profile:
+    """A size [m] as a number or straight lines, missed by `KEPT` of its largest value at most."""
+    if np.ptp(size) <= KEPT * size.max():
+        return ConstantProfile(rounded(float(size.mean())))
+    corners = sorted(_corners(x, size, 0, len(x) - 1, KEPT * float(size.max())))
+    return TableProfile(
+        tuple(rounded(float(x[i])) for i in corners),
+        tuple(rounded(float(size[i])) for i in corners),
+    )
+
+
+def _corners(x: Array, size: Array, first: int, last: int, within: float) -> Iterable[int]:
+    """Points, first and last among them, between which straight lines miss none (Douglas and
+    Peucker's way).
+    """
+    line = np.interp(x[first : last + 1], x[[first, last]], size[[first, last]])
+    off = np.abs(size[first : last + 1] - line)
+    if off.max() <= within:
+        return {first, last}
+    middle = first + int(np.argmax(off))
+    return {*_corners(x, size, first, middle, within), *_corners(x, size, middle, last, within)}
+
+
+# ---------------------------------------------------------------------- rules and limits
+def _printed(wish: ProfileWish, x: Array) -> Array:
+    """Wall and circumference (2, stations) [m] by rules 1 and 2 as printed."""
+    wall = 1.0 / (8.0 * wish.modulus * wish.ratio(x))
+    return np.stack([wall, 4.0 * np.cbrt(wish.stiffness(x) / (2.0 * wish.modulus * wall))])
+
+
+def _broken_rules(wish: ProfileWish, actuator: Actuator) -> Iterable[BrokenRule]:
+    """Rules 1 to 4 at the station where each is broken most, and rule 5."""
+    x = stations(wish.length)
+    height, width, wall, _ = actuator.sides(x)
+    wanted = wish.stiffness(x)
+    counts = wanted >= COUNTS * wanted.max()  # a tip that falls to none is left out
+    ratios, stiffnesses = actuator.actuation_ratio(x), actuator.stiffness(x)
+    checks = (
+        _worst(rules.check_actuation_ratio, x, ratios, wish.ratio(x), _apart),
+        _worst(rules.check_stiffness, x[counts], stiffnesses[counts], wanted[counts], _apart),
+        _worst(rules.check_shape, x, height, width, _apart),
+        _worst(rules.check_wall, x, height, wall, lambda height, wall: wall / height),
+        rules.check_rubber(wish.rubber),
+    )
+    return [check for check in checks if check is not None]
+
+
+def _worst(
+    check: Callable[[float, float], BrokenRule | None],
+    x: Array,
+    first: Array,
+    second: Array,
+    far: Callable[[Array, Array], Array],
+) -> BrokenRule | None:
+    """What a check of two sizes says where they are furthest from what they should be."""
+    i = int(np.argmax(far(first, second)))
+    broken = check(float(first[i]), float(second[i]))
+    return None if broken is None else replace(broken, place=float(x[i]))
+
+
+def _apart(first: Array, second: Array) -> Array:
+    return np.asarray(np.abs(np.log(first / second)))
+
+
+def _pressure(wish: ProfileWish, actuator: Actuator) -> float | None:
+    """The largest pressure [Pa] in use, as far as the wish says so: that of its curvature, at the
+    station that bends most, or else the one it names.
+    """
+    if wish.curvature is None:
+        return wish.pressure
+    x = stations(wish.length)
+    load = 2.0 * actuator.height(x) * actuator.actuation_ratio(x)  # over the pressure
+    stress = section.elastic_term(1.0 + wish.curvature * actuator.height(x))
+    needed = float((stress / load).min())
+    if wish.pressure is not None and wish.pressure < needed:
+        raise WishError("pressure", "at least {} for this curvature", needed, wish.pressure)
+    return needed
+
+
+def _broken_limits(
+    wish: ProfileWish, actuator: Actuator, pressure: float | None
+) -> Iterable[BrokenRule]:
+    """Limits of the stretch at the largest pressure [Pa] in use; those that hold what may be used
+    at most raise WishError.
+    """
+    if pressure is None:
+        return []
+    x = stations(wish.length)
+    height, ratio = actuator.height(x), actuator.actuation_ratio(x)
+    stretch = section.free_stretch(2.0 * pressure * height * ratio)
+    worst = int(np.argmax(stretch))
+    cautious, most = rules.useful_stretch(wish.rubber.max_stretch)
+    if stretch[worst] > most:
+        limit = float((section.elastic_term(max(most, 1.0)) / (2.0 * height * ratio)).min())
+        _refuse_stretch(wish, actuator, pressure, limit)
+    place, value = float(x[worst]), float(stretch[worst])
+    checks = (rules.check_use(value, cautious), rules.check_model(value))
+    return [replace(check, place=place) for check in checks if check is not None]
+
+
+def _refuse_stretch(wish: ProfileWish, actuator: Actuator, pressure: float, limit: float) -> None:
+    """Raise WishError with the curvature or pressure at the pressure limit [Pa]."""
+    expected = "at most {}, which stretches the rubber to half of what it bears"
+    if wish.curvature is None:
+        raise WishError("pressure", expected, limit, pressure)
+    most = float(actuator.free_curvature(limit, stations(wish.length)).max())
+    raise WishError("curvature", expected, most, wish.curvature)
+
+
+def rank_rubbers(
+    wish: ProfileWish, rubbers: Iterable[Rubber]
+) -> list[tuple[Rubber, ProfileDesign | WishError]]:
+    """Designs of a wish in each rubber, or why there is none: those first that exist, by falling
+    suitability (rule 5).
+    """
+    found = [(rubber, _tried(replace(wish, rubber=rubber))) for rubber in rubbers]
+    return sorted(found, key=lambda one: (isinstance(one[1], WishError), -one[0].suitability))
+
+
+def _tried(wish: ProfileWish) -> ProfileDesign | WishError:
+    try:
+        return design_by_profiles(wish)
+    except WishError as reason:
+        return reason
