@@ -5,4 +5,4 @@ import sys
 from bench.groups import main
 
 if __name__ == "__main__":
-    sys.exit(main("dexterity", "Dexterity of RBO Hand 2: the Kapandji test.", {}))
+    sys.exit(main("dexterity", "RBO Hand 2: the Kapandji test, the Feix taxonomy.", {}))

@@ -39,7 +39,7 @@ def criteria(name: str, module: ModuleType) -> Iterator[tuple[str, bool]]:
     for found in module.report(results, parameters).findings:
         if found.met is not None:
             yield f"{found.what}: {found.ours}", found.met
-    for kind in ("objects", "checks"):
+    for kind in ("objects", "checks", "types", "cases"):
         for usual in getattr(type(parameters)(), kind, ()):
             if usual not in getattr(parameters, kind):
                 yield f"{kind}: {usual} was not run", False

@@ -12,7 +12,8 @@ from scipy.fft import idct
 from toy_forward import toy_set
 
 from model_lab.diagnosis.search import Scored, Signature, Unseen
-from model_lab.fitting.fit import Fit
+from model_lab.experiments.forward import FreeParameter
+from model_lab.fitting.fit import Fit, Scales
 from model_lab.fitting.noise_floor import REPEATS, STATED, NoiseFloor, make_spectrum
 from model_lab.fitting.problem import FitProblem, HeldOut
 from softhand_model.effects import effect_classes
@@ -47,7 +48,8 @@ def beyond(excess, floor=1.0):
 @dataclass(frozen=True)
 class Said:
     """What is stated of a model: its error in shape and gain, that of the fit if it is another,
-    its deviance, and whether its effects are known and off their limits.
+    its deviance, whether its effects are known and off their limits, and the standard error of
+    their parameters, which are 1 between bounds at 0 and 10.
     """
 
     shape: float
@@ -57,13 +59,20 @@ class Said:
     known: bool = True
     at_limit: bool = False
     more_parameters: int = 0
+    std: float = 0.0
 
 
 def made_up_model(problem, effects, said, before=None, signature=None):
     """The fitted model of which this is said; improvement is against the one before."""
     owners = [None] * CALIBRATION + list(effects) + [None] * said.more_parameters
     limits = [bool(said.at_limit and owner == effects[-1]) for owner in owners]
-    likelihood = SimpleNamespace(parameters=[SimpleNamespace(effect=owner) for owner in owners])
+    parameters = [
+        FreeParameter(owner or "calibration", "", 0.0, 10.0, 1.0, (0.0, 1.0), False, owner)
+        for owner in owners
+    ]
+    likelihood = SimpleNamespace(
+        parameters=parameters, scales=Scales.of(parameters), spectrum=problem.spectrum
+    )
     held_out = residual(problem, said.shape, said.gain)
     fitted = held_out if said.fitted is None else residual(problem, said.fitted, said.gain)
     unused = np.zeros(0)
@@ -75,7 +84,7 @@ def made_up_model(problem, effects, said, before=None, signature=None):
         unused,
         np.ones(problem.spectrum.band_count),
         unused,
-        unused,
+        said.std**2 * np.eye(len(owners)),
         np.array(limits),
     )
     improvement = 0.0 if before is None else before.fit.deviance - said.deviance

@@ -22,6 +22,8 @@ from pneuflex_sim.hand.wrist import Wrist, WristParameters
 from pneuflex_sim.scene.contacts import OBJECT, Contact, ContactNames
 from pneuflex_sim.scene.friction import BodyFriction, FrictionTable, load_friction
 from pneuflex_sim.scene.object_body import ObjectBody
+from pneuflex_sim.scene.object_spring import MASS as HOLDING_MASS
+from pneuflex_sim.scene.object_spring import ObjectSpring
 from pneuflex_sim.scene.objects import ObjectDescription, load_object
 from pneuflex_sim.scene.scenes import SceneDescription, build_scene, load_scene
 from pneuflex_sim.world import BulletState, SolverSettings, World
@@ -34,7 +36,7 @@ from softhand_model.pneumatics.plant import PneumaticPlant
 Array = NDArray[np.float64]
 
 LARGEST_STEP = 0.05  # [s]; contacts are missed there, see docs/understand/simulator.md
-STATE = ("steps", "wrist", "pressures_abs", "_volumes", "_imposed", "tip_sensors")
+STATE = ("steps", "wrist", "pressures_abs", "_volumes", "_imposed", "tip_sensors", "_spring")
 
 
 @dataclass(frozen=True)
@@ -210,8 +212,10 @@ class Simulation:
         self._put_object()
 
     def _put_object(self) -> None:
+        self._spring: ObjectSpring | None = None
         if self._body is None:
             return
+        self._body.resist(0.0, 0.0)
         place = np.array([0.0, 0.0, self._body.description.rest_height])
         place[: len(self.config.object_offset)] += self.config.object_offset
         self._body.put(place, self._body.description.rpy, self.config.object_yaw)
@@ -262,6 +266,32 @@ class Simulation:
             )
         self._imposed = masses
 
+    def hold_object(self, position: Array, orientation: Array) -> None:
+        """Put the object at rest at a pose in the wrist frame, position (3,) [m] and quaternion
+        (4,), and hold it there by a spring in six directions; raises ValueError for a pose that is
+        none, and in a scene without object.
+        """
+        body = self._object()
+        if body.sheet is not None:
+            raise ValueError("held object: expected a rigid one, got a sheet")
+        self._spring = ObjectSpring(tuple(map(float, position)), tuple(map(float, orientation)))
+        body.put_at(*self._spring.pose(*self.wrist_pose()))
+
+    def release_object(self, duration: float = 0.0) -> None:
+        """Let the spring that holds the object fade within a duration [s], linearly."""
+        if self._spring is not None:
+            self._spring = self._spring.fading(self.time, duration)
+
+    def push_object(self, force: Array) -> None:
+        """Add a force (3,) [N] at the object's centre of mass, in world axes, for the next step."""
+        self._object().push(np.asarray(force, float), np.zeros(3))
+
+    def _pull_object(self, body: ObjectBody, spring: ObjectSpring) -> None:
+        weight = STANDARD_GRAVITY * (body.mass + self._weight_scale * HOLDING_MASS)
+        spring.pull(body, self.wrist_pose(), self.time, self.step_size, weight)
+        if spring.strength(self.time) == 0.0:
+            self._spring = None
+
     # ---------------------------------------------------------------- stepping
     def step(self, valves: Array | None = None) -> None:
         """One physics step; `valves` (channels,) is +1 inflate, -1 deflate, 0 closed; None keeps
@@ -278,6 +308,8 @@ class Simulation:
         self.bodies.drive(self.ambient, self.pressures_abs, self._volumes, self.wrist)
         if self._body is not None and self._object_weight:
             self._body.pull_down(self._object_weight)
+        if self._body is not None and self._spring is not None:
+            self._pull_object(self._body, self._spring)
         pybullet.stepSimulation(physicsClientId=self.world.client)
         self.steps += 1
         self.bodies.read()
@@ -372,6 +404,16 @@ class Simulation:
         """Names of what presses on the object: chains, palm plate, parts of the scene."""
         return frozenset() if self.object_id < 0 else self._names.touching(self.object_id)
 
+    def object_gaps(self, reach: float) -> dict[str, float]:
+        """Distance [m] of the object from each part of the hand within a reach [m], below zero
+        where they overlap.
+        """
+        found: dict[str, float] = {}
+        for base in [*self.bodies.ids, *self.bodies.palm_ids]:
+            for name, gap in self._names.gaps(base, self.object_id, reach):
+                found[name] = min(gap, found.get(name, np.inf))
+        return found
+
     def object_box(self) -> Array:
         """Corners (2, 3) [m] of the box along the world's axes around the object; raises ValueError
         in a scene without one.
@@ -411,6 +453,8 @@ class Simulation:
         self.plant.restore(saved["plant"])
         for name, value in copy.deepcopy(saved["own"]).items():
             setattr(self, name, value)
+        if self._body is not None:
+            self._body.resist(0.0, 0.0)  # a spring brings what it resists with in the next step
 
     def close(self) -> None:
         """Free the physics client."""

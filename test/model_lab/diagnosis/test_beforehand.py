@@ -74,6 +74,7 @@ def test_runs_that_do_not_start_at_rest_say_nothing():
     [
         ("viscoelasticity", {"relaxation_time": 0.024}, False),
         ("viscoelasticity", {"relaxation_time": 0.06}, True),
+        ("creep", {"onset_time": 0.024}, True),
         ("tube_lag", {"time_constant": 0.024}, True),
         ("hysteresis", {}, True),
     ],

@@ -155,6 +155,17 @@ def test_nothing_is_named_where_the_error_is_hardly_above_the_floor(choose, erro
     assert named(choose, {"": Said(error, 1000.0), "a": Said(1.0, 500.0)}) == answer
 
 
+@pytest.mark.parametrize(
+    ("shape", "gain", "answer"), [(1.2, 3.0, "a"), (1.4, 3.0, ""), (1.4, 2.0, "a")]
+)
+def test_what_lowers_neither_the_error_nor_that_of_its_shape_is_not_missing(
+    choose, shape, gain, answer
+):
+    """However sure it is: runs that scatter in gain hide the one, noise hides the other."""
+    models = {"": Said(1.5, 1000.0, gain=3.0), "a": Said(shape, 500.0, gain=gain)}
+    assert named(choose, models, problem=made_up_problem(level=1.39)) == answer
+
+
 @pytest.mark.parametrize(("gained", "answer"), [(5.0, ""), (9.0, "a")])
 def test_an_effect_must_bring_more_than_noise_does(choose, gained, answer):
     # of one direction 6.6 in one set of a hundred
@@ -278,6 +289,22 @@ def test_pairs_whose_parameters_mean_nothing_are_not_named(choose):
     assert named(choose, models) == "a"
 
 
+def test_of_models_of_a_size_the_likeliest_stands_in_for_one_at_the_floor_that_is_not_likelier(
+    choose,
+):
+    """Than one effect less."""
+    models = pairs(0.18) | {"c": leaves(0.9, 900.0), "bc": leaves(0.0, 505.0)}
+    assert named(choose, models) == "ab"
+
+
+@pytest.mark.parametrize(("deviance", "answer"), [(450.0, "a"), (350.0, "bcd")])
+def test_more_effects_must_be_likelier_than_any_fewer(choose, deviance, answer):
+    """Though they are likelier by far than those from which they were tried."""
+    models = together("bcd", deviance=deviance)
+    chosen = named(choose, models | {"a": leaves(0.45, 400.0)}, problem=made_up_problem(dof=1e6))
+    assert chosen == answer
+
+
 # ---------------------------------------------------------------- three and four
 def together(names, left_by_all=0.0, deviance=100.0):
     """Models of effects that share the squared error evenly, and the likelihood too."""
@@ -372,6 +399,18 @@ def test_two_are_tied_that_another_form_of_their_equation_would_bring_near(choos
     assert choose(models | {"b": implausible})[0].ties == ((),)
 
 
+@pytest.mark.parametrize(
+    ("left", "left_by_b", "tied"),
+    [(0.2, 0.34, ("b",)), (0.2, 0.36, ()), (0.0, 0.34, ())],
+)
+def test_what_would_be_named_in_its_absence_is_tied_with_an_effect_of_another_form(
+    choose, left, left_by_b, tied
+):
+    """An effect that leaves more than repeats scatter is not quite the one that is hidden."""
+    models = {"": BASE, "a": leaves(left), "b": leaves(left_by_b, 700.0)}
+    assert choose(models, problem=made_up_problem(dof=1e6))[0].ties == (tied,)
+
+
 @pytest.mark.parametrize(("spread", "tied"), [(0.3, ("b",)), (0.0, ())])
 def test_an_effect_that_predicts_as_well_within_the_scatter_of_protocols_is_tied(
     choose, monkeypatch, spread, tied
@@ -389,6 +428,24 @@ def test_an_effect_that_predicts_as_well_within_the_scatter_of_protocols_is_tied
     models = {"": BASE, "a": leaves(0.1), "b": Said(behind, 590.0)}
     chosen, _ = choose(models)
     assert chosen.final.effects == ("a",) and chosen.ties == (tied,)
+
+
+@pytest.mark.parametrize(("error", "tied"), [(1.1, ("b",)), (1.3, ())])
+def test_what_leaves_a_larger_error_is_not_tied_however_well_it_predicts_what_weighs(
+    choose, monkeypatch, error, tied
+):
+    """In the gains of runs, which weigh nothing here, though protocols scatter."""
+    made = Landscape._one
+
+    def weighed(landscape, before, effect):
+        scored = made(landscape, before, effect)
+        variance = np.r_[1e6, np.ones(len(scored.fit.variance) - 1)]
+        return replace(scored, fit=replace(scored.fit, variance=variance))
+
+    monkeypatch.setattr(Landscape, "_one", weighed)
+    gain = np.sqrt(error**2 - 0.99**2)
+    models = {"": BASE, "a": Said(1.0, 500.0), "b": Said(0.99, 590.0, gain=gain)}
+    assert choose(models)[0].ties == (tied,)
 
 
 def test_ties_come_nearest_first(choose):

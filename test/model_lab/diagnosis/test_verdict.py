@@ -198,6 +198,15 @@ def test_effects_on_their_limits_explain_the_error_only_if_little_is_left(share,
     assert explained(leaves(share, at_limit=at_limit)) == answer
 
 
+@pytest.mark.parametrize(
+    ("share", "std", "answer"), [(0.3, 0.3, MISSING), (0.3, 0.6, UNEXPLAINED), (0.1, 0.6, MISSING)]
+)
+def test_the_same_holds_where_the_interval_of_a_parameter_reaches_a_bound(share, std, answer):
+    """The parameter is 1, at least 0; Student's factor of so few runs is 2.3."""
+    base, said = Said(beyond(8.0)), Said(beyond(share * 8.0), std=std)
+    assert verdict(said, [GENT], base, dof=EXACT) == answer
+
+
 @pytest.mark.parametrize(("error", "answer"), [(3.7, True), (3.8, False)])
 @pytest.mark.parametrize("excess", [20.0, 40.0])
 def test_nothing_is_explained_far_above_the_floor(error, answer, excess):

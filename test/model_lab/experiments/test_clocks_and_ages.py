@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from lab_sets import bending, measured, run
 
-from model_lab.experiments.forward import Forward, inapplicable
+from model_lab.experiments.forward import Forward, inapplicable, not_searched
 from model_lab.fitting.problem import in_the_range_of
 from model_lab.measurements.measurement_set import Specimen
 from softhand_model.effects import effect_classes
@@ -108,3 +108,11 @@ def test_what_goes_by_the_session_is_not_seen_in_one_run(name):
     one, two = (bending(*[PRESSURE] * runs, time=TIME) for runs in (1, 2))
     assert inapplicable(EFFECTS[name], one, "pneuflex").startswith("in a single run")
     assert inapplicable(EFFECTS[name], two, "pneuflex") is None
+
+
+def test_a_trend_from_run_to_run_is_not_sought_in_two():
+    """They may differ by as much as repeats do; on request it is fitted to them."""
+    two, three = (bending(*[PRESSURE] * runs, time=TIME) for runs in (2, 3))
+    assert "no trend" in not_searched(EFFECTS["ageing"], two, "pneuflex")
+    assert not_searched(EFFECTS["ageing"], three, "pneuflex") is None
+    assert inapplicable(EFFECTS["ageing"], two, "pneuflex") is None

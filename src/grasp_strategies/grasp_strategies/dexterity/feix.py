@@ -13,6 +13,7 @@ FORMAT = "softhand-grasp-types/1"
 POWERS = ("power", "intermediate", "precision")
 OPPOSITIONS = ("palm", "pad", "side")
 THUMBS = ("abducted", "adducted")
+PALM_TYPE, PAD_TYPE, SIDE_TYPE = OPPOSITIONS
 PALM, THUMB = "palm", "thumb"
 FINGERS = ("index", "middle", "ring", "little")
 PARTS = (PALM, THUMB, *FINGERS)
@@ -43,7 +44,7 @@ class GraspType:
     @property
     def excluded(self) -> frozenset[str]:
         """Fingers that belong to neither virtual finger; the thumb may help in palm grasps."""
-        free = {THUMB} if self.opposition == PALM else set()
+        free = {THUMB} if self.opposition == PALM_TYPE else set()
         return frozenset({THUMB, *FINGERS}) - self.required - free
 
 

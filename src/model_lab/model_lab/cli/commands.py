@@ -6,8 +6,7 @@ What a command computes with is imported when it runs, so that `--help` comes at
 from __future__ import annotations
 
 import argparse
-import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -47,6 +46,7 @@ def compare(arguments: argparse.Namespace) -> None:
 
 def diagnose(arguments: argparse.Namespace) -> None:
     """Diagnose, print the verdict, and write JSON and report."""
+    from model_lab.cli import lines
     from model_lab.diagnosis.diagnose import diagnose
     from model_lab.diagnosis.result import UNEXPLAINED
     from model_lab.learning.learn import learn as learn_curve
@@ -62,33 +62,24 @@ def diagnose(arguments: argparse.Namespace) -> None:
     with Progress("diagnosing") as progress:
         outcome = diagnose(data, model, classes, arguments.seed, arguments.jobs, progress)
     print(diagnosis_text(outcome.diagnosis), end="")
-    commands, learned = [_again(arguments)], None
-    if outcome.diagnosis.verdict == UNEXPLAINED:
-        again = shlex.join(["model-lab", "learn", str(arguments.data), "--model", arguments.model])
-        commands.append(f"{again} --out my_effect.py")
-        print(f"\nWhere it acts, and its curve: {commands[-1]}")
+    following = lines.after_diagnosis(arguments, outcome.diagnosis)
+    _print_next(following)
     options.save_json(arguments, outcome.diagnosis.as_json())
     if arguments.report is not None:
         from model_lab.report import write_report
 
-        if len(commands) > 1:
+        learned = None
+        if outcome.diagnosis.verdict == UNEXPLAINED:
             with Progress("learning") as progress:
                 learned = learn_curve(data, model, classes, progress)
         arguments.report.mkdir(parents=True, exist_ok=True)
+        commands = [lines.diagnosed_again(arguments), *following]
         write_report(outcome, arguments.report / REPORT, commands, learned)
 
 
-def _again(arguments: argparse.Namespace) -> str:
-    """The line that makes the report again."""
-    words = ["model-lab", "diagnose", str(arguments.data), "--model", arguments.model]
-    for path in arguments.effects:
-        words += ["--effects", str(path)]
-    if arguments.allow_effect_files:
-        words.append(options.ALLOW_EFFECT_FILES)
-    if arguments.free_modulus:
-        words.append("--free-modulus")
-    words += ["--seed", str(arguments.seed), "--report", str(arguments.report), "--force"]
-    return shlex.join(words)
+def _print_next(following: Sequence[str]) -> None:
+    if following:
+        print("\nNext:", *following, sep="\n  ")
 
 
 def add(arguments: argparse.Namespace) -> None:
@@ -115,6 +106,7 @@ def add(arguments: argparse.Namespace) -> None:
 
 def learn(arguments: argparse.Namespace) -> None:
     """Learn, print, and write the effect file, the JSON and the report."""
+    from model_lab.cli import lines
     from model_lab.learning import effect_file, words
     from model_lab.learning.learn import learn
     from model_lab.learning.result import learning_json
@@ -138,28 +130,13 @@ def learn(arguments: argparse.Namespace) -> None:
         text = effect_file.text_of(curve.shape, file.stem, values, spread, origin)
         write_new(file, text, arguments.force)
         print(f"\n{text_table(words.curve_rows(curve))}\n\nWritten: {file}.")
-    if files:
-        steps = words.next_steps(arguments.data, arguments.model, files)
-        print("Next:", *steps, sep="\n  ")
+    _print_next(lines.after_learning(arguments, files))
     options.save_json(arguments, learning_json(found))
     if arguments.report is not None:
         from model_lab.report import write_learned
 
         arguments.report.mkdir(parents=True, exist_ok=True)
-        command = shlex.join(["model-lab", *map(str, _learned_again(arguments))])
-        write_learned(found, arguments.report, command)
-
-
-def _learned_again(arguments: argparse.Namespace) -> list[object]:
-    """The words that make the effect file and the report again."""
-    words: list[object] = ["learn", arguments.data, "--model", arguments.model]
-    if arguments.free_modulus:
-        words.append("--free-modulus")
-    for path in arguments.effects:
-        words += ["--effects", path]
-    if arguments.allow_effect_files:
-        words.append(options.ALLOW_EFFECT_FILES)
-    return [*words, "--out", arguments.out, "--report", arguments.report, "--force"]
+        write_learned(found, arguments.report, lines.learned_again(arguments))
 
 
 def ladder(arguments: argparse.Namespace) -> None:

@@ -48,10 +48,11 @@ def seen_at_rest(data: MeasurementSet, fit: Fit) -> float:
 
 def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect]) -> bool:
     """Whether the samples are near enough to each other to tell the times of an effect that has
-    other parameters besides: far below their distance only a product of both is told.
+    other parameters besides: far below their distance only a product of both is told, unless its
+    memory goes on beyond the times.
     """
     times = [p.name for p in effect.parameters if p.unit == "s" and p.neutral is None]
-    if not times or len(effect.parameters) < 2 or not data.has_time:
+    if not times or effect.endless or len(effect.parameters) < 2 or not data.has_time:
         return True
     apart = [float(np.median(np.diff(run.columns["time"]))) for run in data.runs if run.samples > 1]
     values = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))

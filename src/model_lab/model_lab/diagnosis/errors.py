@@ -15,6 +15,8 @@ MATERIAL = 1.12  # held-out error over the floor beyond which something is worth
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
 SHAPE_MARGIN = 1.25  # held-out error but for gains over a floor that knows nothing of gains
 LIKELY = 0.02  # chance from which on errors are taken for the scatter of repeats
+SURE = 5e-3  # chance at which errors are taken to exceed the scatter of repeats
+OF_ANOTHER_FORM = 0.35  # share of the excess error that an effect of another form may leave
 
 
 def has_few_folds(problem: FitProblem) -> bool:
@@ -61,6 +63,12 @@ def share_left(problem: FitProblem, after: Scored, before: Scored) -> float:
 
 def _beyond(error: float, floor: float) -> float:
     return float(np.sqrt(max(error**2 - floor**2, 0.0)))
+
+
+def lowers(problem: FitProblem, after: Scored, before: Scored) -> bool:
+    """Whether a model's error, or that of its shape, falls by what is material at all."""
+    errors = error_of, shape_error
+    return any(error(problem, before) > MATERIAL * error(problem, after) for error in errors)
 
 
 def material(problem: FitProblem, scored: Scored) -> bool:

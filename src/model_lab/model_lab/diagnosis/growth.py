@@ -15,6 +15,7 @@ from model_lab.diagnosis.errors import (
     error_of,
     excess,
     is_noise,
+    lowers,
     material,
     share_left,
 )
@@ -70,7 +71,8 @@ def grow(
         if not larger:
             break
         sizes.append(larger)
-    return Growth(tuple(map(tuple, sizes)), _chosen(problem, base, sizes, threshold))
+    chosen = _chosen(problem, base, sizes, threshold)
+    return Growth(tuple(map(tuple, sizes)), chosen if lowers(problem, chosen, base) else base)
 
 
 def _is_open(problem: FitProblem, base: Scored, sizes: Sequence[Sequence[Scored]]) -> bool:
@@ -118,8 +120,10 @@ def _chosen(
 ) -> Scored:
     """The best model of the largest size that is worth its last effect; the base if none is."""
     for size in range(len(sizes) - 1, 0, -1):
-        best, before = _best(problem, sizes[size]), sizes[size - 1][0]
-        if not _is_better(problem, best, before, threshold):
+        before = min((models[0] for models in sizes[:size]), key=criterion)
+        hopeful = (_best(problem, sizes[size]), sizes[size][0])
+        best = next((s for s in hopeful if _is_better(problem, s, before, threshold)), None)
+        if best is None:
             continue
         kept = without_idle(problem, base, best)
         if size == 1 or (len(kept.effects) == len(best.effects) and _is_whole(problem, base, kept)):

@@ -13,7 +13,14 @@ from functools import partial
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
-from model_lab.diagnosis.errors import has_few_folds
+from model_lab.diagnosis.errors import (
+    OF_ANOTHER_FORM,
+    SURE,
+    beyond_repeats,
+    excess,
+    has_few_folds,
+    lowers,
+)
 from model_lab.diagnosis.growth import FITTED, Growth, Search, criterion, grow, proven
 from model_lab.diagnosis.result import Detectable
 from model_lab.diagnosis.search import (
@@ -101,17 +108,18 @@ def _ties(
             tried = search(problem, without, names, limit=FITTED)
             instead = [s for s in tried if isinstance(s, Scored)]
         others = sorted((s for s in instead if s.added != effect), key=criterion)
-        result.append(_as_near(problem, others, final, criterion(without) - criterion(final)))
+        result.append(_as_near(problem, others, final, without))
     return tuple(result)
 
 
 def _as_near(
-    problem: FitProblem, others: Sequence[Scored], final: Scored, gained: float
+    problem: FitProblem, others: Sequence[Scored], final: Scored, without: Scored
 ) -> tuple[str, ...]:
-    """Names of models, nearest first, that explain as much as the final one, which gains so much
-    deviance; and of few that would but for the form of an equation. What is unlikely besides
-    its error is none of them.
+    """Names of models, nearest first, that explain as much as the final one beyond the one without
+    its effect; and of few that would but for the form of an equation. What is unlikely besides its
+    error is none of them.
     """
+    gained = criterion(without) - criterion(final)
     likely = [s for s in others if s.unusual - final.unusual < TIE]
     behind = {s.added: criterion(s) - criterion(final) for s in likely}
     tied = {
@@ -119,18 +127,30 @@ def _as_near(
         for s in likely
         if behind[s.added] < max(TIE, TIE_SHARE * gained) or _as_good(problem, s, final)
     }
+    of_another_form = _leaves_more_than_noise(problem, final)
     for scored in likely:
-        if len(tied) < FEW and scored.plausible and behind[scored.added] < OTHER_FORM * gained:
+        near = behind[scored.added] < OTHER_FORM * gained
+        if of_another_form and not near:
+            near = excess(problem, scored) <= OF_ANOTHER_FORM * excess(problem, without)
+        if len(tied) < FEW and scored.plausible and near:
             tied.add(scored.added)
     return tuple(name for name in behind if name in tied)
+
+
+def _leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:
+    """Whether a model's fit is off by more than repeats scatter: then its equation is not the one
+    that is hidden, and what would be named in its absence may be as right.
+    """
+    return problem.floor.gain_known and beyond_repeats(problem, scored.fit.residual) < SURE
 
 
 def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:
     """Whether another plausible model predicts held-out data within a standard error as well.
 
-    Errors are weighed as the final model's fit weighs them, and differences are those of folds.
+    Errors are weighed as the final model's fit weighs them, and differences are those of folds; as
+    that looks at the likeliest parts of the error, the whole must not be larger either.
     """
-    if has_few_folds(problem) or not other.plausible:
+    if has_few_folds(problem) or not other.plausible or lowers(problem, final, other):
         return False
     spectrum = problem.spectrum
     residuals = np.stack([other.held_out.residual, final.held_out.residual])

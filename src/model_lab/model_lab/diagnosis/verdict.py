@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isclose
 
 import numpy as np
 
 from model_lab.diagnosis.black_boxes import BlackBox
 from model_lab.diagnosis.errors import (
     NEAR_FLOOR,
+    OF_ANOTHER_FORM,
     SHAPE_MARGIN,
+    SURE,
     beyond_repeats,
     error_of,
     excess,
@@ -18,7 +21,7 @@ from model_lab.diagnosis.errors import (
     material,
     shape_error,
 )
-from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, UNEXPLAINED
+from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, UNEXPLAINED, estimate
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import Selection
 from model_lab.fitting.problem import FitProblem
@@ -26,15 +29,13 @@ from model_lab.localisation.axes import axes_of
 from model_lab.localisation.localise import Localisation
 from model_lab.measurements.measurement_set import MeasurementSet
 
-LEFT_OVER = 0.35  # share of the excess error that an effect of another form may leave
-LEFT_OVER_OF_KIND = 0.4  # the same where the rest depends on memory, or not, as the effect does
+LEFT_OVER_OF_KIND = 0.4  # as OF_ANOTHER_FORM, where memory has the same part in rest and effect
 LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
 MERE_REST = 0.2  # the same whatever the calibration
 STILL_NEAR = 3.75  # held-out error over the floor beyond which nothing counts as explained
 BLACK_BOX_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
 BLACK_BOX_FAR = 0.65  # the same where the model is within the floor
 SESSION = ("time_in_run", "run_order")  # what no effect depends on by itself
-SURE = 5e-3  # chance at which errors are taken to exceed the scatter of repeats
 
 
 def verdict_of(problem: FitProblem, selection: Selection, black_boxes: Sequence[BlackBox]) -> str:
@@ -59,15 +60,28 @@ def _another_form(
     error = error_of(problem, final)
     if share <= MERE_REST and error <= STILL_NEAR * floor:
         return True
-    if error > STILL_NEAR * floor or bool(np.any(final.fit.at_limit)):
+    if error > STILL_NEAR * floor or _at_a_bound(final):
         return False
     if _of_the_session(problem, final, black_boxes):
         return False
     remembers = any(problem.classes[name].has_memory for name in final.effects)
     if not black_boxes or black_boxes[0].remembers != remembers:
-        return share <= LEFT_OVER
+        return share <= OF_ANOTHER_FORM
     mended = black_boxes[0].rmse <= NEAR_FLOOR * floor
     return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER_OF_KIND)
+
+
+def _at_a_bound(scored: Scored) -> bool:
+    """Whether a parameter lies on a bound, or the interval of an effect's reaches one: for all that
+    the data tell it would go on beyond.
+    """
+    if np.any(scored.fit.at_limit):
+        return True
+    for index, parameter in enumerate(scored.fit.likelihood.parameters):
+        low, high = estimate(scored, index).interval  # which ends at the bounds
+        if parameter.effect and (isclose(low, parameter.low) or isclose(high, parameter.high)):
+            return True
+    return False
 
 
 def _of_the_session(problem: FitProblem, final: Scored, black_boxes: Sequence[BlackBox]) -> bool:

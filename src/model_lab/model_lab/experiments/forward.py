@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -31,6 +32,7 @@ MODULUS_RANGE, USUAL_MODULUS = (0.85, 1.15), (0.9, 1.1)
 MODULUS_SPREAD = 0.15 / np.sqrt(3.0)  # of a scale that is uniform within 15 %
 FREE_MODULUS, USUAL_FREE = (0.02, 50.0), (0.5, 2.0)  # where the modulus is what is sought
 STRAIGHT, ONE_RATE = 0.05, 3.0  # departure of a ramp from a line over its span; factor of rates
+TREND = 3  # runs of a specimen that tell one
 WIDEST, USUAL = 4.0, 0.2  # of coefficients about their least-squares start, over their size
 
 
@@ -191,9 +193,16 @@ def not_searched(effect: type[Effect], data: MeasurementSet, base: str) -> str |
     if effect.refines and not data.stretched:
         return f"a finer form of {effect.refines[0]}: tests of the rubber alone tell them apart"
     reason = inapplicable(effect, data, base)
+    if reason is None and "run_order" in effect.axes and _most_runs(data) < TREND:
+        return "two runs of a specimen tell no trend from their scatter"
     if reason is None and effect.has_memory and _is_clock(data):
         return "the input rises evenly, at one rate: time and input are one"
     return reason
+
+
+def _most_runs(data: MeasurementSet) -> int:
+    """Runs of the specimen that has most."""
+    return max(Counter(run.specimen for run in data.runs).values())
 
 
 def _is_clock(data: MeasurementSet) -> bool:

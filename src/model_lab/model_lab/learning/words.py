@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 from model_lab.learning.effect_file import Shape
 from model_lab.learning.learn import Candidate, Learning
 from model_lab.measurements.units import display_of
@@ -71,16 +68,3 @@ def alternative_rows(learning: Learning) -> list[list[str]]:
         error = shown(one.scored.held_out.rmse)
         rows.append([shape.stage, shape.form, _axis_of(shape), error, note])
     return rows
-
-
-def next_steps(data: Path, model: str, files: Sequence[Path]) -> list[str]:
-    """The commands that add what was learned, one after the other."""
-    steps, allow = [], ""
-    for file in files:
-        new = file.with_suffix(".yaml")
-        steps.append(
-            f"model-lab add {file.stem} --effects {file} --data {data} --model {model}{allow} "
-            f"--out {new}"
-        )
-        model, allow = str(new), " --allow-effect-files"
-    return steps

@@ -27,7 +27,7 @@ from pneuflex_sim.scene.objects import ObjectDescription, load_object, load_obje
 from softhand_model.documents.output_file import PICTURES, check_new
 
 SIZE = (360, 300)  # of one picture [px]
-COLUMNS = 4
+COLUMNS = 6
 VIEW = Camera(target=(0.0, 0.0, 0.03), distance=0.42, yaw=60.0, pitch=-32.0, view_angle=33.0)
 FLOOR = (3.0, 3.0, 0.01)  # half extents [m]
 

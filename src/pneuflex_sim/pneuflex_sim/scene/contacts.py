@@ -68,6 +68,13 @@ class ContactNames:
         }
         return frozenset(self.name(*side)[0] for side in pressing) - {OBJECT}
 
+    def gaps(self, body: int, other: int, reach: float) -> list[tuple[str, float]]:
+        """Names of the parts of a body that are within a reach [m] of another one, each with its
+        distance [m], below zero where they overlap.
+        """
+        points = pybullet.getClosestPoints(body, other, reach, physicsClientId=self._client)
+        return [(self.name(body, point[3])[0], point[8]) for point in points]
+
     def _contact(self, point: tuple) -> Contact:
         (first, segment), (second, other) = self.name(*point[1:4:2]), self.name(*point[2:5:2])
         position, (x, y, z) = point[5], point[7]  # on the first body, and towards it

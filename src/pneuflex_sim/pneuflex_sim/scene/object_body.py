@@ -210,21 +210,39 @@ class ObjectBody:
     def set_mass(self, mass: float) -> None:
         """Another mass [kg], spread in the same way."""
         self.mass = mass
-        share = mass / len(self.links)
+        self.resist(0.0, 0.0)
+
+    def resist(self, mass: float, inertia: float) -> None:
+        """Give way as if what holds it had a mass [kg] and an inertia [kg m2] of its own."""
+        share = self.mass / len(self.links)
         for link in self.links:
             pybullet.changeDynamics(
                 self.id,
                 link,
-                mass=share,
-                localInertiaDiagonal=(share * self._moments).tolist(),
+                mass=share + mass,
+                localInertiaDiagonal=(share * self._moments + inertia).tolist(),
                 physicsClientId=self._client,
             )
+
+    def velocity(self) -> tuple[Array, Array]:
+        """Velocity [m/s] and spin [rad/s] in the world."""
+        along, about = pybullet.getBaseVelocity(self.id, physicsClientId=self._client)
+        return np.array(along), np.array(about)
+
+    def push(self, force: Array, torque: Array) -> None:
+        """For one step, add a force [N] at its centre of mass and a torque [N m], in world axes."""
+        frame, client = pybullet.WORLD_FRAME, self._client
+        pybullet.applyExternalForce(self.id, -1, force.tolist(), self._center(-1), frame, client)
+        pybullet.applyExternalTorque(self.id, -1, torque.tolist(), frame, client)
 
     def put(self, position: Array, rpy: tuple[float, ...], yaw: float = 0.0) -> None:
         """Lay it at a position (3,) [m] and roll, pitch, yaw (3,) [rad], turned by another `yaw`
         [rad] about the vertical, at rest.
         """
-        rotation = Rotation.from_euler("xyz", (*rpy[:2], rpy[2] + yaw))
+        self.put_at(position, Rotation.from_euler("xyz", (*rpy[:2], rpy[2] + yaw)))
+
+    def put_at(self, position: Array, rotation: Rotation) -> None:
+        """Put it at a position (3,) [m], its axes turned by a rotation, at rest."""
         if not self._own_axes:
             rotation = rotation * self._to_own.inv()
         quaternion = rotation.as_quat().tolist()

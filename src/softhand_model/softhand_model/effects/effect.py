@@ -100,6 +100,8 @@ class Effect:
     experiments: those in which it can be seen. unseen_in: why not in others, by experiment.
     confounded_with: what acts nearly alike, by name of effect or calibration, and in what sense.
     has_memory: whether it depends on what was before, and so needs `time`.
+    endless: its memory does not end with the times among its parameters, but goes on as their
+    logarithm does: samples that lie farther apart tell it too.
     rank: within a stage effects of lower rank act first, whatever the file's order.
     bases: base models beside which it has a meaning.
     physical: false for a generic term, which the lab adds on request but never names as a cause.
@@ -119,6 +121,7 @@ class Effect:
     unseen_in: ClassVar[Mapping[str, str]] = {}
     confounded_with: ClassVar[Mapping[str, str]] = {}
     has_memory: ClassVar[bool] = False
+    endless: ClassVar[bool] = False
     rank: ClassVar[int] = 0
     bases: ClassVar[frozenset[str]] = frozenset(BASES)
     physical: ClassVar[bool] = True

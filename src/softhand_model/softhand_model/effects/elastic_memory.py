@@ -172,6 +172,7 @@ class Creep(ElasticEffect):
         "hysteresis": "alike on triangles of one rate; steps and rates tell them apart",
     }
     has_memory = True
+    endless = True
     adds = True
     rank = 0
     _decay: tuple[Array | float, Array, Array] | None = None

@@ -1,0 +1,78 @@
+"""Shell lines: those that make a result again, and those that go on from it."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+from model_lab.diagnosis.result import LEFT_OVER, UNEXPLAINED, Diagnosis
+from softhand_model.model_file import ALLOW_EFFECT_FILES
+
+LEARNED, MODEL, NEXT = "my_effect.py", "model.yaml", "next"
+
+
+def diagnosed_again(arguments: argparse.Namespace) -> str:
+    """The line that makes the report of a diagnosis again."""
+    again = ["--seed", arguments.seed, "--report", arguments.report, "--force"]
+    return _line(arguments, ["diagnose", arguments.data], arguments.model, again)
+
+
+def learned_again(arguments: argparse.Namespace) -> str:
+    """The line that makes an effect file and its report again."""
+    again = ["--out", arguments.out, "--report", arguments.report, "--force"]
+    return _line(arguments, ["learn", arguments.data], arguments.model, again)
+
+
+def after_diagnosis(arguments: argparse.Namespace, diagnosis: Diagnosis) -> list[str]:
+    """What to do next: part what is tied, add what is named, learn what nothing known explains."""
+    names = [effect.name for effect in diagnosis.effects]
+    models = [arguments.model, *numbered(MODEL, len(names))]
+    lines = [
+        _line(arguments, ["add", name, "--data", arguments.data], old, ["--out", new])
+        for name, (old, new) in zip(names, pairwise(models), strict=True)
+    ]
+    if any(diagnosis.tied) and diagnosis.next_experiment is not None:
+        planned = _line(arguments, ["plan", arguments.data], arguments.model, ["--out", NEXT])
+        lines.insert(0, planned)
+    much = diagnosis.rmse_after > LEFT_OVER * diagnosis.noise_floor
+    if diagnosis.verdict == UNEXPLAINED or (names and much):
+        lines.append(_line(arguments, ["learn", arguments.data], models[-1], ["--out", LEARNED]))
+    return lines
+
+
+def after_learning(arguments: argparse.Namespace, files: Sequence[Path]) -> list[str]:
+    """The lines that add what was learned, one curve after the other."""
+    models = [arguments.model, *(file.with_suffix(".yaml") for file in files)]
+    lines = []
+    for file, (old, new) in zip(files, pairwise(models), strict=True):
+        given = ["add", file.stem, "--effects", file, "--data", arguments.data]
+        own = [] if old is models[0] or arguments.allow_effect_files else [ALLOW_EFFECT_FILES]
+        lines.append(_line(arguments, given, old, [*own, "--out", new]))
+    return lines
+
+
+def numbered(name: str, count: int) -> list[str]:
+    """So many names of files, of which the first is the plain one.
+
+    >>> numbered("model.yaml", 2)
+    ['model.yaml', 'model_2.yaml']
+    """
+    stem, _, suffix = name.partition(".")
+    return [name, *(f"{stem}_{number}.{suffix}" for number in range(2, count + 1))][:count]
+
+
+def _line(
+    arguments: argparse.Namespace, start: Iterable[object], model: object, end: Iterable[object]
+) -> str:
+    """A command with a model, and the modulus and effects of the one that was given."""
+    words = [*start, "--model", model]
+    if arguments.free_modulus:
+        words.append("--free-modulus")
+    for path in arguments.effects:
+        words += ["--effects", path]
+    if arguments.allow_effect_files:
+        words.append(ALLOW_EFFECT_FILES)
+    return shlex.join(["model-lab", *map(str, [*words, *end])])

@@ -1,0 +1,51 @@
+"""The file of stored grasp patterns."""
+
+from dataclasses import replace
+
+import pytest
+
+from grasp_strategies.dexterity.patterns import (
+    Pattern,
+    Patterns,
+    StoredGrasp,
+    Times,
+    load_patterns,
+    write_patterns,
+)
+
+PATTERN = Pattern(
+    "cylinder_45",
+    {"a": 0.0, "b": 1e-5 / 3.0},
+    {"a": 7.7e-5, "b": 2e-5 / 7.0},
+    True,
+    (0.1, 1.0 / 3.0, -0.0),
+    (0.0, 0.6, 0.0, 0.8),
+)
+TRIAL = {"held": True, "typed": False, "markers": {"thumb": [0.1, 0.2, 1.0 / 3.0]}}
+STORED = StoredGrasp(PATTERN, 3003, "four_channels_3/0012", 1.5, 1, 0, 6.25, (TRIAL,))
+PATTERNS = Patterns("rbo_hand_2", 0.005, 6, Times(), {3: STORED, 31: replace(STORED, held=0)})
+
+
+def test_a_file_comes_back_bit_for_bit(tmp_path):
+    write_patterns(PATTERNS, tmp_path / "patterns.yaml")
+    assert load_patterns(tmp_path / "patterns.yaml") == PATTERNS
+    first = (tmp_path / "patterns.yaml").read_bytes()
+    write_patterns(load_patterns(tmp_path / "patterns.yaml"), tmp_path / "patterns.yaml")
+    assert (tmp_path / "patterns.yaml").read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ("palm_first: true", "palm_first: maybe", "grasps.3.palm_first: expected"),
+        ("    object: cylinder_45\n", "", "grasps.3: .*object"),
+        ("segments: 6", "segments: 0", "segments: expected"),
+        ("softhand-grasp-patterns/1", "softhand-grasp-patterns/2", "format"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_refused_with_the_place(tmp_path, old, new, named):
+    path = tmp_path / "patterns.yaml"
+    write_patterns(PATTERNS, path)
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(ValueError, match=named):
+        load_patterns(path)

@@ -1,0 +1,156 @@
+"""The Feix experiment: what is said of made-up results, a person's verdict, and one small run."""
+
+import csv
+from dataclasses import replace
+
+import pytest
+
+from grasp_strategies.dexterity.patterns import load_patterns
+from thesis.chapter_8 import feix
+from thesis.chapter_8.feix import FOUR, RIGID, Parameters, problem, report
+from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, NOT_COUNTED, SLIPPERY
+from thesis.chapter_8.feix_sheet import FILE, human_verdicts, write_verdicts
+from thesis.frame import Job, save_figure
+
+
+def trial(held=True, typed=True):
+    reasons = {"held_reason": "" if held else "drifts by 30 mm", "typed_reason": ""}
+    return {"key": "k", "held": held, "typed": typed, "robust": 3.0, "cpu_time": 2.0, **reasons}
+
+
+def one(held=True, typed=True):
+    return {"evaluations": 300, "cpu_time": 200.0, "trials": [trial(held, typed)] * 3}
+
+
+def grasped(held=ALL, right=ALL):
+    return {str(number): one(number in held, number in right) for number in ALL}
+
+
+def checks(again=None, half=None, slippery=()):
+    found = grasped()
+    return {
+        AGAIN: {n: o["trials"][:1] for n, o in (again or found).items()},
+        HALF: {n: o["trials"] for n, o in (half or found).items()},
+        SLIPPERY: {n: [trial(int(n) in slippery)] for n in found},
+    }
+
+
+def slow(found):
+    for one_type in found.values():
+        one_type["trials"] = [{**t, "cpu_time": 10.0} for t in one_type["trials"]]
+    return found
+
+
+def results(found=None, control=None, human=None, **other):
+    cases = {FOUR: found or grasped(), RIGID: control or grasped(held=ALL[:20])}
+    return {"cases": cases, "checks": checks(**other), "human": human or {}}
+
+
+def row(found, what):
+    return next(f for f in report(found, Parameters()).findings if f.what.startswith(what))
+
+
+def test_a_hand_that_does_all_and_controls_that_fail_meet_all_criteria():
+    told = report(results(), Parameters())
+    assert told.judged == [True] * 8
+    assert told.conclusion.startswith("32 of 32 types are held, 32 of them by the parts")
+
+
+@pytest.mark.parametrize(
+    ("given", "what"),
+    [
+        ({"found": grasped(held=ALL[:23])}, "held"),
+        ({"found": grasped(right=ALL[:19])}, "held by the right parts"),
+        ({"found": grasped(held=ALL[5:])}, "power grasps against the palm held"),
+        ({"control": grasped(held=ALL[:26])}, "negative control: rigid palm"),
+        ({"again": grasped(held=ALL[1:])}, "run again from the file"),
+        ({"again": slow(grasped())}, "time of that"),
+        ({"half": grasped(held=ALL[4:])}, "shaken with half the strength"),
+        ({"slippery": (1, 2, 3, 4)}, "negative control: no friction"),
+    ],
+)
+def test_a_missed_criterion_is_said(given, what):
+    assert row(results(**given), what).met is False
+
+
+def test_scissors_do_not_count():
+    but_scissors = tuple(number for number in ALL if number != NOT_COUNTED)
+    assert row(results(found=grasped(held=but_scissors)), "held").ours == "32 of 32 (>= 24)"
+    assert row(results(found=grasped(held=(*ALL[:23], 19))), "held").ours == "22 of 32 (>= 24)"
+
+
+def test_a_type_counts_when_every_trial_is_good():
+    found = grasped()
+    found["7"]["trials"] = [trial(), trial(), trial(held=False)]
+    assert row(results(found=found), "held").ours == "31 of 32 (>= 24)"
+    assert row(results(found=found), "7 prismatic").ours == (
+        "held 2 of 3; right 3 of 3; 3.0 N; drifts by 30 mm"
+    )
+    assert row(results(found=found), "5 light tool").thesis == "fails"
+
+
+def test_a_trial_that_ended_in_an_error_is_not_good():
+    found = grasped()
+    found["7"]["trials"] = [{"key": "k", "error": "OSError: gone"}] * 3
+    assert row(results(found=found), "held").ours == "31 of 32 (>= 24)"
+    assert "OSError: gone" in row(results(found=found), "7 prismatic").ours
+
+
+def test_criteria_are_not_judged_before_all_types_were_run():
+    found = {number: one() for number in ("1", "2")}
+    part = {"cases": {FOUR: found}, "checks": {}, "human": {}}
+    assert report(part, Parameters(types=(1, 2), cases=(FOUR,))).judged == []
+
+
+def test_what_a_person_says_stands_apart_and_is_kept(tmp_path):
+    write_verdicts(tmp_path, grasped())
+    told = row(results(human=human_verdicts(tmp_path)), "by a person")
+    assert told.ours == "not judged" and told.met is None
+    with (tmp_path / FILE).open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    rows[0] |= {"human_good": "yes", "human_remark": "as in the picture"}
+    rows[4] |= {"human_good": "no"}
+    with (tmp_path / FILE).open("w", newline="") as file:
+        table = csv.DictWriter(file, rows[0])
+        table.writeheader()
+        table.writerows(rows)
+    write_verdicts(tmp_path, grasped(held=()))
+    kept = human_verdicts(tmp_path)
+    assert kept["1"] == {"human_good": "yes", "human_remark": "as in the picture"}
+    assert row(results(human=kept), "by a person").ours == "1 of 2 good"
+    assert "0/3" in (tmp_path / FILE).read_text()
+
+
+def test_searches_have_the_budget_and_seeds_of_their_own():
+    given = Parameters()
+    first, other = problem(given, FOUR, 3), problem(given, FOUR, 4)
+    assert (first.evaluations, first.sampler, first.generation) == (300, "cma", 10)
+    assert first.seed == 3003 != other.seed
+    assert len(first.variables) == 8 + 1 + 3 + 2
+    assert problem(given, RIGID, 3).settings["hand"] == RIGID
+
+
+@pytest.mark.parametrize(
+    "given", [{"types": (34,)}, {"cases": (RIGID,)}, {"checks": ("twice",)}, {"cases": ("x",)}]
+)
+def test_what_there_is_not_is_refused(given):
+    with pytest.raises(ValueError, match="expected"):
+        Parameters(**given)
+
+
+@pytest.mark.timeout(300)  # 8 s on an idle machine
+def test_a_small_run_is_taken_up_with_the_same_outcome_and_another_type_added(tmp_path):
+    given, job = Parameters(**feix.SMALL), Job(tmp_path, lambda what, share: None)
+    first = feix.run(given, job)
+    again = feix.run(given, job)
+    assert first["cases"] == again["cases"] and first["checks"] == again["checks"]
+    assert (first["joints"] == again["joints"]).all()
+    stored = load_patterns(tmp_path / feix.PATTERNS)
+    assert list(stored.grasps) == [9] and stored.segments == given.segments
+    assert stored.grasps[9].pattern.final["b"] == first["cases"][FOUR]["9"]["final"]["b"]
+    more = feix.run(replace(given, evaluations=8), job)
+    assert more["cases"][FOUR]["9"]["evaluations"] == 8
+    assert more["cases"][FOUR]["9"]["cost"] <= first["cases"][FOUR]["9"]["cost"]
+    assert replace(given, types=(2,)).continued(tmp_path).types == (2, 9)
+    save_figure(feix, first, report(first, given), tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 20_000
