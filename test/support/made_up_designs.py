@@ -16,7 +16,7 @@ from thesis.co_design.arms import CO_DESIGN
 from thesis.co_design.halving import run_search
 from thesis.co_design.plan import NIGHT, Plan
 
-GOOD = {"finger_wall": (0.0028, 0.002), "touch_force": (4.0, 5.5)}  # place and width
+GOOD = {"finger_wall": (0.0024, 0.002), "touch_force": (3.5, 3.0)}  # place and width
 EIGHT = replace(NIGHT.training, objects=("a", "b"), places=4)  # trials
 PLAN = Plan((1,), (), generations=3, generation=6, rungs=(2, 4, 8), kept=(3, 1), training=EIGHT)
 

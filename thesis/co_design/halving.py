@@ -30,6 +30,7 @@ from thesis.co_design.worlds import score, trials_of
 Crew = Processes | Cluster
 MakeTrials = Callable[[str, Design, Sequence[int]], Sequence[Line]]
 OBJECTIVE = "thesis.co_design:trials"  # names a search; it is not run as one of `softhand search`
+SPREAD = 0.08  # of designs around the shipped pair, after the first generation: share of a range
 MOST_ASKED = 1_000_000
 
 
@@ -96,6 +97,7 @@ def _problem(arm: Arm, seed: int, plan: Plan) -> SearchProblem:
         arm.sampler,
         seed,
         {variable.name: SHIPPED[variable.name] for variable in arm.variables},
+        spread=SPREAD if arm.sampler == "cma" else None,
     )
 
 

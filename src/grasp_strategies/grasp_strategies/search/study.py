@@ -77,9 +77,15 @@ def _sampler(problem: SearchProblem) -> optuna.samplers.BaseSampler:
         with warnings.catch_warnings():  # parts of it may still change, and its version is pinned
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
             return samplers.TPESampler(seed=problem.seed, multivariate=True, constant_liar=True)
-    return samplers.CmaEsSampler(
-        seed=problem.seed,
-        popsize=problem.generation,
-        independent_sampler=samplers.RandomSampler(seed=problem.seed),
-        warn_independent_sampling=False,
-    )
+    given: dict[str, Any] = {}
+    if problem.spread is not None:
+        given = {"x0": dict(problem.start), "sigma0": problem.spread}
+    with warnings.catch_warnings():  # x0 and sigma0 are to go, and the version is pinned
+        warnings.simplefilter("ignore", FutureWarning)
+        return samplers.CmaEsSampler(
+            seed=problem.seed,
+            popsize=problem.generation,
+            independent_sampler=samplers.RandomSampler(seed=problem.seed),
+            warn_independent_sampling=False,
+            **given,
+        )
