@@ -82,6 +82,18 @@ def test_a_strategy_whose_file_has_changed_is_another_plan(plan, ran, tmp_path, 
     assert plan.lines()[0].digest != first
 
 
+def test_a_strategy_of_the_same_text_in_another_folder_is_the_same_plan(
+    plan, tmp_path, write_strategy
+):
+    path = write_strategy()
+    other = tmp_path / "elsewhere" / path.name
+    other.parent.mkdir()
+    other.write_bytes(path.read_bytes())
+    plans = [replace(plan, settings=TrialSettings(strategy=str(place))) for place in (path, other)]
+    first, second = (plan.lines()[0].digest for plan in plans)
+    assert first == second
+
+
 def test_two_sweeps_do_not_write_to_the_same_results(plan, tmp_path):
     with Results(tmp_path, plan.lines()), pytest.raises(ValueError, match="still runs"):
         Results(tmp_path, plan.lines())

@@ -36,11 +36,12 @@ class TrialLine:
 
     @property
     def digest(self) -> str:
-        """Hash of settings, placement and the files that the settings name."""
+        """Hash of settings, placement and the files that the settings name, wherever those lie."""
         settings, usual = asdict(self.settings), TrialSettings()
         for name in LATER:
             if settings[name] == getattr(usual, name):
                 del settings[name]
+        settings |= {name: path.name for name, path in _own_files(self.settings).items()}
         plain = {"settings": settings, "placement": asdict(self.placement)}
         text = json.dumps(plain, sort_keys=True) + _files(self.settings)
         return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
@@ -82,11 +83,17 @@ def trial_of(record: Mapping[str, Any]) -> tuple[TrialSettings, Placement]:
 @lru_cache(maxsize=64)
 def _files(settings: TrialSettings) -> str:
     """Texts of the strategy and of the user's own files that settings name."""
-    named = [getattr(settings, name) for name in NAMED_FILES]
-    paths = [Path(str(name)) for name in named if name is not None]
     shipped = DATA / f"{settings.strategy}.yaml"
-    texts = [path.read_bytes() for path in (shipped, *paths) if path.is_file()]
-    return "".join(hashlib.sha256(text).hexdigest() for text in texts)
+    paths = [*([shipped] if shipped.is_file() else []), *_own_files(settings).values()]
+    return "".join(hashlib.sha256(path.read_bytes()).hexdigest() for path in paths)
+
+
+@lru_cache(maxsize=64)
+def _own_files(settings: TrialSettings) -> dict[str, Path]:
+    """The user's own files that settings name, by field."""
+    named = {name: getattr(settings, name) for name in NAMED_FILES}
+    paths = {name: Path(str(value)) for name, value in named.items() if value is not None}
+    return {name: path for name, path in paths.items() if path.is_file()}
 
 
 def _plain(value: Any) -> Any:
