@@ -1,8 +1,8 @@
 """What is run, and by what it is judged: fixed before any run.
 
-NIGHT is sized for two idle cores in 8 h: 47,000 trials of 0.75 s of processor time each (measured
-on a loaded machine, with the building of hands and scenes) and 560 fine ones of 4.5 s are 10.5
-core-hours of 16. SMALL, 460 and 30 of them, takes five minutes.
+NIGHT is sized for two idle cores in 8 h: 47,000 trials of 0.75 to 0.85 s of processor time each
+(measured on a loaded machine, with the building of hands and scenes) and 560 fine ones of 4.5 s are
+10.5 to 12 core-hours of 16. SMALL, 460 and 30 of them, takes five minutes or six.
 
 Criteria, all on the held-out trials of the seed at which an arm was run, which are the same for all
 arms: arms are compared by the difference of their shares of success, seed by seed, with the 95 %
