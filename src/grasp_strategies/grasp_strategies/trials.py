@@ -175,14 +175,14 @@ class StartedScene:
         self.scene.restart(self._start, **vars(placement))
         return self.scene
 
-    def run(self, placement: Placement) -> GraspResult:
-        """One trial from the start to the end of the strategy."""
+    def run(self, placement: Placement, **watched: Any) -> GraspResult:
+        """One trial from the start to the end of the strategy; `watched` as in `run_in_process`."""
         early = self.settings.early_end
         course = self.empty_course if early else None
         scene = self.place(placement)
         boxes = scene.simulation.object_box, scene.simulation.hand_boxes
         decided = EarlyEnd(self.strategy, course, *boxes) if early else None
-        return run_in_process(scene, self.strategy, self.settings.options, decided)
+        return run_in_process(scene, self.strategy, self.settings.options, decided, **watched)
 
     @property
     def empty_course(self) -> EmptyCourse | None:
@@ -236,11 +236,12 @@ def run_in_process(
     strategy: Strategy,
     options: tuple[str, ...],
     decided: Callable[[GraspWatch], str] | None = None,
+    **watched: Any,
 ) -> GraspResult:
     """Run a strategy with these of its options, until it is `decided`; the reason names channels at
-    their limits.
+    their limits. `watched`: `on_phase` and `abort` as the sequencer has them.
     """
-    result = Sequencer(scene, strategy, options=options, decided=decided).run()
+    result = Sequencer(scene, strategy, options=options, decided=decided, **watched).run()
     if not scene.limited:
         return result
     limited = f"relieved at the pressure limit: channel {', '.join(scene.limited)}"
