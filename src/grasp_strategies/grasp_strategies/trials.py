@@ -47,6 +47,7 @@ OF_SCENE = (  # settings that a scene is built from, beside the hand
     "friction",
     "wall_inclination",
     "allow_effect_files",
+    "finger_contact",
 )
 
 
@@ -91,7 +92,8 @@ class TrialSettings:
     `allow_effect_files` whether the Python files that the model names are run, `hand` None for the
     strategy's, `object_rpy` [rad] how the object rests, None for as it is described,
     `modulus_scale` a factor [-] on the shear modulus of the hand's rubber; `without`, `air_scale`,
-    `displacement` [m]: see `variants`; `early_end`: see `early_end`.
+    `displacement` [m]: see `variants`; `early_end`: see `early_end`; `finger_contact` whether
+    neighbouring fingers touch each other.
     """
 
     strategy: str = "surface_constrained"
@@ -114,6 +116,7 @@ class TrialSettings:
     air_scale: float = 1.0
     displacement: tuple[float, float, float] = (0.0, 0.0, 0.0)
     early_end: bool = False
+    finger_contact: bool = False
 
     def __post_init__(self) -> None:
         for name in ("options", "object_rpy", "without", "displacement"):
