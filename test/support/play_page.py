@@ -85,8 +85,13 @@ class Window:
         self.tab.keyboard.type(text)
 
     def press(self, name):
-        """Press a button, or choose a tab, with the mouse."""
-        self.tab.mouse.click(*wait_until(lambda: self.tab.evaluate(PLACE, name), f"button {name}"))
+        """Press a button, or choose a tab, with the mouse, once it stays where it is."""
+        place, before = None, None
+        while place is None or place != before:
+            before = place
+            place = wait_until(lambda: self.tab.evaluate(PLACE, name), f"button {name}")
+            time.sleep(0.3)
+        self.tab.mouse.click(*place)
 
     def text(self):
         """All that is to be read."""
