@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from softhand_model.effects import effects_in_file, guard
-from softhand_model.effects.guard import EffectError
+from softhand_model.effects.own.guard import EffectError
 from softhand_model.model_file import load_model
 
 HEAD = """
