@@ -57,13 +57,30 @@ def test_what_the_input_does_itself_is_no_line():
     assert "line" not in noticed(hum, data=data)
 
 
-def test_wild_samples_are_counted_and_marked():
+@pytest.mark.parametrize("off", [0.0, 5.0])
+def test_wild_samples_are_counted_and_marked_however_far_off_the_model_is(off):
     def wild(run, time, random):
-        return np.where(np.arange(len(time)) % 50 == 20, 0.8, 0.0)
+        return off + np.where(np.arange(len(time)) % 50 == 20, 0.8, 0.0)
 
     found = noticed(wild)["wild_samples"]
     assert found.value == 24.0 == len(found.marked)
     assert found.size == pytest.approx(0.8, rel=0.1)
+
+
+def test_readings_of_a_coarse_sensor_that_flicker_are_not_wild():
+    """By one step, while the model goes on smoothly and far off."""
+    data = toy_set(np.random.default_rng(0))
+    flicker = np.random.default_rng(1).random(data.table.samples) < 0.05
+    readings = 0.1 * flicker
+    runs = [
+        replace(run, columns={**run.columns, data.outputs[0]: readings[data.table.run == number]})
+        for number, run in enumerate(data.runs)
+    ]
+    data = replace(data, runs=tuple(runs))
+    smooth = 5.0 + 1e-4 * np.arange(data.table.samples)
+    spectrum = make_spectrum(data.table, smooth)
+    floor = noise_floor(data, spectrum, readings - smooth)
+    assert "wild_samples" not in {one.kind for one in notices(data, floor, readings - smooth)}
 
 
 def test_steps_are_not_wild():

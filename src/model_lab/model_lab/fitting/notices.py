@@ -31,6 +31,7 @@ MOST = 2 / 3  # of the runs
 LOBE, FARTHEST = 3.0, 3.0  # periods in a run less, and factor, of frequencies to compare with
 CHANCE = 1e-4
 WILD = 8.0  # standard deviations by which a sample leaves both its neighbours
+COARSE = 3.0  # the same in steps of a coarse sensor, that its readings change by
 DRIFTED = 1.0  # change of the error's mean over the session, over the noise floor
 FEWEST_RUNS = 6
 GAP = 5.0  # times between samples, over the usual one of their run
@@ -149,11 +150,12 @@ def _stands_out(mean: Array, grid: Array, best: int, courses: int) -> bool:
 # ---------------------------------------------------------------------- samples and sessions
 def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
     """Single samples far from their neighbours, which are near each other: those that were
-    replaced, with the errors that they had, and others.
+    replaced, with the errors that they had, and others. size: how far.
     """
     residual, replaced = residual.copy(), _places(data)
-    np.subtract.at(residual, replaced, [sample.moved for sample in data.wild])
-    marked = [replaced]
+    moved = np.array([sample.moved for sample in data.wild])
+    np.subtract.at(residual, replaced, moved)
+    marked, lies = [replaced], np.zeros(len(residual))
     for course in data.table.courses:
         values = residual[course.samples]
         if data.experiment == "valve_pulse" or len(values) < SHORTEST:
@@ -161,19 +163,30 @@ def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
         steps = np.diff(values)
         level = NORMAL_MEDIAN * float(np.median(np.abs(steps))) / np.sqrt(2.0)
         before, after = steps[:-1], -steps[1:]
-        far = np.minimum(np.abs(before), np.abs(after)) > WILD * level
+        least = max(WILD * level, COARSE * _step(data.table.value[course.samples]))
+        far = np.minimum(np.abs(before), np.abs(after)) > least
         alone = far & (before * after > 0.0)
         alone &= np.abs(before - after) < 0.5 * np.abs(before + after)
         marked.append(course.start + 1 + np.flatnonzero(alone & (level > 0.0)))
+        lies[course.start + 1 : course.stop - 1] = 0.5 * (before + after)
     found = np.unique(np.concatenate(marked)).astype(np.int64)
     if not len(found):
         return None
     order = np.arange(len(residual), dtype=float)
-    size = float(np.mean(np.abs(residual[found])))
+    lies[replaced] = moved
+    size = float(np.mean(np.abs(lies[found])))
     many = f"{len(found)} single sample{'s lie' if len(found) > 1 else ' lies'}"
-    text = f"{many} far from both neighbours, with errors of {display_of(data.unit).shown(size)}"
+    text = f"{many} far from both neighbours, by {display_of(data.unit).shown(size)}"
     text += f" ({len(np.unique(replaced))} of them do not count)" if len(replaced) else ""
     return Notice("wild_samples", float(len(found)), size, text, order, residual, found)
+
+
+def _step(readings: Array) -> float:
+    """By how much readings (n,) change from one to the next, where they do: a step of the sensor,
+    if that is coarse.
+    """
+    changes = np.abs(np.diff(readings))
+    return float(np.median(changes[changes > 0.0])) if changes.any() else 0.0
 
 
 def _places(data: MeasurementSet) -> IntArray:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from softhand_model.effects.catalogue import STAGE_CLASSES
-from softhand_model.effects.effect import Effect, Parameter
+from softhand_model.effects.effect import Effect
 from softhand_model.effects.own.guard import own_methods, told
 from softhand_model.effects.own.own_file import THROUGH, load_guarded
 from softhand_model.effects.stages import FlowEffect, Pulse, SectionShape, Strain
@@ -25,16 +25,11 @@ LANES, ROWS, SECTIONS = 2, 3, 4  # of the arrays in a rehearsal
 def _rehearse(path: Path) -> None:
     """Call every method that the effects of a file have of their own."""
     for effect in load_guarded(path).values():
-        start = {parameter.name: _start(parameter) for parameter in effect.parameters}
+        start = {parameter.name: parameter.usual() for parameter in effect.parameters}
         with told(f"{path}: {effect.__name__}"):
             single = effect(**start)
         _call_methods(single)
         _call_methods(effect.in_lanes({name: [value] * LANES for name, value in start.items()}))
-
-
-def _start(parameter: Parameter) -> float:
-    low, high = parameter.typical or (parameter.low, parameter.high)
-    return float(np.sqrt(low * high) if parameter.logarithmic else 0.5 * (low + high))
 
 
 def _call_methods(effect: Effect) -> None:
