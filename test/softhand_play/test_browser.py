@@ -78,7 +78,7 @@ def test_a_strategy_grips_its_bag_plays_and_its_cell_gives_the_same_verdict(
         window.fill("folder", str(next((tmp_path / "out/play").iterdir())))
         window.press("open the bag")
         window.reads("instants; Strategies plays them")
-        assert page.seen in page.track.shots
+        assert any(page.seen is shot for shot in page.track.shots)
         window.fill("results", str(tmp_path))
         window.press("open the map")
         wait_until(lambda: window.value("cell [mm]") == "0,0", "the map's cell")

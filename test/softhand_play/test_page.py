@@ -91,22 +91,6 @@ def test_a_bag_of_sqlite3_plays_too(page, short, tmp_path):
     assert list(page.track.phases)[:3] == list(short.phases)[:3]
 
 
-def test_a_cell_of_a_map_runs_that_very_trial_with_the_same_verdict(page, tmp_path):
-    placement = Placement((0.08, 0.0))  # out of the fingers' reach
-    line = TrialLine(
-        "map/cylinder/80,0/1", "cylinder", (0.08, 0.0), 1, TrialSettings(early_end=True), placement
-    )
-    record = line.describe() | line.result()
-    (tmp_path / "results.jsonl").write_text(json.dumps(record) + "\n")
-    page.results.open_map(tmp_path)
-    page.results.run_cell("80,0")
-    wait_until(lambda: page.player.world.placement == placement, "the trial")
-    wait_until(lambda: page.player.result is not None, "a verdict")
-    assert page.player.result.outcome == record["outcome"]
-    assert page.player.result.reason == record["reason"]
-    assert page.player.result.duration == record["duration"]
-
-
 @pytest.mark.parametrize("name", BAD)
 def test_a_bad_file_becomes_a_sentence(page, name):
     page.tell("")

@@ -58,7 +58,7 @@ class Page:
         self._view: HandView | None = None
         self._drawn, self._told = 0, 0.0
         self.seen: Shot | None = None
-        self._closing = threading.Event()
+        self._closing, self._drawing = threading.Event(), threading.Lock()
         tabs = server.gui.add_tab_group() if live else self._take_files()
         self.hand = HandTab(self, tabs.add_tab("Hand"))
         self._tabs: list[Any] = [self.hand]
@@ -96,7 +96,8 @@ class Page:
     def run(self) -> None:
         """Serve until the page is closed."""
         while not self._closing.wait(1.0 / RATE):
-            self.refresh()
+            with self._drawing:
+                self.refresh()
 
     def show(self, shot: Shot | None) -> None:
         """Look at an instant of the recorded run; None: at the simulation."""
@@ -148,7 +149,8 @@ class Page:
         """End simulation and server."""
         self._closing.set()
         self.player.close()
-        self.server.stop()
+        with self._drawing:
+            self.server.stop()
 
 
 def _line(words: str, bold: bool = False) -> str:
