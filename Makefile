@@ -3,8 +3,8 @@ PYTHON_IN_VENV := .venv/bin/python
 SOURCES := src thesis test examples bench scripts
 OLDEST := test/softhand_model test/pneumaticbox_driver/observer test/model_lab/experiments
 
-.PHONY: setup demo lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-design bench-dexterity bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
-	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure strategies-figure clean
+.PHONY: setup demo play lab-demo lab-story thesis equilibrium test test-oldest lint bench bench-design bench-dexterity bench-grasps bench-lab bench-mutants bench-pneumatics bench-robust \
+	pneumatics-experiments pneumatics-figures docs figures lab-figure live-figure play-figure strategies-figure clean
 
 setup:
 	@scripts/setup.sh
@@ -16,6 +16,11 @@ demo: setup
 	@$(PYTHON_IN_VENV) -m softhand_bringup.ros.demo $(if $(filter-out 0,$(GUI)),--gui) $(if $(SEED),--seed $(SEED)) \
 		$(if $(STRATEGY),--strategy $(STRATEGY)) $(if $(OBJECT),--object $(OBJECT)) $(if $(HAND),--hand $(HAND)) \
 		$(if $(FRICTION),--friction $(FRICTION))
+
+# A page in the browser to move a hand and to let it grasp, at http://127.0.0.1:8765 (HAND=rbo_hand_1,
+# OBJECT=ball, ARGS="--port 9000"; ARGS=--ros: the nodes that run).
+play: setup
+	@$(PYTHON_IN_VENV) -m softhand_play.command $(if $(HAND),--hand $(HAND)) $(if $(OBJECT),--object $(OBJECT)) $(ARGS)
 
 # SEED=3 hides another effect in another set.
 lab-demo: setup
@@ -117,6 +122,10 @@ strategies-figure: setup
 # The picture of the lab, from the latest run of its demo.
 lab-figure: setup
 	@$(PYTHON_IN_VENV) -m model_lab.report.picture out/lab-demo/set base docs/figures/lab.png
+
+# The film of the page: chromium draws it by software, which takes minutes.
+play-figure: setup
+	@$(PYTHON_IN_VENV) scripts/draw_play.py
 
 # The picture of the monitor, from the latest story over ROS.
 live-figure: setup

@@ -30,8 +30,10 @@ COLOURS = {
     "model_lab": "#e1d5e7",
     "softhand_ros": "#f5f5f5",
     "softhand_bringup": "#f8cecc",
+    "softhand_play": "#d0e0e3",
 }
 PLACES = {  # left edge, lower edge, width, height
+    "softhand_play": (0.0, 7.3, 12.0, 0.9),
     "softhand_bringup": (0.0, 6.3, 12.0, 0.9),
     "softhand_ros": (0.0, 1.0, 2.8, 5.2),
     "grasp_strategies": (3.0, 3.9, 2.8, 2.3),
@@ -84,9 +86,9 @@ def box(axes: Axes, place: tuple[float, float, float, float], colour: str) -> No
 
 def draw_packages() -> Figure:
     """Packages and their rooms: what stands above may import what stands below."""
-    figure = Figure(figsize=(12.0, 7.2))
+    figure = Figure(figsize=(12.0, 8.2))
     axes = figure.add_axes((0.01, 0.01, 0.98, 0.98))
-    axes.set(xlim=(0, 12), ylim=(0, 7.2))
+    axes.set(xlim=(0, 12), ylim=(0, 8.2))
     axes.axis("off")
     for package, names in rooms().items():
         x, y, width, height = PLACES[package]

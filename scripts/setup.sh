@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.." || exit 1
 PYTHON=${PYTHON:-python3}
 STAMP=.venv/setup.stamp
 LOG=.setup/install.log
-PACKAGES="softhand_model softhand_ros pneuflex_sim pneumaticbox_driver grasp_strategies model_lab softhand_bringup"
+PACKAGES="softhand_model softhand_ros pneuflex_sim pneumaticbox_driver grasp_strategies model_lab softhand_bringup softhand_play"
 
 say() { printf 'setup: %s\n' "$*"; }
 fail() { printf 'setup: %s\n' "$*" >&2; exit 1; }

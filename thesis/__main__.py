@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
@@ -32,16 +33,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """List, run one, or run all; see the module for the exit status."""
     options = parser().parse_args(_with_run(sys.argv[1:] if arguments is None else arguments))
     try:
-        return options.act(options)
+        return _status(lambda: options.act(options))
+    except KeyboardInterrupt:
+        print("thesis: interrupted", file=sys.stderr)
+        return 130
+
+
+def _status(act: Callable[[], int]) -> int:
+    """Exit status of what is done; what it is refused or fails for is told in a line."""
+    try:
+        return act()
     except (ValueError, OSError) as reason:
         print(f"thesis: {reason}", file=sys.stderr)
         return 2
     except RuntimeError as reason:
         print(f"thesis: {reason}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
-        print("thesis: interrupted", file=sys.stderr)
-        return 130
 
 
 def _with_run(words: Sequence[str]) -> Sequence[str]:
@@ -128,7 +135,7 @@ def _all(options: argparse.Namespace) -> int:
         if options.seed is not None and hasattr(frame.parameters_of(module), "seed"):
             words += ["--seed", str(options.seed)]
         print(f"## {name}\n")
-        statuses.append(_run(module, words))
+        statuses.append(_status(partial(_run, module, words)))
         print(flush=True)
     return max(statuses)
 

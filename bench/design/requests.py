@@ -8,7 +8,8 @@ import numpy as np
 
 from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
 from softhand_model.hand.profile import ConstantProfile, TableProfile
-from softhand_model.hand.profile_sizing import ProfileDesign, ProfileWish, design_by_profiles
+from softhand_model.hand.profile_sizing import ProfileDesign, design_by_profiles
+from softhand_model.hand.profile_wish import ProfileWish
 from softhand_model.hand.sizing import WishError
 
 LOW = (0.5e-3, 2e-3, 0.07)  # actuation ratio [1/(m Pa)], stiffness [N m2] at the base, length [m]

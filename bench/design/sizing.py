@@ -14,12 +14,8 @@ from bench.row import at_least, at_most, stated
 from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
 from softhand_model.hand.actuator import Actuator, load_actuator
 from softhand_model.hand.profile import ConstantProfile, TableProfile
-from softhand_model.hand.profile_sizing import (
-    ProfileDesign,
-    ProfileWish,
-    design_by_profiles,
-    stations,
-)
+from softhand_model.hand.profile_sizing import ProfileDesign, design_by_profiles
+from softhand_model.hand.profile_wish import ProfileWish, stations
 from softhand_model.hand.rubber import Rubber
 from softhand_model.hand.sizing import WishError
 

@@ -378,3 +378,22 @@ def test_the_mock_holds_only_above_its_threshold():
     scene.command_air(np.full(4, GRIP))
     scene.step(STEP)
     assert not scene.grips
+
+
+# ---------------------------------------------------------------- an object that is held out
+def test_an_object_is_held_out_and_let_go_as_its_phases_begin(make_strategy):
+    held = "  - name: hold_out\n    hold_object: {position: [0.05, 0, 0.1]}\n"
+    let_go = "  - name: let_go\n    release_object: 0.3\n"
+    strategy = make_strategy(
+        ("  - name: close", held + "  - name: close"), ("  - name: lift", let_go + "  - name: lift")
+    )
+    assert strategy.holds_object_out and not make_strategy().holds_object_out
+    scene = MockScene()
+    result, phases = run(scene, strategy)
+    begins = {name: time for time, name in phases}
+    assert result.gripped
+    assert scene.object_commands == [
+        (begins["hold_out"], (0.05, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0)),
+        (begins["let_go"], 0.3),
+    ]
+    assert begins["lift"] - begins["let_go"] == pytest.approx(0.3, abs=1.1 * STEP)

@@ -16,6 +16,7 @@ EXECUTABLES = {
     "pneumaticbox_driver": {"driver", "calibrate"},
     "grasp_strategies": {"sequencer", "trials"},
     "model_lab": {"model_lab", "model-lab", "monitor"},
+    "softhand_play": {"softhand-play"},
     "softhand_bringup": {"softhand", "demo", "film", "lab_story", "recorder", "repair_bag"},
 }
 

@@ -49,6 +49,7 @@ class MockScene:
         self.held_at = None
         self.vented = 0
         self.wrist_commands, self.air_commands, self.pressure_commands = [], [], []
+        self.object_commands = []
         self.on_step = lambda: None
 
     def command_wrist(self, position, orientation):
@@ -63,6 +64,12 @@ class MockScene:
         self.pressure_commands.append((self.time, np.array(pressures)))
         masses = np.array(pressures) / PRESSURE_OF_AIR
         self.air_goal = np.where(np.isnan(masses), self.air_goal, masses)
+
+    def hold_object(self, position, orientation):
+        self.object_commands.append((self.time, tuple(position), tuple(orientation)))
+
+    def release_object(self, duration):
+        self.object_commands.append((self.time, duration))
 
     def vent(self):
         self.vented += 1

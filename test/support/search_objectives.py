@@ -4,8 +4,6 @@ import os
 import time
 from pathlib import Path
 
-import numpy as np
-
 from grasp_strategies.search import objective
 
 LEAST = {"x": 0.3, "y": -0.2}
@@ -43,20 +41,3 @@ def without_cost(values, settings):
 def not_marked(values, settings):
     """A function that no problem may name."""
     raise AssertionError
-
-
-@objective
-def coins(values, settings):
-    """Successes by chance, of which there are more near LEAST; a part of the space is refused."""
-    if values["x"] < -0.8:
-        return {"cost": 1.0, "successes": {}, "trials": 0, "causes": {}, "infeasible": "too far"}
-    distance = bowl(values, settings)["cost"]
-    first, last = settings["places"]
-    chance = np.exp(-distance)
-    won = {
-        name: [
-            int(np.random.default_rng([k, place]).random() < chance) for place in range(first, last)
-        ]
-        for k, name in enumerate(settings["objects"])
-    }
-    return {"cost": 0.0, "successes": won, "trials": 0, "causes": {}, "infeasible": ""}

@@ -169,6 +169,17 @@ def test_all_runs_a_chapter_with_one_seed_and_says_what_it_leaves_out(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["flow_function", "scheduled_events"]
 
 
+def test_one_that_is_refused_does_not_keep_the_others_from_running(tmp_path, monkeypatch, capsys):
+    def chosen(chapter=None):
+        return {name: EXPERIMENTS[name] for name in ("posture", "flow_function")}
+
+    monkeypatch.setattr(frame, "experiments", chosen)
+    monkeypatch.setitem(EXPERIMENTS["posture"].SMALL, "patterns", str(tmp_path / "none.yaml"))
+    assert run("all", "--small", "--out", tmp_path) == 2
+    assert "thesis: no grasps are stored" in capsys.readouterr().err
+    assert (tmp_path / "flow_function" / "result.json").exists()
+
+
 def test_a_run_that_fails_ends_with_status_1_and_an_interrupted_one_with_130(
     tmp_path, monkeypatch, capsys
 ):

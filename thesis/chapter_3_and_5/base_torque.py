@@ -17,8 +17,8 @@ from scipy.optimize import root
 from scipy.spatial.transform import Rotation, Slerp
 
 from softhand_model.chain.segments import SegmentChain
+from softhand_model.equilibrium.chain_march import straight_links, tip_pose
 from softhand_model.equilibrium.joint_springs import springs_of
-from softhand_model.equilibrium.shooting import Front, straight_links
 from softhand_model.equilibrium.spatial import HeldChain, Hold
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.joint_stiffness import THESIS, SpringModel
@@ -150,24 +150,23 @@ def pushed(chain: SegmentChain, rest: Array, direction: Array, distance: float) 
     """
     links, springs = straight_links(chain), springs_of(chain, rest[:, None])
 
-    def tip(force: float, moment: Array) -> Front:
-        wrench = np.concatenate([force * direction, moment])
-        return Front(wrench[:, None]).follow(links, springs, None)
+    def tip(force: float, moment: Array) -> tuple[Array, Array]:
+        return tip_pose(links, springs, np.concatenate([force * direction, moment]))
 
-    start = float(direction @ tip(0.0, np.zeros(3)).place[:, 0])
+    start = float(direction @ tip(0.0, np.zeros(3))[0])
     length = float(links.along.sum())
 
     def off(unknown: Array) -> Array:
         force, moment = FORCE * unknown[0], MOMENT * unknown[1:]
-        place = tip(force, moment).place[:, 0]
+        place, _ = tip(force, moment)
         left = moment - np.cross(place, force * direction)
         return np.append(left / MOMENT, (direction @ place - start - distance) / length)
 
     found = root(off, np.zeros(4), tol=1e-12).x
     if np.abs(off(found)).max() > 1e-8:
         raise RuntimeError(f"no force moves the tip by {distance} m along {direction}")
-    reached = tip(FORCE * found[0], MOMENT * found[1:])
-    return Pose(reached.place[:, 0], Rotation.from_matrix(reached.orientation[:, :, 0]))
+    place, turn = tip(FORCE * found[0], MOMENT * found[1:])
+    return Pose(place, Rotation.from_matrix(turn))
 
 
 def actuator() -> Actuator:

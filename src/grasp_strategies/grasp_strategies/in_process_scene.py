@@ -203,6 +203,16 @@ class InProcessScene:
         """
         self._air.command_pressure(pressures)
 
+    def hold_object(self, position: Array, orientation: Array) -> None:
+        """Put the object at a pose in the wrist frame, position (3,) [m] and quaternion (4,), and
+        hold it there; raises ValueError for a pose that is none.
+        """
+        self.simulation.hold_object(position, orientation)
+
+    def release_object(self, duration: float) -> None:
+        """Let what holds the object fade within a duration [s]."""
+        self.simulation.release_object(duration)
+
     def vent(self) -> None:
         """Let all air out."""
         self._air.command(np.zeros(len(self.channels)))

@@ -85,6 +85,14 @@ class Scene(Protocol):
         be it of a mass or of a pressure.
         """
 
+    def hold_object(self, position: Array, orientation: Array) -> None:
+        """Put the object at a pose in the wrist frame, position (3,) [m] and quaternion (4,), and
+        have a spring hold it there until it is released; raises SceneError where nobody can.
+        """
+
+    def release_object(self, duration: float) -> None:
+        """Let the spring that holds the object fade within a duration [s]."""
+
     def vent(self) -> None:
         """Open every outlet; raises SceneError when it cannot be known that this happened."""
 

@@ -53,8 +53,8 @@ class PhaseRun:
     @property
     def least_duration(self) -> float:
         """Time until motion, ramp and stated duration are all over [s]."""
-        moving = self.motion.duration if self.motion else 0.0
-        return max(moving, self.ramp, self.phase.duration or 0.0)
+        moving, phase = self.motion.duration if self.motion else 0.0, self.phase
+        return max(moving, self.ramp, phase.duration or 0.0, phase.release or 0.0)
 
     def air_at(self, elapsed: float) -> AirTarget:
         """Commanded air at a time [s] since the phase began."""
@@ -228,6 +228,7 @@ class Sequencer:
         self._grasp.watch(
             self._observed, phase.name
         )  # the hold counts from the instant at which its phase begins
+        self._hand_over(phase)
         while True:
             self._command(run, self._scene.time - run.start)
             self._scene.step(self._control_step)
@@ -238,6 +239,14 @@ class Sequencer:
             if self._ended(run):
                 break
         self._finish(run)
+
+    def _hand_over(self, phase: Phase) -> None:
+        """Have the object held out to the hand, or let go."""
+        if phase.held_out is not None:
+            held = phase.held_out
+            self._scene.hold_object(np.array(held.position), np.array(held.orientation))
+        if phase.release is not None:
+            self._scene.release_object(phase.release)
 
     def _finish(self, run: PhaseRun) -> None:
         """Command the goals themselves, however long the last step was; of a phase that a condition

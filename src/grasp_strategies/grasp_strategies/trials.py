@@ -47,6 +47,7 @@ OF_SCENE = (  # settings that a scene is built from, beside the hand
     "friction",
     "wall_inclination",
     "allow_effect_files",
+    "finger_contact",
 )
 
 
@@ -91,7 +92,8 @@ class TrialSettings:
     `allow_effect_files` whether the Python files that the model names are run, `hand` None for the
     strategy's, `object_rpy` [rad] how the object rests, None for as it is described,
     `modulus_scale` a factor [-] on the shear modulus of the hand's rubber; `without`, `air_scale`,
-    `displacement` [m]: see `variants`; `early_end`: see `early_end`.
+    `displacement` [m]: see `variants`; `early_end`: see `early_end`; `finger_contact` whether
+    neighbouring fingers touch each other.
     """
 
     strategy: str = "surface_constrained"
@@ -114,6 +116,7 @@ class TrialSettings:
     air_scale: float = 1.0
     displacement: tuple[float, float, float] = (0.0, 0.0, 0.0)
     early_end: bool = False
+    finger_contact: bool = False
 
     def __post_init__(self) -> None:
         for name in ("options", "object_rpy", "without", "displacement"):
@@ -172,14 +175,14 @@ class StartedScene:
         self.scene.restart(self._start, **vars(placement))
         return self.scene
 
-    def run(self, placement: Placement) -> GraspResult:
-        """One trial from the start to the end of the strategy."""
+    def run(self, placement: Placement, **watched: Any) -> GraspResult:
+        """One trial from the start to the end of the strategy; `watched` as in `run_in_process`."""
         early = self.settings.early_end
         course = self.empty_course if early else None
         scene = self.place(placement)
         boxes = scene.simulation.object_box, scene.simulation.hand_boxes
         decided = EarlyEnd(self.strategy, course, *boxes) if early else None
-        return run_in_process(scene, self.strategy, self.settings.options, decided)
+        return run_in_process(scene, self.strategy, self.settings.options, decided, **watched)
 
     @property
     def empty_course(self) -> EmptyCourse | None:
@@ -233,11 +236,12 @@ def run_in_process(
     strategy: Strategy,
     options: tuple[str, ...],
     decided: Callable[[GraspWatch], str] | None = None,
+    **watched: Any,
 ) -> GraspResult:
     """Run a strategy with these of its options, until it is `decided`; the reason names channels at
-    their limits.
+    their limits. `watched`: `on_phase` and `abort` as the sequencer has them.
     """
-    result = Sequencer(scene, strategy, options=options, decided=decided).run()
+    result = Sequencer(scene, strategy, options=options, decided=decided, **watched).run()
     if not scene.limited:
         return result
     limited = f"relieved at the pressure limit: channel {', '.join(scene.limited)}"

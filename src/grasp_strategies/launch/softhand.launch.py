@@ -4,14 +4,22 @@ With `backend:=topic` (the default) the simulator owns valves, tubes and hand. W
 `hardware` the driver has its own plant, and the simulator is not started. An argument that is given
 wins over `params_file`; what neither of them says is the node's own default.
 
+With `grasp_type:=N` the simulator has what the stored grasp of that type needs, its object first of
+all, and `ros2 service call /grasp/feix std_srvs/srv/Trigger` replays it.
+
 Two hands: launch twice, with `namespace:=left`, and with `namespace:=right publish_clock:=false`.
 """
+
+from pathlib import Path
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+
+from grasp_strategies.dexterity.patterns import FILE
+from grasp_strategies.dexterity.replay import simulator_settings
 
 ARGUMENTS = {
     "namespace": ("", "of all nodes; empty: the root"),
@@ -21,9 +29,16 @@ ARGUMENTS = {
     "scene": ("", "scene, by name or path; empty: table"),
     "object": ("", "object, by name or path; empty: cylinder"),
     "strategy": ("", "what grasp/surface_constrained runs; empty: the strategy of that name"),
+    "grasp_type": (
+        "",
+        "type of the Feix taxonomy that grasp/feix replays, with its object; empty: none",
+    ),
+    "grasp_patterns": ("", "file of stored grasps; empty: the shipped one"),
     "model": ("", "model file, format softhand-model/1; empty: actuators with their weight"),
     "allow_effect_files": ("", "run the Python files that the model names; empty: false"),
     "step": ("", "physics step [s]; empty: 0.002"),
+    "segments": ("", "segments an actuator; empty: 5"),
+    "finger_contact": ("", "neighbouring fingers touch each other; empty: false"),
     "real_time_factor": ("", "upper bound of simulated over wall time, 0: none; empty: 1"),
     "publish_clock": ("", "the simulator publishes /clock, or follows another's; empty: true"),
     "gui": ("", "open PyBullet's window; empty: false"),
@@ -36,8 +51,8 @@ ARGUMENTS = {
     ),
     "hardware_file": ("", "wiring of the box, format pneumaticbox-hardware/1; with hardware"),
 }
-SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files")
-TYPES = dict.fromkeys(SWITCHES, bool)
+SWITCHES = ("publish_clock", "gui", "use_sim_time", "allow_effect_files", "finger_contact")
+TYPES = dict.fromkeys(SWITCHES, bool) | dict.fromkeys(("grasp_type", "segments"), int)
 TYPES |= dict.fromkeys(("step", "real_time_factor", "command_timeout"), float)  # others are text
 LETS_GO = {"command_timeout": 5.0}  # a sequencer that was killed leaves no hand filled
 # arguments that a node takes, by the name of its parameter
@@ -48,6 +63,8 @@ SIMULATOR = {
     "model_file": "model",
     "allow_effect_files": "allow_effect_files",
     "step": "step",
+    "segments": "segments",
+    "finger_contact": "finger_contact",
     "real_time_factor": "real_time_factor",
     "publish_clock": "publish_clock",
     "gui": "gui",
@@ -62,6 +79,8 @@ DRIVER = {
 SEQUENCER = {
     "hand": "hand",
     "strategy.surface_constrained": "strategy",
+    "grasp_type": "grasp_type",
+    "grasp_patterns": "grasp_patterns",
     "use_sim_time": "use_sim_time",
 }
 
@@ -77,6 +96,14 @@ def parameters(given, taken):
     }
     file = [given["params_file"]] if given["params_file"] else []
     return [*file, *([values] if values else [])]
+
+
+def replayed(given):
+    """Parameters of a simulator that can replay the stored grasp of a type, if one is given."""
+    if not given["grasp_type"]:
+        return []
+    stored = Path(given["grasp_patterns"] or FILE)
+    return [simulator_settings(int(given["grasp_type"]), stored)]
 
 
 def nodes(context):
@@ -99,7 +126,7 @@ def nodes(context):
         node("grasp_strategies", "sequencer", "grasp_sequencer", SEQUENCER),
     ]
     if given["backend"] == "topic":
-        started.append(node("pneuflex_sim", "hand_sim", "hand_sim", SIMULATOR))
+        started.append(node("pneuflex_sim", "hand_sim", "hand_sim", SIMULATOR, *replayed(given)))
     if given["record"]:
         recorder = {"package": "softhand_bringup", "executable": "recorder", "name": "recorder"}
         started.append(Node(**recorder, arguments=[given["record"]], **common))

@@ -21,7 +21,6 @@ COMMANDS: dict[str, dict[str, tuple[str, str]]] = {
         "trials": ("grasp_strategies.trials", "grasps in process, from seeds, as JSON"),
         "sweep": ("grasp_strategies.sweep.command", "trials of a plan, as lines to go on from"),
         "search": ("grasp_strategies.search.command", "values with the least cost, by a budget"),
-        "codesign": ("grasp_strategies.search.codesign.command", "hand and motion together"),
         "film": ("softhand_bringup.film.command", "film of a trial or a bag: PNG, GIF or MP4"),
         "failures": ("softhand_bringup.film.failures", "pictures of a sweep's typical failures"),
         "figures": ("softhand_bringup.figures", "the two pictures of a grasp, from its bag"),

@@ -11,6 +11,7 @@ from grasp_strategies.dexterity.feix import grasp_types
 from grasp_strategies.dexterity.feix_judge import Touch
 from grasp_strategies.dexterity.feix_search import (
     MOST_OVERLAP,
+    Moved,
     cost,
     grasp,
     lacking,
@@ -26,7 +27,7 @@ TYPES = grasp_types()
 THUMB = Touch("thumb", 0, "pad", (-1.0, 0.0, 0.0), 1.0)
 INDEX = Touch("index", 1, "pad", (1.0, 0.0, 0.0), 1.0)
 PINCH = Grasped(0.0, [THUMB, INDEX], [THUMB, INDEX], 0.002, 0.0, {"thumb": 0.0, "index": 0.0})
-STILL = (0.0, 0.0)
+STILL = Moved(0.0, 0.0)
 
 
 @pytest.mark.parametrize("number", sorted(TYPES))
@@ -61,7 +62,13 @@ def test_values_shift_and_turn_the_object_and_choose_the_order():
 def test_what_holds_still_costs_nothing_and_what_drifts_costs_its_way():
     still = replace(PINCH, drift=0.0)
     assert cost(TYPES[9], still, STILL) == 0.0
-    assert cost(TYPES[9], still, (0.004, math.radians(6.0))) == pytest.approx(7.0)
+    assert cost(TYPES[9], still, Moved(0.004, math.radians(6.0))) == pytest.approx(7.0)
+
+
+def test_what_the_judge_would_not_take_as_held_costs_more():
+    moved = Moved(0.004, 0.0)
+    lost = replace(moved, held_reason="loses palm")
+    assert cost(TYPES[9], PINCH, lost) > cost(TYPES[9], PINCH, moved) + 10.0
 
 
 def test_costs_rise_from_held_over_the_wrong_type_and_dropped_to_what_does_not_fit():
@@ -75,11 +82,11 @@ def test_costs_rise_from_held_over_the_wrong_type_and_dropped_to_what_does_not_f
         for found, pulled in (
             (PINCH, STILL),
             (wrong, STILL),
-            (dropped, (math.nan, math.nan)),
-            (at_once, (math.nan, math.nan)),
-            (further, (math.nan, math.nan)),
-            (overlaps, (math.nan, math.nan)),
-            (Grasped(2 * MOST_OVERLAP), (math.nan, math.nan)),
+            (dropped, STILL),
+            (at_once, STILL),
+            (further, STILL),
+            (overlaps, STILL),
+            (Grasped(2 * MOST_OVERLAP), STILL),
         )
     ]
     assert costs == sorted(costs) and len(set(costs)) == len(costs)

@@ -123,9 +123,27 @@ def test_draws_differ_and_stay_within_their_bounds():
         assert np.abs(scales - 1.0).max() <= spread < 1.1 * np.abs(scales - 1.0).max()
 
 
+def test_a_draw_has_an_opposite_one():
+    one, other = drawn((3014, 2)), drawn((3014, -2))
+    assert np.add(one.shift, other.shift) == pytest.approx(np.zeros(3))
+    assert np.add(one.turn, other.turn) == pytest.approx(np.zeros(3))
+    assert one.friction_scale + other.friction_scale == pytest.approx(2.0)
+    assert one.modulus_scale + other.modulus_scale == pytest.approx(2.0)
+    assert one.mass_scale != 1.0 and drawn((3014, 1)) not in (one, other)
+
+
 def test_the_unturned_thumb_lies_along_the_palm():
     assert grasping_hand(UNTURNED).chain(THUMB).mount.rpy[2] == 0.0
     assert grasping_hand("four_channels").chain(THUMB).mount.rpy[2] != 0.0
+
+
+def test_the_hand_of_other_settings_takes_the_place_of_the_last_one():
+    grasping.cache_clear()
+    worlds = [
+        grasping(name, "four_channels", 0.005, 1).simulation.world for name in ("bead", "pen")
+    ]
+    assert worlds[0].closed and not worlds[1].closed
+    assert grasping("pen", "four_channels", 0.005, 1).simulation.world is worlds[1]
 
 
 def test_shares_of_nothing_are_none():

@@ -114,6 +114,17 @@ def test_what_is_tried_first_can_be_given(tmp_path):
     assert len(result.records) == len(read_results(tmp_path)) == 10
 
 
+def test_a_search_goes_on_around_its_start_where_a_spread_is_given(tmp_path):
+    start = {"x": -0.6, "y": 3.0}
+    problem = replace(BOWL, evaluations=12, generation=6, start=start, spread=0.05)
+    second = run_search(problem, tmp_path, jobs=0).records[6:]
+    away = [abs(r["values"]["x"] + 0.6) / 2 + abs(r["values"]["y"] - 3.0) / 10 for r in second]
+    assert max(away) < 0.5 and np.median(away) < 0.15
+    for wrong in ({"start": {}}, {"start": {"x": 0.0}}, {"sampler": "tpe"}):
+        with pytest.raises(ValueError, match="spread"):
+            replace(problem, **wrong)
+
+
 def test_the_study_is_left_for_optunas_own_tools(tmp_path):
     import optuna
     from optuna.storages import JournalStorage

@@ -72,6 +72,21 @@ WRIST = "wrist: {frame: wrist_level, position: [0, 0, 0.12]}"
         ),
         ("phases:", "wall_inclination: 0\nphases:", ["inclination", "5 to 120 deg"]),
         ("phases:", "success: {max_turn: 20}\nphases:", ["success.max_turn", "3.142 rad", "20"]),
+        (
+            "duration: 0.5",
+            "duration: 0.5\n    hold_object: {position: [0, 0]}",
+            ["phases[0].hold_object.position", "3 numbers"],
+        ),
+        (
+            "duration: 0.5",
+            "duration: 0.5\n    hold_object: {position: [0, 0, 0], orientation: [1, 1, 0, 0]}",
+            ["phases[0].hold_object.orientation", "a unit quaternion", "[1, 1, 0, 0]"],
+        ),
+        (
+            "duration: 0.5",
+            "duration: 0.5\n    release_object: 0",
+            ["phases[0].release_object", "above 0", "0"],
+        ),
         ("phases:", "success: {max_turn: 0}\nphases:", ["success.max_turn", "above 0", "0"]),
     ],
 )

@@ -1,9 +1,10 @@
+import hashlib
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import pytest
 
-from grasp_strategies.sweep import SweepPlan, read_results, run_sweep
+from grasp_strategies.sweep import SweepPlan, read_results, run_sweep, trial_line
 from grasp_strategies.sweep import pool as pool_of_sweep
 from grasp_strategies.sweep.plan import SweptObject
 from grasp_strategies.sweep.results import Results
@@ -114,3 +115,13 @@ def test_a_line_tells_settings_placement_and_digest(plan, ran, tmp_path):
     assert again == line.settings
     assert record["digest"] == line.digest and record["cell"] == [0.01, 0.0]
     assert tuple(record["placement"]["offset"]) == line.placement.offset
+
+
+def test_a_setting_that_came_later_leaves_digests_of_before_as_they_were(plan):
+    line = plan.lines()[0]
+    settings = {k: v for k, v in asdict(line.settings).items() if k != "finger_contact"}
+    plain = {"settings": settings, "placement": asdict(line.placement)}
+    text = json.dumps(plain, sort_keys=True) + trial_line._files(line.settings)
+    assert line.digest == hashlib.sha256(text.encode()).hexdigest()[:16]
+    touching = replace(line, settings=replace(line.settings, finger_contact=True))
+    assert touching.digest != line.digest

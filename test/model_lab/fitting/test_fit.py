@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from toy_forward import ToyForward, ToyParameter, toy_forward, toy_set
 
-from model_lab.fitting.fit import Likelihood, Scales, fit
+from model_lab.fitting.fit import Likelihood, fit
 from model_lab.fitting.noise_floor import make_spectrum, noise_floor
 from model_lab.fitting.problem import hold_out
+from model_lab.fitting.scales import Scales
 
 
 def problem_of(data, forward=None):

@@ -12,7 +12,8 @@ from ros_domain import held_domain
 from std_msgs.msg import Header
 
 from pneuflex_sim.ros.clock import MEMORY
-from pneuflex_sim.ros.lockstep import COMMANDED_UNTIL, TARGET, Commanders, WristTargets
+from pneuflex_sim.ros.commanded import TARGET
+from pneuflex_sim.ros.lockstep import COMMANDED_UNTIL, Commanders, StampedCommands
 from softhand_ros.topics import RELIABLE, stamp_of_seconds
 
 pytestmark = pytest.mark.system
@@ -55,7 +56,13 @@ def publish(node):
 def targets(node, publish):
     """Targets, with `heights` and `refusals` that were obeyed, and `send` by stamp and height."""
     heights, refusals = [], []
-    targets = WristTargets(node, lambda place, _: heights.append(place[2]), refusals.append)
+
+    def command(message):
+        if message.header.frame_id != "world":
+            raise ValueError("header.frame_id: expected world, got map")
+        heights.append(message.pose.position.z)
+
+    targets = StampedCommands(node, PoseStamped, TARGET, command, refusals.append)
     targets.heights, targets.refusals = heights, refusals
 
     def send(stamp, height, frame="world"):

@@ -19,7 +19,7 @@ wrist_rpy: [0, 2.356, 0]
 
 
 def test_the_names_there_are():
-    assert list(load_scenes()) == ["table", "stand", "press", "edge", "wall"]
+    assert list(load_scenes()) == ["table", "stand", "held", "press", "edge", "wall"]
 
 
 def test_the_wall_leans_as_its_inclination_says():

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+from made_up_grasps import write_made_up
 
 from grasp_strategies.strategy import DATA, load_strategy, strategy_names
 from grasp_strategies.strategy.fitting import fitting_strategies
@@ -97,7 +98,7 @@ def test_a_strategy_that_cannot_be_read_is_named_before_anything_starts(tmp_path
 def test_a_strategy_brings_its_hand_and_reaches_the_sequencer(tmp_path, monkeypatch):
     gripper = Path(__file__).parents[3] / "examples/three_finger_gripper"
     begun = []
-    monkeypatch.setattr(command, "Demo", lambda options, *_: begun.append(options))
+    monkeypatch.setattr(command, "Demo", lambda options, *_, **__: begun.append(options))
     monkeypatch.setattr(command, "_run", lambda demo: True)
     strategy = str(gripper / "grasp.yaml")
     assert main(["--strategy", strategy, "--object", "ball", "--out", str(tmp_path)]) == 0
@@ -109,7 +110,7 @@ def test_a_strategy_brings_its_hand_and_reaches_the_sequencer(tmp_path, monkeypa
 
 def test_wall_and_friction_of_the_demo_reach_the_simulator_and_the_pictures(tmp_path, monkeypatch):
     made = []
-    monkeypatch.setattr(command, "Demo", lambda options, *_: made.append(options))
+    monkeypatch.setattr(command, "Demo", lambda options, *_, **__: made.append(options))
     monkeypatch.setattr(command, "_run", lambda demo: True)
     choice = ["--scene", "wall", "--wall-inclination", "60", "--friction", "pairs.yaml"]
     assert main([*choice, "--out", str(tmp_path)]) == 0
@@ -135,7 +136,7 @@ def test_a_wall_that_cannot_be_is_named_before_anything_starts(tmp_path, capsys)
 def begun(tmp_path, monkeypatch):
     """Options of the demos that a call of the command begins, none of which is run."""
     made = []
-    monkeypatch.setattr(command, "Demo", lambda options, *_: made.append(options))
+    monkeypatch.setattr(command, "Demo", lambda options, *_, **__: made.append(options))
     monkeypatch.setattr(command, "_run", lambda demo: True)
 
     def begin(*arguments):
@@ -220,3 +221,19 @@ def test_those_that_fit_come_with_the_usual_one_first_and_those_of_the_table_nex
     assert elsewhere == sorted(elsewhere)
     assert all("cylinder" in load_strategy(name).objects for name in fitting)
     assert fitting_strategies("elephant") == []
+
+
+def test_a_grasp_type_without_a_stored_grasp_is_refused_before_anything_starts(tmp_path, capsys):
+    stored = write_made_up(tmp_path / "patterns.yaml")
+    assert main(["--grasp-type", "7", "--grasp-patterns", str(stored)]) == 2
+    assert "expected one that is stored" in capsys.readouterr().out
+
+
+def test_a_grasp_type_brings_its_object_held_out_to_the_hand(tmp_path, begun):
+    stored = write_made_up(tmp_path / "patterns.yaml")
+    status, (options,) = begun("--grasp-type", "2", "--grasp-patterns", str(stored))
+    assert status == 0
+    simulator, sequencer = (make(options).parameters for make in (suite.simulator, suite.sequencer))
+    assert (simulator["object"], simulator["scene"]) == ("cylinder_25", "held")
+    assert simulator["object_mass_scale"] == 1.0
+    assert (sequencer["grasp_type"], sequencer["grasp_patterns"]) == (2, str(stored))

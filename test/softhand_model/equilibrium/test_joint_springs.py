@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from softhand_model.equilibrium import joint_springs as module
+from softhand_model.equilibrium import joint_balance as module
 from softhand_model.equilibrium.joint_springs import JointSprings, springs_of
 
 STIFFNESS = np.array([[0.8, 1.1, 0.9], [2.0, 2.5, 1.5]])  # (joints, points) [N m/rad]
@@ -41,6 +41,23 @@ def springs(kind):
     return JointSprings(STIFFNESS, REST, np.arange(3), **KINDS[kind])
 
 
+def rotations(given, joint, moment):
+    """Rotation vectors (3, points) [rad] of a joint under moments (3, points) [N m]."""
+    arrays = given.arrays()
+    found = [module.joint_rotation(arrays, joint, n, tuple(m)) for n, m in enumerate(moment.T)]
+    return np.transpose(found)
+
+
+def compliances(given, joint, moment):
+    """Their derivatives (3, 3, points) by the moment."""
+    arrays, turned = given.arrays(), rotations(given, joint, moment)
+    found = [
+        module.compliance(arrays, joint, n, tuple(turned[:, n]), tuple(moment[:, n]))
+        for n in range(moment.shape[1])
+    ]
+    return np.moveaxis(found, 0, -1)
+
+
 def elastic(kind, joint, point, rotation):
     """K*e [N m] of one point, written out."""
     more = KINDS[kind]
@@ -71,7 +88,7 @@ def spins(rotation, step=1e-6):
 @pytest.mark.parametrize("joint", [0, 1])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_elastic_moment_does_the_work_of_the_moment_in_every_small_rotation(kind, joint):
-    found = springs(kind).rotation(joint, MOMENT)
+    found = rotations(springs(kind), joint, MOMENT)
     for point in range(3):
         rotation = found[:, point]
         work = spins(rotation) @ MOMENT[:, point]
@@ -83,66 +100,49 @@ def test_the_elastic_moment_does_the_work_of_the_moment_in_every_small_rotation(
 def test_the_compliance_is_the_derivative_of_the_rotation_by_the_moment(kind, joint):
     """To the first order in the rotation, in which the search needs it."""
     given, moment, step = springs(kind), 0.02 * MOMENT, 1e-6
-    compliance = given.compliance(joint, given.rotation(joint, moment), moment)
+    compliance = compliances(given, joint, moment)
     assert compliance.shape == (3, 3, 3)
     for k, axis in enumerate(np.eye(3)):
         push = step * axis[:, None]
-        more, less = (given.rotation(joint, moment + sign * push) for sign in (1, -1))
+        more, less = (rotations(given, joint, moment + sign * push) for sign in (1, -1))
         assert compliance[:, k] == pytest.approx((more - less) / (2 * step), rel=1e-3, abs=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["factor", "rubber", "sideways"])
 def test_in_the_bending_plane_the_compliance_is_exact_however_far_it_bends(kind):
     given, moment, step = springs(kind), np.array([[0.0] * 3, [0.9, -0.4, 1.3], [0.0] * 3]), 1e-5
-    found = given.compliance(0, given.rotation(0, moment), moment)
+    found = compliances(given, 0, moment)
     push = step * np.array([[0.0], [1.0], [0.0]])
-    more, less = (given.rotation(0, moment + sign * push) for sign in (1, -1))
+    more, less = (rotations(given, 0, moment + sign * push) for sign in (1, -1))
     assert found[1, 1] == pytest.approx(((more - less) / (2 * step))[1], rel=1e-5)
-
-
-@pytest.mark.parametrize("kind", ["sideways", "all"])
-def test_few_evaluations_lead_to_the_last_digit(kind, monkeypatch):
-    calls = []
-    plain = JointSprings._elastic
-    monkeypatch.setattr(
-        JointSprings, "_elastic", lambda *given: calls.append(given) or plain(*given)
-    )
-    springs(kind).rotation(0, 0.2 * MOMENT)
-    assert len(calls) <= 12
 
 
 def test_a_spring_alike_about_all_axes_turns_about_the_moment():
     given = springs("linear")
     assert given.isotropic
-    assert given.rotation(1, MOMENT) == pytest.approx(MOMENT / STIFFNESS[1])
+    assert rotations(given, 1, MOMENT) == pytest.approx(MOMENT / STIFFNESS[1])
     assert not any(springs(kind).isotropic for kind in KINDS if kind != "linear")
-
-
-@pytest.mark.parametrize(
-    ("sideways", "shares"),
-    [
-        (None, (1.0, 1.0)),
-        ([[1.6, 0.7], [2.2, 1.5]], (0.7, 1.0)),
-        ([[0.4, 3.0], [0.9, 0.8]], (0.4, 0.8)),
-    ],
-)
-def test_the_softest_axis_may_be_any_of_the_three(sideways, shares):
-    given = JointSprings(
-        STIFFNESS, REST, np.arange(3), sideways=None if sideways is None else np.array(sideways)
-    )
-    assert given.softest == pytest.approx(STIFFNESS * np.array(shares)[:, None])
 
 
 def test_points_can_be_taken_out():
     every, some = springs("all"), springs("all").take(np.array([2, 0]))
-    found = some.rotation(0, MOMENT[:, [2, 0]])
-    assert found == pytest.approx(every.rotation(0, MOMENT)[:, [2, 0]], abs=1e-12)
+    found = rotations(some, 0, MOMENT[:, [2, 0]])
+    assert found == pytest.approx(rotations(every, 0, MOMENT)[:, [2, 0]], abs=1e-12)
     assert springs("linear").take(np.array([1])).coupling is None
 
 
-def test_the_rest_angle_comes_as_sine_and_cosine():
-    sine, cosine = springs("linear").rest_sine_cosine(1)
-    assert sine == pytest.approx(np.sin(REST[1])) and cosine == pytest.approx(np.cos(REST[1]))
+def test_a_factor_may_jump_at_rest_and_stays_far_from_it():
+    given = JointSprings(STIFFNESS, REST, np.arange(3), factor=jumping)
+    arrays = given.arrays()
+    for bend, factor in ((-3.0, 0.5), (-0.4, 0.5), (-1e-7, 0.5), (0.0, 1.0), (0.73, 1.73**4)):
+        moment, _ = module.bending(arrays, 1, 2, bend)
+        assert moment == pytest.approx(bend * factor, rel=1e-6)
+    moment, tangent = module.bending(arrays, 0, 1, 2.5)
+    assert (moment, tangent) == pytest.approx((2.5 * 3.0**4, 3.0**4))
+
+
+def jumping(bend, rest, points):
+    return np.where(bend < rest, 0.5, (1.0 + bend - rest) ** 4)
 
 
 def chain(stiffness, stretching):
@@ -167,9 +167,10 @@ def test_springs_of_a_chain_that_are_alike_and_linear_are_isotropic():
 
 def test_the_derivative_of_the_balance_is_exact_to_the_first_order():
     """What the search and the compliance are drawn from, against differences near no rotation."""
-    moment, step = MOMENT, 1e-5
-    slope = module._slope_of_transposed_jacobian(1e-3 * MOMENT[:, ::-1], moment)
-    for k, axis in enumerate(np.eye(3)):
-        ends = (1e-3 * MOMENT[:, ::-1] + sign * step * axis[:, None] for sign in (1, -1))
-        more, less = (module._transposed_jacobian(end, moment) for end in ends)
-        assert slope[:, k] == pytest.approx((more - less) / (2 * step), abs=5e-6)
+    step = 1e-5
+    for turn, moment in zip(1e-3 * MOMENT.T[::-1], MOMENT.T, strict=True):
+        slope = np.array(module.pulled_slope(tuple(turn), tuple(moment)))
+        for k, axis in enumerate(np.eye(3)):
+            ends = (turn + sign * step * axis for sign in (1, -1))
+            more, less = (np.array(module.pulled(tuple(end), tuple(moment))) for end in ends)
+            assert slope[:, k] == pytest.approx((more - less) / (2 * step), abs=5e-6)

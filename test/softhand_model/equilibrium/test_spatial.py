@@ -268,6 +268,16 @@ def test_pose_just_out_of_reach_takes_a_bounded_force():
     assert np.abs(found.torque).max() < 0.02
 
 
+@pytest.mark.parametrize(("curl", "settled"), [(4.0, True), (9.0, True), (40.0, False)])
+def test_a_chain_that_curls_up_carries_its_whole_bend_when_held_straight(curl, settled):
+    """Not what is left of it after whole turns; a finger that no finger is, is not searched."""
+    chain = uniform(10)
+    hold = hold_of(springs_of(chain, np.full(10, curl / 10)), [0, 0, 0.09], [Rotation.identity()])
+    found = HeldChain(chain).base_load(hold)
+    assert found.settled[0] == settled
+    assert found.torque[:, 0] == pytest.approx([0.0, -0.004 * curl / 0.09, 0.0], rel=1e-6, abs=1e-9)
+
+
 def test_pose_far_away_is_not_called_settled():
     chain = chain_of(5)
     hold = hold_of(springs_of(chain, np.zeros(5)), [0.5, 0.0, 0.5], [Rotation.identity()])

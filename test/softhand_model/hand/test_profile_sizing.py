@@ -13,10 +13,10 @@ from softhand_model.hand.profile import ConstantProfile, TableProfile
 from softhand_model.hand.profile_sizing import (
     LEAST_WALL,
     STEEPEST,
-    ProfileWish,
     design_by_profiles,
     rank_rubbers,
 )
+from softhand_model.hand.profile_wish import ProfileWish
 from softhand_model.hand.rubber import Rubber, load_rubbers
 from softhand_model.hand.sizing import WishError, finger_text
 

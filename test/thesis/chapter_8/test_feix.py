@@ -7,7 +7,7 @@ import pytest
 
 from grasp_strategies.dexterity.patterns import load_patterns
 from thesis.chapter_8 import feix
-from thesis.chapter_8.feix import FOUR, RIGID, Parameters, problem, report
+from thesis.chapter_8.feix import FOUR, RIGID, Parameters, Tried, problem, report
 from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, NOT_COUNTED, SLIPPERY
 from thesis.chapter_8.feix_sheet import FILE, human_verdicts, write_verdicts
 from thesis.frame import Job, save_figure
@@ -124,10 +124,18 @@ def test_what_a_person_says_stands_apart_and_is_kept(tmp_path):
 def test_searches_have_the_budget_and_seeds_of_their_own():
     given = Parameters()
     first, other = problem(given, FOUR, 3), problem(given, FOUR, 4)
-    assert (first.evaluations, first.sampler, first.generation) == (300, "cma", 10)
+    assert (first.evaluations, first.sampler, first.generation) == (280, "cma", 10)
+    assert given.evaluations + given.candidates * given.tries == 300
     assert first.seed == 3003 != other.seed
     assert len(first.variables) == 8 + 1 + 3 + 2
     assert problem(given, RIGID, 3).settings["hand"] == RIGID
+
+
+def test_of_those_that_were_tried_with_jitter_the_worst_run_counts():
+    tried = Tried({"cost": 1.0}, [{"cost": 2.0}, {"cost": 70.0}])
+    assert tried.worst == 70.0
+    assert Tried({"cost": 1.0}, [{"cost": 2.0}, {"error": "diverged"}]).worst == 1e3
+    assert Tried({"cost": 1.0}, []).worst == 1.0
 
 
 @pytest.mark.parametrize(
@@ -149,8 +157,7 @@ def test_a_small_run_is_taken_up_with_the_same_outcome_and_another_type_added(tm
     assert list(stored.grasps) == [9] and stored.segments == given.segments
     assert stored.grasps[9].pattern.final["b"] == first["cases"][FOUR]["9"]["final"]["b"]
     more = feix.run(replace(given, evaluations=8), job)
-    assert more["cases"][FOUR]["9"]["evaluations"] == 8
-    assert more["cases"][FOUR]["9"]["cost"] <= first["cases"][FOUR]["9"]["cost"]
+    assert more["cases"][FOUR]["9"]["evaluations"] == 8 + 1
     assert replace(given, types=(2,)).continued(tmp_path).types == (2, 9)
     save_figure(feix, first, report(first, given), tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 20_000

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from grasp_strategies.dexterity.feix_judge import (
     TOUCHING,
     Touch,
     flat_fingers,
+    judge_held,
     judge_type,
     opposition,
     shares,
@@ -32,7 +33,10 @@ from grasp_strategies.dexterity.grasping import (
     FAR,
     SEGMENTS,
     STEP,
+    Draw,
     Grasped,
+    GraspingHand,
+    drawn,
     grasping,
 )
 from grasp_strategies.dexterity.patterns import Pattern, Times
@@ -48,8 +52,8 @@ MOST_OVERLAP = 0.005  # of the object with the pre-grasp posture [m]
 
 # cost [mm]: what is held by the right parts costs what it drifts
 OVERLAPS, DROPPED, AT_ONCE = 150.0, 60.0, 30.0
-MISSING, A_GAP, EXCLUDED, BY_PALM, BY_FLAT, ASKEW = 10.0, 0.2, 50.0, 10.0, 8.0, 5.0
-A_DEGREE, MOST_TURN, WHILE_RELEASED = 0.5, 30.0, 0.1
+MISSING, A_GAP, EXCLUDED, BY_PALM, BY_FLAT, WRONG = 10.0, 0.2, 50.0, 10.0, 8.0, 5.0
+A_DEGREE, MOST_TURN, WHILE_RELEASED, NOT_HELD = 0.5, 30.0, 0.1, 20.0
 
 
 @dataclass(frozen=True)
@@ -156,53 +160,78 @@ def pattern_of(number: int, values: Mapping[str, float]) -> Pattern:
 
 
 # ---------------------------------------------------------------- objective
+@dataclass(frozen=True)
+class Moved:
+    """How far [m] and by which angle [rad] an object moved in the hand when it was tried, and why
+    the judge takes it for not held, if it was asked.
+    """
+
+    moved: float
+    turned: float
+    held_reason: str = ""
+
+
+NOT_TRIED = Moved(0.0, 0.0)  # it was not in the hand
+
+
 @objective
 def grasp(values: Mapping[str, float], settings: Mapping[str, Any]) -> dict[str, Any]:
     """Objective of the search for a grasp: is the object held, and by the right parts.
 
     Args:
         values: of `variables`.
-        settings: `type` (1 to 33), `hand` (see `grasping_hand`), `step` [s], `segments`.
+        settings: `type` (1 to 33), `hand` (see `grasping_hand`), `step` [s], `segments`, `draw`:
+            seed of the jitter with which it is tried and shaken; without it the object is pulled,
+            which takes a fifth of the time, and there is no jitter.
 
     Returns:
         `cost` [mm] (see `cost`), and what it is made of.
     """
     kind = grasp_types()[int(settings["type"])]
+    jittered = "draw" in settings
+    draw = drawn(settings["draw"]) if jittered else Draw()
     hand = grasping(
         kind.object,
         str(settings.get("hand", FOUR)),
         float(settings.get("step", STEP)),
         int(settings.get("segments", SEGMENTS)),
+        draw.modulus_scale,
     )
     try:
-        found = hand.grasp(pattern_of(kind.number, values), Times(), most_overlap=MOST_OVERLAP)
-        held = found.overlap <= MOST_OVERLAP and not found.dropped
-        pulled = hand.pull() if held else (math.nan, math.nan)
+        found = hand.grasp(pattern_of(kind.number, values), Times(), draw, MOST_OVERLAP)
+        tried = NOT_TRIED
+        if found.overlap <= MOST_OVERLAP and not found.dropped:
+            tried = _shaken(hand) if jittered else Moved(*hand.pull())
     except RuntimeError:
         grasping.cache_clear()  # the engine has diverged
         raise
     return {
-        "cost": cost(kind, found, pulled),
+        "cost": cost(kind, found, tried),
         "overlap": found.overlap,
         "dropped": found.dropped,
         "drift": found.drift,
-        "typed": judge_type(kind, found.touches).reason if held else "dropped",
-        "pulled": list(pulled) if held else None,
+        "typed": judge_type(kind, found.touches).reason,
+        **asdict(tried),
     }
 
 
-def cost(kind: GraspType, found: Grasped, pulled: tuple[float, float]) -> float:
+def _shaken(hand: GraspingHand) -> Moved:
+    seen = hand.shaken()
+    return Moved(seen.drift, seen.turn, judge_held(seen).reason)
+
+
+def cost(kind: GraspType, found: Grasped, tried: Moved) -> float:
     """Cost [mm] of a grasp. What cannot be put into the hand costs most; then what is dropped, by
     how soon, and by how far from the type it was before; then what is held, by how far from the
-    type it is, and by drift [m] and turn [rad] when it is pulled.
+    type it is, and by how it moves when it is tried.
     """
     if found.overlap > MOST_OVERLAP:
         return OVERLAPS + 1e3 * found.overlap
     if found.dropped:
         early = AT_ONCE * (1.0 - found.stayed)
         return DROPPED + early + 0.5 * lacking(kind, found.held_out, found.gaps)
-    way, turn = 1e3 * min(pulled[0], FAR), min(MOST_TURN, A_DEGREE * math.degrees(pulled[1]))
-    off = way + turn + WHILE_RELEASED * 1e3 * found.drift
+    way, turn = 1e3 * min(tried.moved, FAR), min(MOST_TURN, A_DEGREE * math.degrees(tried.turned))
+    off = way + turn + WHILE_RELEASED * 1e3 * found.drift + (NOT_HELD if tried.held_reason else 0.0)
     return min(DROPPED, off) + lacking(kind, found.touches, found.gaps)
 
 
@@ -211,12 +240,13 @@ def lacking(kind: GraspType, touches: Sequence[Touch], gaps: Mapping[str, float]
     forces = shares(touches, lambda touch: touch.part)
     missing = [part for part in kind.required if forces[part] < TOUCHING]
     found = sum(MISSING + A_GAP * 1e3 * min(FAR, _gap(part, gaps)) for part in missing)
-    found += sum(EXCLUDED * max(0.0, forces[part] - MOST_EXCLUDED) for part in kind.excluded)
+    helping = [forces[part] - MOST_EXCLUDED for part in kind.excluded]
+    found += sum(WRONG + EXCLUDED * share for share in helping if share > 0.0)
     if kind.opposition == PAD_TYPE and forces[PALM] >= TOUCHING:
         found += BY_PALM * (1.0 + forces[PALM])
     short = LEAST_OPPOSITION - opposition(kind, touches)
     if short >= 0:
-        found += ASKEW * (1.0 + short)
+        found += WRONG * (1.0 + short)
     return found + BY_FLAT * len(flat_fingers(kind, touches))
 
 

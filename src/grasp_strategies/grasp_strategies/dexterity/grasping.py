@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,10 +54,13 @@ class Draw:
 
 
 def drawn(seed: Sequence[int]) -> Draw:
-    """Place +-1 mm, turn +-2 deg about each axis, mass +-5 %, friction +-15 %, modulus +-5 %."""
-    rng = np.random.default_rng(list(seed))
+    """Place +-1 mm, turn +-2 deg about each axis, mass +-5 %, friction +-15 %, modulus +-5 %.
+
+    A seed whose last number is below zero gives the opposite of that above zero.
+    """
+    sign, rng = math.copysign(1.0, seed[-1]), np.random.default_rng(np.abs(seed).tolist())
     spread = [*[0.001] * 3, *[math.radians(2.0)] * 3, 0.05, 0.15, 0.05]
-    found = (rng.uniform(-1.0, 1.0, len(spread)) * spread).tolist()
+    found = (sign * rng.uniform(-1.0, 1.0, len(spread)) * spread).tolist()
     scales = [1.0 + part for part in found[6:]]
     return Draw(tuple(found[:3]), tuple(found[3:6]), *scales)
 
@@ -119,6 +123,7 @@ class GraspingHand:
             finger_contact=True,
         )
         self.simulation = self.scene.simulation
+        finalize(self, self.simulation.close)  # the engine has room for a thousand in a process
         self._first = first_channels(hand)
         self._start = self.scene.save()
         self._upright = Pose(*(part.copy() for part in self.simulation.wrist_pose()))

@@ -16,6 +16,12 @@ OFFERS = (
     Offer("pub", "grasp/phase", "std_msgs/String", "on every change, latched"),
     Offer("pub", "grasp/result", "diagnostic_msgs/DiagnosticArray", "how it ended, latched"),
     Offer("pub", "wrist/target_pose", "geometry_msgs/PoseStamped", "where the wrist shall go"),
+    Offer(
+        "pub",
+        "scene/hold_object",
+        "trajectory_msgs/MultiDOFJointTrajectory",
+        "where the object is held out to the hand, or that it is let go",
+    ),
     Offer("pub", "sim/commanded_until", "std_msgs/Header", "before when it commands no more"),
     Offer(
         "pub",

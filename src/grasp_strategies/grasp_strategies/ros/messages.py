@@ -124,9 +124,14 @@ def read_report(message: Any, node: str, heard: float) -> NodeReport | None:
 
 def read_modes(message: Any, node: str) -> tuple[str, ...]:
     """Control modes of the channels in the driver's part of a DiagnosticArray; empty without."""
+    return tuple(filter(None, read_told(message, node, MODES).split(", ")))
+
+
+def read_told(message: Any, node: str, key: str) -> str:
+    """What a node tells under a key in its part of a DiagnosticArray; empty without."""
     own = (status for status in message.status if status.name.startswith(f"{node}:"))
-    told = (pair.value for status in own for pair in status.values if pair.key == MODES)
-    return tuple(filter(None, next(told, "").split(", ")))
+    told = (pair.value for status in own for pair in status.values if pair.key == key)
+    return str(next(told, ""))
 
 
 @dataclass

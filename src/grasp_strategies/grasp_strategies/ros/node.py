@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -18,10 +19,14 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from grasp_strategies.dexterity import patterns, replay
 from grasp_strategies.judging.judge import GraspResult
 from grasp_strategies.ros.interface import HELP
 from grasp_strategies.ros.parameters import (
+    FEIX,
+    GRASP_PATTERNS,
     GRASP_SERVICES,
+    GRASP_TYPE,
     LOWER_AND_RELEASE,
     PARAMETERS,
     SHIPPED,
@@ -116,7 +121,7 @@ class Run:
 
 
 class SequencerNode(Node):
-    """Offers grasp/push, surface_constrained, edge, slide_to_wall and abort.
+    """Offers grasp/push, surface_constrained, edge, slide_to_wall, feix and abort.
 
     A grasp service answers when its strategy has ended. The strategy runs in a thread of its own,
     so that abort, parameters and refusals of a second call are answered meanwhile.
@@ -187,7 +192,10 @@ class SequencerNode(Node):
     def _strategy_of(self, service: str) -> Strategy:
         """What a service runs: what its parameter says, else what is shipped for the hand."""
         name = self.get_parameter(STRATEGY_PREFIX + service).value
-        candidates = [load_strategy(one) for one in ([name] if name else SHIPPED[service])]
+        if service == FEIX:
+            candidates = [self._replay(name)]
+        else:
+            candidates = [load_strategy(one) for one in ([name] if name else SHIPPED[service])]
         for strategy in candidates:
             if load_hand(strategy.hand).name == self._hand.name:
                 return strategy
@@ -195,6 +203,17 @@ class SequencerNode(Node):
         raise ValueError(
             f"grasp/{service}: expected a strategy for the hand {self._hand.name}, got {got}; "
             f"parameter {STRATEGY_PREFIX}{service} takes another"
+        )
+
+    def _replay(self, name: str) -> Strategy:
+        """The stored grasp of the type that the parameters name, by a strategy's file or the
+        shipped one.
+        """
+        stored = self.get_parameter(GRASP_PATTERNS).value
+        return replay.load_replay(
+            self.get_parameter(GRASP_TYPE).value,
+            Path(stored) if stored else patterns.FILE,
+            Path(name) if name else replay.FILE,
         )
 
     async def _serve_abort(
@@ -249,6 +268,8 @@ class SequencerNode(Node):
         try:
             time_out = self.get_parameter("connect_time_out").value
             self._scene.connect(time_out, functools.partial(self._wait_for, run))
+            if run.strategy.holds_object_out:
+                self._scene.check_object(run.strategy.objects)
             sequencer = Sequencer(
                 self._scene,
                 run.strategy,

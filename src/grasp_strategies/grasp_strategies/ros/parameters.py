@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from grasp_strategies.dexterity.feix import COUNT
 from grasp_strategies.sequencer import ABORT_ACTIONS, CONTROL_STEP, VENT
 from softhand_ros.parameters import Parameter
 from softhand_ros.single import ALLOW_SECOND
@@ -14,13 +15,17 @@ SHIPPED = {
     "edge": ("rbo_hand_1_edge",),
     "slide_to_wall": ("rbo_hand_2_slide_to_wall",),
 }
-GRASP_SERVICES = tuple(SHIPPED)
+FEIX, FEIX_STRATEGY = "feix", "feix_strategy"  # a stored grasp, and the file that replays it
+GRASP_SERVICES = (*SHIPPED, FEIX)
+GRASP_TYPE, GRASP_PATTERNS = "grasp_type", "grasp_patterns"
 LOWER_AND_RELEASE = "lower_and_release"
 
 
 def _strategy_parameter(service: str) -> Parameter:
-    shipped = " or ".join(SHIPPED[service])
-    text = f"what grasp/{service} runs, by name or path of a YAML file; empty: {shipped}, by hand"
+    shipped = " or ".join(SHIPPED.get(service, (FEIX_STRATEGY,)))
+    if service in SHIPPED:
+        shipped += ", by hand"
+    text = f"what grasp/{service} runs, by name or path of a YAML file; empty: {shipped}"
     return Parameter(STRATEGY_PREFIX + service, "", text, read_only=False)
 
 
@@ -53,6 +58,19 @@ PARAMETERS = (
         "longest wall time to wait for simulator and driver",
         "s",
         (0.1, 120.0),
+        read_only=False,
+    ),
+    Parameter(
+        GRASP_TYPE,
+        1,
+        "of the Feix taxonomy, whose stored grasp grasp/feix replays",
+        bounds=(1, COUNT),
+        read_only=False,
+    ),
+    Parameter(
+        GRASP_PATTERNS,
+        "",
+        "file of stored grasps, softhand-grasp-patterns/1; empty: the shipped one",
         read_only=False,
     ),
     ALLOW_SECOND,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ from grasp_strategies.ros.messages import (
     read_report,
     read_touching,
 )
+from grasp_strategies.ros.object_command import ObjectCommand
 from grasp_strategies.ros.scene_clock import SceneClock
 from grasp_strategies.scene import AirTarget, Array, Observation, SceneError
 from softhand_ros.diagnostics import cut
@@ -73,6 +74,7 @@ class TopicScene:
         self._air = self._feed(JointState, "pneumaticbox/state", DRIVER, read_air_state)
         self.feeds = (self._wrist, self._object, self._force, self._contacts, self._air)
         self._wrist_target = node.create_publisher(PoseStamped, "wrist/target_pose", 10)
+        self._object_command = ObjectCommand(node, full_name(node, REPORTERS[SIMULATOR][0]))
         self._air_command = AirCommand(node)
         self._reports: dict[str, NodeReport] = {}
         node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_others, 10)
@@ -108,8 +110,25 @@ class TopicScene:
         told = self._told_modes or self._modes
         self._modes = told if len(told) == len(nothing) else (MASS,) * len(nothing)
 
+    def check_object(self, names: Collection[str]) -> None:
+        """Raise SceneError unless the simulator has an object of one of these names, or when it
+        does not tell in a moment, in which it stands.
+        """
+        self._await_end_of(self._object_untold, FAULT_MEMORY)
+        self._object_command.check(names)
+
+    def _object_untold(self) -> str:
+        if self._object_command.name:
+            return ""
+        self._clock.tell()
+        self._clock.wait(LOOK_PERIOD)
+        return "word of the simulator which object it has"
+
     def _await_end_of(
-        self, obstacle: Callable[[], str], time_out: float, on_wait: Callable[[str], None]
+        self,
+        obstacle: Callable[[], str],
+        time_out: float,
+        on_wait: Callable[[str], None] = lambda what: None,
     ) -> None:
         end = time.monotonic() + time_out
         while what := obstacle():
@@ -145,6 +164,7 @@ class TopicScene:
                 self._reports[source] = report
         if modes := read_modes(message, full_name(self._node, REPORTERS[DRIVER][0])):
             self._told_modes = modes
+        self._object_command.hear(message)
         if self._fault:
             self._clock.wake()  # a strategy that sleeps ends at once
 
@@ -220,6 +240,17 @@ class TopicScene:
         place.x, place.y, place.z = map(float, position)
         rotation.x, rotation.y, rotation.z, rotation.w = map(float, orientation)
         self._wrist_target.publish(message)
+
+    def hold_object(self, position: Array, orientation: Array) -> None:
+        """Publish where the object is held out, position (3,) [m] and quaternion (4,) in the wrist
+        frame; in simulated time it takes effect half a tick from now. Raises SceneError when nobody
+        hears it.
+        """
+        self._object_command.hold(position, orientation, self._clock.effect)
+
+    def release_object(self, duration: float) -> None:
+        """Publish that what holds the object fades within a duration [s], as `hold_object`."""
+        self._object_command.release(duration, self._clock.effect)
 
     def command_air(self, masses: Array) -> None:
         """Publish target air masses (channels,) [kg above rest], NaN for a channel that keeps its

@@ -6,7 +6,8 @@ The file has the keys
 * `variables: {name: [low, high]}`;
 * `evaluations`: the budget; `generation` (8): evaluations that are asked for before the results of
   any of them are told; `sampler`: `cma` (CMA-ES), `tpe` or `random`; `seed` (0);
-* `start: {name: value}`: what is tried first;
+* `start: {name: value}`: what is tried first; with `spread`, a share of each range, CMA-ES goes on
+  around there, so far, after its first generation;
 * `settings`: what the objective is given besides the values. Texts that are the path of a file from
   the problem's folder on are made whole, and its content belongs to the evaluation.
 """
@@ -57,6 +58,7 @@ class SearchProblem:
     start: Mapping[str, float] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
     allow_any: bool = False
+    spread: float | None = None
 
     def __post_init__(self) -> None:
         check_name(self.objective, self.allow_any)
@@ -66,11 +68,15 @@ class SearchProblem:
             )
         if self.sampler == "cma" and (len(self.variables) < 2 or self.generation < 4):
             raise ValueError("sampler: cma: expected two variables and generations of four or more")
+        if self.spread is not None and (self.sampler != "cma" or not self.start):
+            raise ValueError("spread: expected with a start and the sampler cma alone")
         by_name = {variable.name: variable for variable in self.variables}
         for name, value in self.start.items():
             found = by_name.get(name)
             if found is None or not found.low <= value <= found.high:
                 raise ValueError(f"start: {name}: expected a variable within its range, {value}")
+        if self.spread is not None and len(self.start) < len(by_name):
+            raise ValueError("start: expected all variables beside spread")
 
 
 @dataclass(frozen=True)
@@ -129,7 +135,7 @@ def load_problem(path: str | Path, allow_any: bool = False) -> SearchProblem:
     """
     document = read_document(Path(path), FORMAT)
     required = ("format", "name", "objective", "variables", "evaluations", "sampler")
-    top = document.fields(required, ("generation", "seed", "start", "settings"))
+    top = document.fields(required, ("generation", "seed", "start", "spread", "settings"))
     variables = tuple(_variable(*item) for item in top["variables"].mapping().items())
     if not variables:
         raise top["variables"].error("at least one variable")
@@ -138,6 +144,7 @@ def load_problem(path: str | Path, allow_any: bool = False) -> SearchProblem:
         "generation": top["generation"].whole(1, most) if "generation" in top else GENERATION,
         "seed": top["seed"].whole(0, 2**32 - 1) if "seed" in top else 0,
         "start": _numbers(top["start"]) if "start" in top else {},
+        "spread": top["spread"].number(above=0.0, high=1.0) if "spread" in top else None,
         "settings": _settings(top["settings"]) if "settings" in top else {},
     }
     name, function = top["name"].name(), top["objective"].text()

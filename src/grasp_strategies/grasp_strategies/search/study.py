@@ -35,21 +35,24 @@ class Study:
         if problem.start:
             self._study.enqueue_trial(dict(problem.start))
 
-    def ask(self) -> list[Evaluation]:
-        """The next generation; empty when the budget is spent."""
+    def ask(self, count: int | None = None) -> list[Evaluation]:
+        """The next generation, or the next `count`; empty when the budget is spent."""
         problem, begun = self._problem, len(self._study.trials)
         queued = len(self._study.get_trials(False, (optuna.trial.TrialState.WAITING,)))
-        count = min(problem.generation, problem.evaluations - begun + queued)
+        wanted = problem.generation if count is None else count
+        count = min(wanted, problem.evaluations - begun + queued)
         trials = [self._study.ask(self._ranges) for _ in range(count)]
         return [Evaluation(problem, trial.number, trial.params) for trial in trials]
 
     def tell(self, generation: Sequence[Evaluation], records: Sequence[Record]) -> None:
         """Results of a generation, in its order; one that ended in an error has none."""
         for evaluation, record in zip(generation, records, strict=True):
-            if "error" in record:
-                self._study.tell(evaluation.number, state=optuna.trial.TrialState.FAIL)
-            else:
-                self._study.tell(evaluation.number, record[COST])
+            self.tell_cost(evaluation.number, None if "error" in record else record[COST])
+
+    def tell_cost(self, number: int, cost: float | None) -> None:
+        """The cost of an evaluation by its number; None: it has none."""
+        failed = optuna.trial.TrialState.FAIL if cost is None else None
+        self._study.tell(number, cost, state=failed)
 
     def write(self, folder: Path) -> Path:
         """Leave the study as a journal for Optuna's own tools, such as its dashboard."""
@@ -74,9 +77,15 @@ def _sampler(problem: SearchProblem) -> optuna.samplers.BaseSampler:
         with warnings.catch_warnings():  # parts of it may still change, and its version is pinned
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
             return samplers.TPESampler(seed=problem.seed, multivariate=True, constant_liar=True)
-    return samplers.CmaEsSampler(
-        seed=problem.seed,
-        popsize=problem.generation,
-        independent_sampler=samplers.RandomSampler(seed=problem.seed),
-        warn_independent_sampling=False,
-    )
+    given: dict[str, Any] = {}
+    if problem.spread is not None:
+        given = {"x0": dict(problem.start), "sigma0": problem.spread}
+    with warnings.catch_warnings():  # x0 and sigma0 are to go, and the version is pinned
+        warnings.simplefilter("ignore", FutureWarning)
+        return samplers.CmaEsSampler(
+            seed=problem.seed,
+            popsize=problem.generation,
+            independent_sampler=samplers.RandomSampler(seed=problem.seed),
+            warn_independent_sampling=False,
+            **given,
+        )

@@ -3,23 +3,27 @@
 from grasp_strategies.strategy.description import (
     DATA,
     Condition,
+    HeldOut,
     Phase,
     Strategy,
     Success,
     Vector,
     Waypoint,
     load_strategy,
+    read_strategy,
     strategy_names,
 )
 
 __all__ = [
     "DATA",
     "Condition",
+    "HeldOut",
     "Phase",
     "Strategy",
     "Success",
     "Vector",
     "Waypoint",
     "load_strategy",
+    "read_strategy",
     "strategy_names",
 ]

@@ -26,6 +26,10 @@ any of
   of the air count once the ramp is over. `touching: [names]` holds when all of these bodies press
   on the object. With it go `time_out` [s] and `on_time_out: error | next`. Without it a phase ends
   when motion, ramp and duration are over.
+* `hold_object: {position, orientation}`: as the phase begins the object is put at this pose in the
+  wrist frame, position [m] and quaternion (x, y, z, w), upright without one, and a spring holds it
+  there, as an experimenter holds it out to the hand.
+* `release_object`: time [s] in which that spring fades, from the beginning of the phase.
 * `option`: the phase is skipped unless this option is asked for.
 """
 
@@ -64,8 +68,12 @@ _PHASE_KEYS = (
     "until",
     "time_out",
     "on_time_out",
+    "hold_object",
+    "release_object",
     "option",
 )
+# one of these a phase has to have
+DOES = ("wrist", "air_mass", "pressure", "duration", "until", "hold_object", "release_object")
 
 LONGEST = Bounds(0.0, 3600.0, "s")
 PLACE = Bounds(-10.0, 10.0, "m")
@@ -80,7 +88,7 @@ THRESHOLDS = {
     "pressure": Bounds(-1e5, 1e7, "Pa"),
 }
 BOUNDS = {
-    **dict.fromkeys(("duration", "air_ramp", "time_out", "hold_time"), LONGEST),
+    **dict.fromkeys(("duration", "air_ramp", "time_out", "hold_time", "release_object"), LONGEST),
     **dict.fromkeys(("lift_height", "max_slip"), Bounds(0.0, 10.0, "m")),
     "speed": Bounds(0.0, 10.0, "m/s"),
     "turn_speed": Bounds(0.0, 100.0, "rad/s"),
@@ -88,6 +96,7 @@ BOUNDS = {
 }
 
 Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -100,6 +109,16 @@ class Waypoint:
     position: Vector
     rpy: Vector | None
     pivot: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Where the object is held out to the hand: position [m], quaternion (x, y, z, w), in the wrist
+    frame.
+    """
+
+    position: Vector
+    orientation: Quaternion
 
 
 @dataclass(frozen=True)
@@ -126,7 +145,8 @@ class Condition:
 @dataclass(frozen=True)
 class Phase:
     """One phase: times [s], speeds [m/s] and [rad/s], air masses [kg], gauge pressures [Pa]; see
-    the module's text.
+    the module's text. `held_out` is where the object is held from its beginning on, `release` the
+    time in which it is let go.
     """
 
     name: str
@@ -142,6 +162,8 @@ class Phase:
     time_out: float | None
     next_on_time_out: bool
     option: str | None
+    held_out: HeldOut | None = None
+    release: float | None = None
 
     @property
     def conditional(self) -> bool:
@@ -183,6 +205,11 @@ class Strategy:
         """Names of the options that switch phases on."""
         return frozenset(phase.option for phase in self.phases if phase.option)
 
+    @property
+    def holds_object_out(self) -> bool:
+        """Whether the object is held out to the hand: then it has to be one of `objects`."""
+        return any(phase.held_out is not None for phase in self.phases)
+
 
 def strategy_names() -> list[str]:
     """Names of the strategies that come with the package."""
@@ -206,10 +233,11 @@ def load_strategy(name: str | Path) -> Strategy:
                 f".yaml file, got {quoted(str(name))}"
             )
         path = DATA / f"{name}.yaml"
-    return _strategy(read_document(path, FORMAT))
+    return read_strategy(read_document(path, FORMAT))
 
 
-def _strategy(document: Node) -> Strategy:
+def read_strategy(document: Node) -> Strategy:
+    """The strategy of a document; raises ValueError as `load_strategy`."""
     top = document.fields(
         ("format", "name", "description", "hand", "phases"),
         ("object_rpy", "objects", "success", *TRIED_WITH),
@@ -273,7 +301,19 @@ def _phase(node: Node) -> Phase:
         next_on_time_out="on_time_out" in fields
         and fields["on_time_out"].choice(("error", "next")) == "next",
         option=fields["option"].text() if "option" in fields else None,
+        held_out=_held_out(fields["hold_object"]) if "hold_object" in fields else None,
+        release=_positive(fields, "release_object"),
     )
+
+
+def _held_out(node: Node) -> HeldOut:
+    fields = node.fields(("position",), ("orientation",))
+    if "orientation" not in fields:
+        return HeldOut(_vector(fields["position"], PLACE), (0.0, 0.0, 0.0, 1.0))
+    x, y, z, w = fields["orientation"].vector(4)
+    if not abs(math.hypot(x, y, z, w) - 1.0) < 1e-2:
+        raise fields["orientation"].error("a unit quaternion x, y, z, w")
+    return HeldOut(_vector(fields["position"], PLACE), (x, y, z, w))
 
 
 def _positive(fields: dict[str, Node], key: str) -> float | None:
@@ -300,8 +340,8 @@ def _check_timing(node: Node, fields: dict[str, Node]) -> None:
         raise node.error("a `time_out` beside `until`")
     if "until" not in fields and ("time_out" in fields or "on_time_out" in fields):
         raise node.error("an `until` beside `time_out`")
-    if not {"wrist", "air_mass", "pressure", "duration", "until"} & fields.keys():
-        raise node.error("at least one of `wrist`, `air_mass`, `pressure`, `duration`, `until`")
+    if not set(DOES) & fields.keys():
+        raise node.error(f"at least one of {', '.join(f'`{key}`' for key in DOES)}")
 
 
 def _check_air(fields: dict[str, Node]) -> None:

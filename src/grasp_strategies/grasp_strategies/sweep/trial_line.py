@@ -15,6 +15,7 @@ from grasp_strategies.strategy import DATA
 from grasp_strategies.sweep.line import DIGITS, Record
 from grasp_strategies.trials import Placement, TrialSettings, started_scene
 
+LATER = ("finger_contact",)  # settings that results of before do not have: the usual is left out
 NAMED_FILES = ("strategy", "hand", "object", "scene", "model", "friction")  # of the settings
 
 
@@ -36,7 +37,10 @@ class TrialLine:
     @property
     def digest(self) -> str:
         """Hash of settings, placement and the files that the settings name, wherever those lie."""
-        settings = asdict(self.settings)
+        settings, usual = asdict(self.settings), TrialSettings()
+        for name in LATER:
+            if settings[name] == getattr(usual, name):
+                del settings[name]
         settings |= {name: path.name for name, path in _own_files(self.settings).items()}
         plain = {"settings": settings, "placement": asdict(self.placement)}
         text = json.dumps(plain, sort_keys=True) + _files(self.settings)

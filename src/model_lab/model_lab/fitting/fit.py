@@ -20,6 +20,7 @@ import numpy as np
 
 from model_lab.aliases import Array, Mask
 from model_lab.fitting.noise_floor import Spectrum, falling
+from model_lab.fitting.scales import Scales, held
 
 DIFFERENCE = 1e-4  # step of the Jacobian in units of a parameter's scale
 ITERATIONS = 15
@@ -50,37 +51,6 @@ class Parameterised(Protocol):
     def predict(self, values: Array) -> Array:
         """Predictions (lanes, samples) for parameters (lanes, k)."""
         ...
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Coordinates in which parameters are searched: logarithms where they span decades."""
-
-    low: Array
-    high: Array
-    width: Array
-    logarithmic: Mask
-
-    @classmethod
-    def of(cls, parameters: Sequence[Any]) -> Scales:
-        """Scales of free parameters; width is that of their typical range."""
-        log = np.array([parameter.logarithmic for parameter in parameters], bool)
-        ends = np.array([[p.low, p.high, *p.typical] for p in parameters], float).reshape(-1, 4)
-        ends[log] = np.log(ends[log])
-        return cls(ends[:, 0], ends[:, 1], np.maximum(ends[:, 3] - ends[:, 2], 1e-12), log)
-
-    def inward(self, values: Array) -> Array:
-        """Coordinates of values (..., k)."""
-        with np.errstate(divide="ignore"):
-            return np.where(
-                self.logarithmic, np.log(np.where(self.logarithmic, values, 1.0)), values
-            )
-
-    def outward(self, coordinates: Array) -> Array:
-        """Values of coordinates (..., k)."""
-        return np.where(
-            self.logarithmic, np.exp(np.where(self.logarithmic, coordinates, 0.0)), coordinates
-        )
 
 
 @dataclass(frozen=True)
@@ -333,12 +303,6 @@ def inverse(normal: Array, singular: float = 1e-14) -> Array:
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     scaled = normal / np.outer(size, size)
     return np.asarray(np.linalg.pinv(scaled, rcond=singular, hermitian=True) / np.outer(size, size))
-
-
-def held(scales: Scales, coordinates: Array, gradient: Array) -> Mask:
-    """Parameters on a bound that want to go beyond it."""
-    below = (coordinates <= scales.low) & (gradient < 0.0)
-    return below | ((coordinates >= scales.high) & (gradient > 0.0))
 
 
 def _finished(likelihood: Likelihood, point: _Point) -> Fit:

@@ -22,6 +22,7 @@ from model_lab.fitting.smoothing import short_spline_rest, spline_square
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.sample_table import SampleTable, Series
 
+MOST_BANDS = 64  # of an output: series of 3**62 samples
 BAND_WIDTH = 3  # each band reaches to this many times the frequency of the one before
 REPEATS, STATED, SPLINE = "repeats", "stated", "spline"
 UPPER_LEVEL = 0.95
@@ -111,8 +112,8 @@ def _bands(table: SampleTable) -> tuple[IntArray, IntArray]:
     """Band of every coefficient, and the output of every band."""
     short = _has_short_runs(table)  # too few coefficients to tell more than two levels
     keys = np.concatenate([_keys(part, short) for part in table.series])
-    found, bands = np.unique(keys, axis=0, return_inverse=True)
-    return bands.reshape(-1).astype(np.int64), found[:, 0].astype(np.int64)
+    found = np.flatnonzero(np.bincount(keys))
+    return np.searchsorted(found, keys), found // MOST_BANDS
 
 
 def _has_short_runs(table: SampleTable) -> bool:
@@ -120,11 +121,12 @@ def _has_short_runs(table: SampleTable) -> bool:
 
 
 def _keys(part: Series, short: bool) -> IntArray:
+    """For each coefficient the number of its band among those that any output could have."""
     order = np.arange(part.length)
     band = np.where(order == 0, 0, 1 + np.floor(np.log(np.maximum(order, 1)) / np.log(BAND_WIDTH)))
     if short:
         band = np.minimum(band, 1)
-    return np.stack([np.full(len(order), part.output), band.astype(np.int64)], axis=1)
+    return part.output * MOST_BANDS + band.astype(np.int64)
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ import numpy as np
 from model_lab.aliases import Array, Mask
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.between_samples import with_input_between
-from model_lab.fitting.fit import Fit, Likelihood, fit, held, inverse
+from model_lab.fitting.fit import Fit, Likelihood, fit, inverse
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
+from model_lab.fitting.scales import held
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of

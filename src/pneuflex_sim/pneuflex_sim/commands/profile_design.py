@@ -32,12 +32,8 @@ from softhand_model.documents.yaml_reading import read_yaml
 from softhand_model.hand.actuator import read_profile
 from softhand_model.hand.plausible import LENGTH, PRESSURE
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
-from softhand_model.hand.profile_sizing import (
-    ProfileDesign,
-    ProfileWish,
-    design_by_profiles,
-    rank_rubbers,
-)
+from softhand_model.hand.profile_sizing import ProfileDesign, design_by_profiles, rank_rubbers
+from softhand_model.hand.profile_wish import ProfileWish
 from softhand_model.hand.rubber import Rubber, load_rubbers
 from softhand_model.hand.sizing import WishError, actuator_entry, profile_entry
 from softhand_model.numerics.arrays import Array

@@ -53,13 +53,26 @@ def build_mould(
     Raises ValueError for an actuator that leaves no room for a chamber, its edges or the rim.
     """
     line, used = Line(actuator), parameters or MouldParameters()
-    chambers = _chambers(line, used, split)
-    fillet = _room_for_fillet(line, used, chambers)
-    _refuse_far_arcs(line, used)
+    chambers, fillet = _room(line, used, split)
     outside = _outside(line, used)
     grow = [used.scale] * 3
     shell, core = _shell(line, used, outside), _core(line, used, outside, chambers, fillet)
     return Mould(line, used, chambers, fillet, shell.scale(grow), core.scale(grow))
+
+
+def check_room(actuator: Actuator, parameters: MouldParameters | None = None) -> None:
+    """Raise ValueError as `build_mould` does, without building anything."""
+    _room(Line(actuator), parameters or MouldParameters(), None)
+
+
+def _room(
+    line: Line, used: MouldParameters, split: float | None
+) -> tuple[tuple[tuple[float, float], ...], float]:
+    """Chambers and fillet [mm] that an actuator leaves room for."""
+    chambers = _chambers(line, used, split)
+    fillet = _room_for_fillet(line, used, chambers)
+    _refuse_far_arcs(line, used)
+    return chambers, fillet
 
 
 def groove_places(line: Line, parameters: MouldParameters) -> Array:

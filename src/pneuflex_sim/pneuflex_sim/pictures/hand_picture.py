@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,7 @@ INCHES_A_METRE = 22.0
 CAPTION = "free air, no weight, no contact: what meets is drawn passing through"
 UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])  # pose of the wrist
 STEP = 0.002  # [s]
+SEGMENTS = 5  # an actuator, where nobody says
 RAMP, REST = 0.4, 0.8  # [s] between two pressures
 
 
@@ -112,6 +113,26 @@ def draw_hand(
             _measure(axes[row][column], view, *corners[column])
     _explain(figure, hand)
     return figure
+
+
+def draw_beside(axes: Sequence[Axes], hands: Mapping[str, HandDescription]) -> None:
+    """Hands at rest by their titles, on one scale: for each an axes from the palm, then one from
+    the thumb's side.
+    """
+    renderers = [Renderer(hand, None, "stand", SEGMENTS, _colors(hand)) for hand in hands.values()]
+    joints = [
+        next(hand_at_rest(hand, np.zeros((1, len(hand.channels))), SEGMENTS))
+        for hand in hands.values()
+    ]
+    corners = [_corners(*both) for both in zip(renderers, joints, strict=True)]
+    low = np.min([corner[0] for corner in corners], axis=0) - BORDER
+    high = np.max([corner[1] for corner in corners], axis=0) + BORDER
+    for number, title in enumerate(hands):
+        for panel, view in zip(axes[2 * number : 2 * number + 2], VIEWS, strict=True):
+            picture = _photograph(renderers[number], joints[number], view, low, high)
+            _place(panel, picture, view, low, high)
+            _measure(panel, view, *corners[number])
+            panel.set_title(title, fontsize=10)
 
 
 def channel_colors(hand: HandDescription) -> dict[str, str]:

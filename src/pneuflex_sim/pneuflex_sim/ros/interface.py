@@ -23,6 +23,12 @@ OFFERS = (
     Offer("pub", "wrist/pose", "geometry_msgs/PoseStamped", "of the compliant wrist, in world"),
     Offer("pub", "wrist/wrench", "geometry_msgs/WrenchStamped", "of the hand on the wrist"),
     Offer("sub", "wrist/target_pose", "geometry_msgs/PoseStamped", "where the wrist shall go"),
+    Offer(
+        "sub",
+        "scene/hold_object",
+        "trajectory_msgs/MultiDOFJointTrajectory",
+        "where a spring holds the object out to the hand, or that it lets go",
+    ),
     Offer("sub", "sim/commanded_until", "std_msgs/Header", "before when who commands no more"),
     Offer("pub", "scene/object_pose", "geometry_msgs/PoseStamped", "truth, in world"),
     Offer("pub", "/tf", "tf2_msgs/TFMessage", "world to wrist and object, where tf2_msgs is there"),

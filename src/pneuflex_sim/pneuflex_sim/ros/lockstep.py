@@ -7,20 +7,17 @@ from __future__ import annotations
 import time
 from bisect import insort
 from collections.abc import Callable
+from typing import Any
 
-import numpy as np
-from geometry_msgs.msg import PoseStamped
-from numpy.typing import NDArray
 from rclpy.node import Node
 
 from pneuflex_sim.ros.clock import Told
 from softhand_ros.topics import RELIABLE, SECOND, Inbox, nanoseconds
 
 COMMANDED_UNTIL = "sim/commanded_until"
-TARGET = "wrist/target_pose"
 COMMANDS_WAIT = 0.05  # wall time to wait for commanders before services are served [s]
 LONGEST_LEAD = SECOND  # by which a target's stamp may be ahead; more is another clock's [ns]
-AT_ONCE = 10  # targets that are taken at one look: more at a time are a storm
+AT_ONCE = 10  # commands that are taken at one look: more at a time are a storm
 
 
 class Commanders:
@@ -66,30 +63,33 @@ class Commanders:
         return self.awaited or any(told <= now for told in until)
 
 
-class WristTargets:
-    """Targets of the wrist, each of which takes effect at its stamp.
+class StampedCommands:
+    """Commands of a topic, each of which takes effect at the stamp of its header.
 
     One that comes late, or bears no stamp or that of another clock, takes effect when it comes.
 
     Args:
         node: whose topic it is.
-        command: moves the target to a position (3,) [m] and a quaternion (4,), or raises
-            ValueError.
+        kind: of the message.
+        topic: its name.
+        command: does what a message says, or raises ValueError.
         refuse: is told why a message cannot be used.
     """
 
     def __init__(
         self,
         node: Node,
-        command: Callable[[NDArray[np.float64], NDArray[np.float64]], None],
+        kind: type,
+        topic: str,
+        command: Callable[[Any], None],
         refuse: Callable[[str], None],
     ) -> None:
-        self._inbox = Inbox(node, PoseStamped, TARGET, RELIABLE)
-        self._command, self._refuse = command, refuse
-        self._waiting: list[tuple[int, PoseStamped]] = []  # by time [ns]
+        self._inbox = Inbox(node, kind, topic, RELIABLE)
+        self._topic, self._command, self._refuse = topic, command, refuse
+        self._waiting: list[tuple[int, Any]] = []  # by time [ns]
 
     def forget(self) -> None:
-        """Forget the targets that wait for their time."""
+        """Forget the commands that wait for their time."""
         self._waiting.clear()
 
     def obey(self, now: float) -> None:
@@ -107,12 +107,8 @@ class WristTargets:
         while self._waiting and self._waiting[0][0] <= instant:
             self._obey(self._waiting.pop(0)[1])
 
-    def _obey(self, message: PoseStamped) -> None:
-        frame = message.header.frame_id
-        p, o = message.pose.position, message.pose.orientation
+    def _obey(self, message: Any) -> None:
         try:
-            if frame not in ("", "world"):
-                raise ValueError(f"header.frame_id: expected world, got {frame}")
-            self._command(np.array([p.x, p.y, p.z]), np.array([o.x, o.y, o.z, o.w]))
+            self._command(message)
         except ValueError as error:
-            self._refuse(f"{TARGET}: {error}")
+            self._refuse(f"{self._topic}: {error}")

@@ -15,8 +15,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from pneuflex_sim.ros.clock import Pace, shared_clock
+from pneuflex_sim.ros.commanded import Commanded
 from pneuflex_sim.ros.interface import HELP
-from pneuflex_sim.ros.lockstep import COMMANDS_WAIT, Commanders, WristTargets
+from pneuflex_sim.ros.lockstep import COMMANDS_WAIT, Commanders
 from pneuflex_sim.ros.markers import SeenScene
 from pneuflex_sim.ros.parameters import PARAMETERS, configuration
 from pneuflex_sim.ros.sensed import Sensed
@@ -53,7 +54,7 @@ FAST_PERIOD = 0.01  # clock, wrist, object [s]
 
 
 class HandSim(Node):
-    """Publishes what the hand does and senses; obeys valves and wrist targets."""
+    """Publishes what the hand does and senses; obeys valves, and targets of wrist and object."""
 
     def __init__(self) -> None:
         super().__init__("hand_sim")
@@ -72,7 +73,7 @@ class HandSim(Node):
         self.clock = shared_clock(self, value["publish_clock"])
         self.substeps = math.ceil(SENSOR_PERIOD / self.simulation.step_size - 1e-9)
         self.commanders = Commanders(self, value["await_commander"])
-        self.targets = WristTargets(self, self.simulation.command_wrist, self._refuse)
+        self.commanded = Commanded(self, self.simulation, self._refuse)
         self._create_topics()
         self._create_services()
         self._sensor_message = JointState(name=[*self.simulation.channels, "supply"])
@@ -140,7 +141,7 @@ class HandSim(Node):
         self.simulation.reset()
         self.diverged = ""
         self.commanders.restart()
-        self.targets.forget()
+        self.commanded.forget()
         self._set_time(now if self.clock.follows else 0.0)
         return f"the simulation is back at its start, time {self.simulation.time:g}"
 
@@ -204,6 +205,7 @@ class HandSim(Node):
             "answers missed in lockstep": str(self.missed_answers),
             "refused messages": str(self.refusals),
             "hand": self.simulation.hand.name,
+            "object": self.simulation.object.name if self.simulation.object else "",
         }
         awaiting = "waits at its start for a strategy" if self.commanders.awaited else "running"
         state = "paused" if self.paused else awaiting
@@ -223,7 +225,7 @@ class HandSim(Node):
         """Publish a sample, simulate to the next one while the driver thinks, take its answer."""
         simulation = self.simulation
         before = simulation.time
-        self.targets.obey(before)
+        self.commanded.obey(before)
         sample = self._publish_sensors()
         stale = self.watch.silent(before)
         valves = self.watch.valves(before)
@@ -286,7 +288,7 @@ class HandSim(Node):
         while self.stands and time.monotonic() < end:
             self.clock.wait(SERVE_PERIOD)
             self._take_valves()
-            self.targets.obey(self.simulation.time)
+            self.commanded.obey(self.simulation.time)
             self._executor.serve(SERVE_SLICE)
         if change := self.clock.jump(self.simulation.time):
             self._set_time(self.simulation.time + change)

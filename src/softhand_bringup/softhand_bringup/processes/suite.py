@@ -42,6 +42,8 @@ class SuiteOptions:
     Args:
         hand, object, scene: names of shipped descriptions, or paths of files.
         strategy: what `grasp/surface_constrained` runs, by name or by the path of its file.
+        grasp_type: of the Feix taxonomy, which `grasp/feix` replays.
+        grasp_patterns: file of stored grasps; empty: the shipped one.
         model: model file of the physics; empty takes the one that the simulator ships with.
         allow_effect_files: whether the Python files that the model names are run.
         friction: file with pairs of materials on top of the shipped table; empty for none.
@@ -52,6 +54,7 @@ class SuiteOptions:
         seed: of the sensors' noise and the valves' delays.
         step: physics step [s].
         segments: an actuator.
+        finger_contact: whether fingers touch each other.
         real_time_factor: upper bound of simulated over wall time; 0: as fast as it goes.
         gui: open PyBullet's window.
         publish_clock: the simulator publishes /clock; False: it follows another's.
@@ -64,6 +67,8 @@ class SuiteOptions:
     object: str = "cylinder"
     scene: str = "table"
     strategy: str = "surface_constrained"
+    grasp_type: int = 1
+    grasp_patterns: str = ""
     model: str = ""
     allow_effect_files: bool = False
     friction: str = ""
@@ -74,6 +79,7 @@ class SuiteOptions:
     seed: int = 0
     step: float = 0.002
     segments: int = 5
+    finger_contact: bool = False
     real_time_factor: float = 0.0
     gui: bool = False
     publish_clock: bool = True
@@ -93,6 +99,7 @@ def simulator(options: SuiteOptions) -> NodeCommand:
         "seed": options.seed,
         "step": float(options.step),
         "segments": options.segments,
+        "finger_contact": options.finger_contact,
         "real_time_factor": float(options.real_time_factor),
         "gui": options.gui,
         "publish_clock": options.publish_clock,
@@ -121,6 +128,8 @@ def sequencer(options: SuiteOptions) -> NodeCommand:
     parameters: dict[str, ParameterValue] = {
         "hand": options.hand,
         "strategy.surface_constrained": options.strategy,
+        "grasp_type": options.grasp_type,
+        "grasp_patterns": options.grasp_patterns,
         "use_sim_time": True,
     }
     return NodeCommand("sequencer", "grasp_strategies.ros.node", parameters)

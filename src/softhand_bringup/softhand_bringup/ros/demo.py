@@ -18,6 +18,8 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from grasp_strategies.dexterity.patterns import FILE as PATTERNS
+from grasp_strategies.dexterity.replay import load_replay, simulator_settings
 from grasp_strategies.strategy import Strategy, load_strategy
 from grasp_strategies.strategy.fitting import USUAL_OBJECT, choose_strategy, misfit
 from grasp_strategies.strategy.tried_with import TriedWith
@@ -33,7 +35,7 @@ from softhand_bringup.processes.waiting import START_LIMIT, Interrupted, RunFail
 from softhand_model.model_file import ALLOW_EFFECT_FILES, ALLOW_HELP
 from softhand_ros.client_link import ClientLink
 
-SERVICE = "grasp/surface_constrained"
+SERVICE, REPLAY = "grasp/surface_constrained", "grasp/feix"
 RECORDER_LIMIT = 20.0  # [s]
 GRASP_LIMIT = 300.0  # [s] of wall time
 DRAW_LIMIT = 120.0  # [s]
@@ -63,6 +65,7 @@ class Demo:
         say: prints one line.
         stopped: set when the user wants to end.
         record: whether a bag is written (and pictures are drawn from it).
+        service: that grasps.
     """
 
     options: SuiteOptions
@@ -70,6 +73,7 @@ class Demo:
     say: Callable[[str], None]
     stopped: Event = field(default_factory=Event)
     record: bool = True
+    service: str = SERVICE
 
     def run(self) -> Verdict:
         """Grasp once; writes result.json.
@@ -117,17 +121,17 @@ class Demo:
             raise RunFailed(f"the recorder did not begin to write {bag}")
 
     def _grasp(self, launcher: Launcher) -> Verdict:
-        with GraspClient(SERVICE, self._tell_phase) as client:
+        with GraspClient(self.service, self._tell_phase) as client:
             self._wait_for_suite(client, launcher)
             client.call()
             simulated, wall = client.simulated_time, time.monotonic()
             while (answer := client.answer()) is None:
                 self._check(launcher)
                 if time.monotonic() - wall > GRASP_LIMIT:
-                    raise RunFailed(f"{SERVICE} gave no answer within {GRASP_LIMIT:.0f} s")
+                    raise RunFailed(f"{self.service} gave no answer within {GRASP_LIMIT:.0f} s")
             factor = (client.simulated_time - simulated) / (time.monotonic() - wall)
             if not client.result:
-                raise RunFailed(f"{SERVICE} ended without a grasp/result: {answer.message}")
+                raise RunFailed(f"{self.service} ended without a grasp/result: {answer.message}")
             return verdict_from(
                 client.result, answer.success, answer.message, factor, self.options.seed
             )
@@ -220,7 +224,8 @@ def main(arguments: list[str] | None = None) -> int:
             say(f"warning: {warning}")
         say(f"{options.hand} grasps the {options.object} by {strategy.name}, seed {options.seed}")
         say(f"recording to {folder}/bag")
-        return _run(Demo(options, folder, say, stopped))
+        service = SERVICE if parsed.grasp_type is None else REPLAY
+        return _run(Demo(options, folder, say, stopped, service=service))
 
     return run_command("demo", parsed.out, play)
 
@@ -236,7 +241,9 @@ def _run(demo: Demo) -> bool:
 
 
 def _strategy(parsed: argparse.Namespace) -> Strategy:
-    """The strategy that was asked for, or one that fits the object."""
+    """The strategy that was asked for, or one that fits the object; of a grasp type, its replay."""
+    if parsed.grasp_type is not None:
+        return load_replay(parsed.grasp_type, parsed.grasp_patterns)
     if parsed.object is not None:
         load_object(parsed.object)  # says which there are
     parsed.strategy = parsed.strategy or choose_strategy(parsed.object, parsed.hand)
@@ -245,6 +252,8 @@ def _strategy(parsed: argparse.Namespace) -> Strategy:
 
 def _options(parsed: argparse.Namespace, strategy: Strategy) -> SuiteOptions:
     """What was asked for; the rest is as the strategy was tried."""
+    if parsed.grasp_type is not None:
+        return _replay_options(parsed)
     offset, mass_scale = draw_placement(parsed.seed)
     tried = strategy.tried_with
     thing = parsed.object or next(iter(strategy.objects), USUAL_OBJECT)
@@ -269,6 +278,18 @@ def _options(parsed: argparse.Namespace, strategy: Strategy) -> SuiteOptions:
         object_mass_scale=mass_scale,
         seed=parsed.seed,
         # somebody who looks wants to see it happen as on a bench; else as fast as it goes
+        real_time_factor=1.0 if parsed.gui else 0.0,
+        gui=parsed.gui,
+    )
+
+
+def _replay_options(parsed: argparse.Namespace) -> SuiteOptions:
+    """What the stored grasp of a type needs; where the object is held, it is as it was stored."""
+    return SuiteOptions(
+        **simulator_settings(parsed.grasp_type, parsed.grasp_patterns),
+        grasp_type=parsed.grasp_type,
+        grasp_patterns=str(parsed.grasp_patterns),
+        seed=parsed.seed,
         real_time_factor=1.0 if parsed.gui else 0.0,
         gui=parsed.gui,
     )
@@ -301,6 +322,12 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--object", help="name, or path of a YAML file (one that fits the strategy)"
+    )
+    parser.add_argument(
+        "--grasp-type", type=int, help="of the Feix taxonomy: its stored grasp, with its object"
+    )
+    parser.add_argument(
+        "--grasp-patterns", type=Path, default=PATTERNS, help="file of stored grasps"
     )
     parser.add_argument("--scene", help="name, or path of a YAML file (that of the strategy)")
     parser.add_argument("--model", help="model file of the physics (that of the strategy)")

@@ -67,6 +67,25 @@ def march(
 
 
 @compiled
+def march_at_once(
+    load: Array, chain: ElasticChain, sizes: Array, starts: Indices, rows: int, found: Array
+) -> None:
+    """As `march`, for a chain without memory: so many rows of a run at once, as lanes.
+
+    chain and sizes are those of all these lanes.
+    """
+    for run in range(len(starts) - 1):
+        chain.sizes[:] = sizes[run]
+        for first in range(starts[run], starts[run + 1], rows):
+            last = min(first + rows, starts[run + 1])
+            part = load[first:last].reshape(-1)
+            work = np.empty((WORK, len(part)))
+            _first(part, True, chain, work)
+            _balance(chain, work)
+            found[first:last] = work[STRETCH].reshape(found[first:last].shape)
+
+
+@compiled
 def _kept(before: Indices, chain: ElasticChain) -> Array:
     """Room for what runs end with (runs, n, lanes)."""
     return np.ones((len(before), len(chain.kinds), chain.values.shape[2]))

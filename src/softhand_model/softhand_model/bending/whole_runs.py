@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softhand_model.bending.balance import bending_load
 from softhand_model.bending.elastic_chain import (
     ElasticChain,
     compiled_effects,
@@ -22,11 +21,14 @@ from softhand_model.bending.elastic_chain import (
     sizes_of,
 )
 from softhand_model.bending.loaded_finger import Blocked
-from softhand_model.bending.run_loops import follow, march, march_blocked
+from softhand_model.bending.run_loops import follow, march, march_at_once, march_blocked
 from softhand_model.effects import Effect
 from softhand_model.effects.pipeline import StagedEffects
 from softhand_model.effects.stages import SectionShape
+from softhand_model.hand import section
 from softhand_model.numerics.arrays import Array, Flags, Indices
+
+AT_ONCE = 500  # numbers of a kind, so that they stay in the nearest memory
 
 
 @dataclass(frozen=True)
@@ -60,9 +62,17 @@ def curvature_in_runs(
     if effects is None:
         return None
     rows = shape.of_rows(runs.of_rows)
-    load = bending_load(staged, pressure, rows)
+    load = staged.act_on_load(pressure * _load_per_pressure(shape, runs), pressure, rows)
     curvature = (stretch_in_runs(effects, load, shape, runs, "pure_shear") - 1.0) / rows.height
     return staged.act_on_curvature(curvature, pressure, rows)
+
+
+def _load_per_pressure(shape: SectionShape, runs: Runs) -> Array:
+    """Load of the base [1/Pa] (lanes or 1, rows, sections)."""
+    parts = shape.height, shape.wall, shape.ratio, shape.shear_modulus
+    of_runs = np.atleast_3d(section.bending_load(1.0, *parts))
+    whole = np.broadcast_to(of_runs, (len(of_runs), len(runs.before), of_runs.shape[2]))
+    return whole[:, runs.of_rows]
 
 
 def stretch_in_runs(
@@ -75,7 +85,12 @@ def stretch_in_runs(
     """
     given = _InLoops.of(effects, load, shape, runs, mode)
     found = np.empty_like(given.input)
-    march(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    if any(effect.has_memory for effect in effects):
+        march(*given[1:], runs.starts, runs.dt, runs.steady, runs.before, found)
+    else:
+        rows = max(AT_ONCE // found.shape[1], 1)
+        many = given.in_rows(rows)
+        march_at_once(given.input, many.chain, many.sizes, runs.starts, rows, found)
     return given.back(found)
 
 
@@ -134,6 +149,15 @@ class _InLoops(NamedTuple):
             elastic_chain(effects, mode, sections, lanes),
             sizes_of(shape, len(runs.before), sections, lanes),
         )
+
+    def in_rows(self, rows: int) -> _InLoops:
+        """The same for so many rows, side by side."""
+        chain = self.chain._replace(
+            values=np.tile(self.chain.values, rows),
+            states=np.tile(self.chain.states, rows),
+            sizes=np.tile(self.chain.sizes, rows),
+        )
+        return self._replace(chain=chain, sizes=np.tile(self.sizes, rows))
 
     def back(self, found: Array) -> Array:
         """What was found, as (lanes, rows, sections)."""

@@ -80,6 +80,17 @@ class Parameter:
                     f"got {value!r}"
                 )
 
+    def usual(self, share: float = 0.5) -> float:
+        """The value at a share [-] of its usual range, by decades where it spans them.
+
+        >>> Parameter("x", "", 1.0, 1e4, typical=(1.0, 100.0), logarithmic=True).usual()
+        10.0
+        """
+        low, high = self.typical or (self.low, self.high)
+        if self.logarithmic:
+            return float(low ** (1.0 - share) * high**share)
+        return float((1.0 - share) * low + share * high)
+
     def _within(self) -> list[tuple[str, float]]:
         """What has to lie within the bounds, by name."""
         typical = [("typical", value) for value in self.typical or ()]

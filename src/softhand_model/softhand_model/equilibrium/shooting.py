@@ -1,25 +1,32 @@
-"""Shooting solver: base wrench for a prescribed tip pose."""
+"""Shooting solver, compiled: base wrench for a prescribed tip pose, point after point.
+
+Six unknowns and six equations a point, whatever the number of joints. Wrenches are in the clamp's
+units, poses in lengths of the chain and radians.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from softhand_model.chain.segments import SegmentChain
-from softhand_model.equilibrium.joint_springs import JointSprings
-from softhand_model.numerics.arrays import Array, Flags, Indices
-from softhand_model.numerics.rotations import (
+from softhand_model.equilibrium.chain_march import CHANGES, SHIFT, SPIN, Links, march
+from softhand_model.equilibrium.joint_balance import SpringArrays
+from softhand_model.numerics.arrays import Array, Flags
+from softhand_model.numerics.compiled import compiled
+from softhand_model.numerics.triples import (
+    Matrix,
+    Vector,
     cross,
-    cross_matrix,
-    exponentials,
-    identity,
+    dot,
+    matrix_at,
+    minus,
+    plus,
     product,
-    rotation_vectors,
-    rotations,
+    rotation_vector,
+    scaled,
     transposed,
-    turned,
-    turned_back,
+    vector_at,
 )
 
 CLAMP = 1e-7  # compliance of the tip's clamp over that of the chain as a cantilever
@@ -36,299 +43,316 @@ ROUNDING = 1e-15  # of the tip's pose
 CHORDS = 8  # steps with a slope from elsewhere before it is given up
 CHORD_PROGRESS = 0.3  # by which each must bring the tip nearer
 SOFTER = (1e6, 1e5, 1e4, 1e3, 1e2, 1e1, 1.0)  # clamps on the way to poses that are hard to find
+LARGEST_CURL = 4.0 * np.pi  # [rad] of the free chain
+AMBIGUOUS = 0.6  # [rad]: a rotation less far than this is not taken to go the other way round
 
 
-@dataclass(frozen=True)
-class Links:
-    """Links of a straight chain with n joints: along (n + 1,) [m] from base to joint, from joint to
-    joint and to the tip; mass (n,) [kg] and centre (n, 3) [m] of each in its own frame.
+class HeldPoints(NamedTuple):
+    """A chain with both ends held, at n points: position (3, n) [m] and orientation (3, 3, n) of
+    the tip; gravity (3, n or 0) [m/s2]; softest (n,) [rad/(N m)]: how far a moment turns the tip
+    about the axes about which the joints are softest. length [m] of the chain; unit (6,) of
+    wrenches [N, N m].
     """
 
-    along: Array
-    mass: Array
-    center: Array
-
-
-def straight_links(chain: SegmentChain) -> Links:
-    """The links of a chain; raises ValueError for one that is not straight at rest."""
-    chain.require_straight()
-    along = np.append(chain.offset[:, 2], chain.tip_offset[2])
-    return Links(along, chain.mass, chain.body_center)
-
-
-class Front:
-    """What the chain has come to at one of its points.
-
-    orientation (3, 3, n), place (3, n) [m]: of the frame; force [N], moment [N m] (3, n): of all
-    that lies beyond, the moment about the base's origin.
-    """
-
-    def __init__(self, wrench: Array) -> None:
-        points = wrench.shape[1]
-        self.force, self.moment = wrench[:3], wrench[3:]
-        self.orientation, self.place = identity(points), np.zeros((3, points))
-
-    def follow(self, links: Links, springs: JointSprings, gravity: Array | None) -> Front:
-        """Go on to the tip, under gravity (3, n) [m/s2] or none."""
-        for joint, mass in enumerate(links.mass):
-            self._advance(links.along[joint])
-            self._bend(springs, joint)
-            if gravity is not None:
-                self._unload(mass * gravity, links.center[joint])
-        self._advance(links.along[-1])
-        return self
-
-    def _advance(self, length: float) -> Array:
-        """Go on along the link; what has been gone (3, n) [m]."""
-        reach = length * self.orientation[:, 2]
-        self.place = self.place + reach
-        return reach
-
-    def _bend(self, springs: JointSprings, joint: int) -> None:
-        """Pass a joint, whose spring carries what lies beyond."""
-        moment = self.moment - cross(self.place, self.force)
-        if springs.isotropic:  # it rotates about the moment, in any frame
-            bent = product(rotations(springs.rotation(joint, moment)), self.orientation)
-            self.orientation = _about_y(bent, *springs.rest_sine_cosine(joint))
-            return
-        rest = _about_y(self.orientation, *springs.rest_sine_cosine(joint))
-        rotation = springs.rotation(joint, turned_back(rest, moment))
-        self.orientation = product(rest, rotations(rotation))
-
-    def _unload(self, weight: Array, center: Array) -> Array:
-        """Leave a link behind: its weight (3, n) [N] at a centre (3,) [m]; the arm (3, n) [m]."""
-        arm = turned(self.orientation, center[:, None])
-        self.moment = self.moment - cross(self.place + arm, weight)
-        self.force = self.force - weight
-        return arm
-
-
-class SlopedFront(Front):
-    """A front with its derivatives by the six components of the wrench at the base.
-
-    spin (3, 6, n) [rad], shift (3, 6, n) [m], by_moment (3, 6, n) [N m]: changes of orientation,
-    place and moment; the force changes as the one at the base does.
-    """
-
-    def __init__(self, wrench: Array) -> None:
-        super().__init__(wrench)
-        points = wrench.shape[1]
-        self.spin, self.shift = np.zeros((3, 6, points)), np.zeros((3, 6, points))
-        self.by_moment = np.zeros((3, 6, points))
-        self.by_moment[:, 3:] = np.eye(3)[:, :, None]
-
-    def _advance(self, length: float) -> Array:
-        reach = super()._advance(length)
-        self.shift = self.shift + cross(self.spin, reach[:, None])
-        return reach
-
-    def _bend(self, springs: JointSprings, joint: int) -> None:
-        moment = self.moment - cross(self.place, self.force)
-        change = self.by_moment - cross(self.shift, self.force[:, None])
-        change[:, :3] -= cross_matrix(self.place)
-        change -= cross(self.spin, moment[:, None])
-        rest = _about_y(self.orientation, *springs.rest_sine_cosine(joint))
-        local = turned_back(rest, moment)
-        rotation = springs.rotation(joint, local)
-        exponential, jacobian = exponentials(rotation)
-        self.orientation = product(rest, exponential)
-        inward = product(jacobian, springs.compliance(joint, rotation, local))
-        outward = product(product(rest, inward), transposed(rest))
-        self.spin = self.spin + turned(outward, change)
-
-    def _unload(self, weight: Array, center: Array) -> Array:
-        arm = super()._unload(weight, center)
-        moved = self.shift + cross(self.spin, arm[:, None])
-        self.by_moment = self.by_moment - cross(moved, weight[:, None])
-        return arm
-
-
-def _about_y(matrix: Array, sine: Array, cosine: Array) -> Array:
-    """Rotations (3, 3, n) followed by one about their y of this sine and cosine (n,)."""
-    x, z = matrix[:, 0], matrix[:, 2]
-    result = np.empty_like(matrix)
-    result[:, 0] = cosine * x - sine * z
-    result[:, 1] = matrix[:, 1]
-    result[:, 2] = sine * x + cosine * z
-    return result
-
-
-@dataclass(frozen=True)
-class Hold:
-    """Where the tip is held, at n points: position (3, n) [m] and orientation (3, 3, n); gravity
-    (3, n) [m/s2], or none.
-    """
-
-    springs: JointSprings
+    links: Links
+    springs: SpringArrays
     position: Array
     orientation: Array
-    gravity: Array | None = None
+    gravity: Array
+    softest: Array
+    length: float
+    unit: Array
 
-    def take(self, chosen: Indices) -> Hold:
-        """Some of the points."""
-        return Hold(
-            self.springs.take(chosen),
-            self.position[:, chosen],
-            self.orientation[:, :, chosen],
-            None if self.gravity is None else self.gravity[:, chosen],
+
+class Room(NamedTuple):
+    """Room for what one point needs: see `march` and the functions below."""
+
+    wrench: Array
+    change: Array
+    gap: Array
+    gap_before: Array
+    step: Array
+    tried: Array
+    slope: Array
+
+
+@compiled
+def room() -> Room:
+    """Room for any point."""
+    return Room(
+        np.empty(6),
+        np.empty(CHANGES),
+        np.empty(6),
+        np.empty(6),
+        np.empty(6),
+        np.empty(6),
+        np.empty((6, 6)),
+    )
+
+
+@compiled
+def settle(
+    held: HeldPoints, known: bool, turning: Array, wrench: Array, settled: Flags, chord: Array
+) -> None:
+    """Find the wrench (n, 6) that holds the tip, whether it is that of an equilibrium (n,), and its
+    change with the pose of the tip (n, 6, 6).
+
+    known: wrench and chord are those of a similar hold, from which to begin; else the search begins
+    from `turning` (n, 6), a moment that merely turns the tip as it is held (`turn_tips`). That is
+    all there is of a chain that would curl up beyond any finger.
+    """
+    rooms = room()
+    for point in range(len(settled)):
+        here, slope = wrench[point], chord[point]
+        if abs(_curl(held, point)) > LARGEST_CURL:
+            here[:], slope[:], settled[point] = turning[point], 0.0, False
+            continue
+        settled[point] = (
+            (known and _by_chords(held, point, here, slope, rooms))
+            or _by_newton(held, point, here, slope, 1.0, rooms)
+            or _by_tightening(held, point, turning[point], here, slope, rooms)
         )
 
 
-@dataclass
-class Search:
-    """What has been found at n points: wrench (6, n) in the clamp's units, whether it is that of an
-    equilibrium (n,), and chord (n, 6, 6), its change with the pose of the tip.
+@compiled
+def turn_tips(held: HeldPoints, turning: Array) -> None:
+    """Fill turning (n, 6) with a moment that turns the tip as it is held, or less far where the
+    springs are not the same about all axes.
+
+    Far from the free pose it may turn either way round, and once more where the chain curls up far:
+    the one that brings the tip nearer.
     """
+    rooms = room()
+    for point in range(len(turning)):
+        here, curl = turning[point], _curl(held, point)
+        here[:] = 0.0
+        if abs(curl) > LARGEST_CURL:
+            _put_moment(held, point, (0.0, -curl, 0.0), here)
+            continue
+        _, free = _weightless(held, point, here, rooms)
+        turn = rotation_vector(product(matrix_at(held.orientation, point), transposed(free)))
+        _put_moment(held, point, turn, here)
+        angle = np.sqrt(dot(turn, turn))
+        if angle > AMBIGUOUS:
+            nearest, rounds = _miss(held, point, here, rooms), 1 if abs(curl) < np.pi else 2
+            for way in range(-rounds, rounds):
+                rooms.tried[:3] = 0.0
+                _put_moment(held, point, scaled(1.0 + 2.0 * np.pi * way / angle, turn), rooms.tried)
+                miss = _miss(held, point, rooms.tried, rooms)
+                if miss < nearest:
+                    nearest = miss
+                    here[:] = rooms.tried
 
-    wrench: Array
-    settled: Flags
-    chord: Array
+
+@compiled
+def _curl(held: HeldPoints, point: int) -> float:
+    """Bend [rad] of the free chain."""
+    total = 0.0
+    for joint in range(len(held.links.mass)):
+        total += held.springs.rest[joint, point]
+    return total
 
 
-class TipClamp:
-    """What holds the tip of a chain. Lengths are in those of the chain, wrenches in `unit` (6, 1):
-    B/L**2 [N] and B/L [N m], with B from the stiffness (joints,) [N m/rad] of the joints.
+@compiled
+def _put_moment(held: HeldPoints, point: int, turn: Vector, wrench: Array) -> None:
+    """The moment that turns the tip by a rotation vector [rad]."""
+    for axis in range(3):
+        wrench[3 + axis] = turn[axis] / held.softest[point] / held.unit[3]
+
+
+@compiled
+def _miss(held: HeldPoints, point: int, wrench: Array, rooms: Room) -> float:
+    """Square of the way [m2] between the tip of the weightless chain and where it is held."""
+    place, _ = _weightless(held, point, wrench, rooms)
+    way = minus(place, vector_at(held.position, point))
+    return dot(way, way)
+
+
+@compiled
+def _weightless(held: HeldPoints, point: int, wrench: Array, rooms: Room) -> tuple[Vector, Matrix]:
+    """Place and orientation of the tip of the weightless chain."""
+    place, turn, _ = _march(held, point, wrench, False, False, rooms)
+    return place, turn
+
+
+@compiled
+def _march(
+    held: HeldPoints, point: int, wrench: Array, heavy: bool, sloped: bool, rooms: Room
+) -> tuple[Vector, Matrix, Vector]:
+    """Place, orientation and force at the tip."""
+    given, change = rooms.wrench, rooms.change
+    for component in range(6):
+        given[component] = wrench[component] * held.unit[component]
+    return march(held.links, held.springs, held.gravity, heavy, point, given, change, sloped)
+
+
+@compiled
+def _gap(
+    held: HeldPoints, point: int, wrench: Array, softness: float, sloped: bool, rooms: Room
+) -> float:
+    """Size of the tip's pose against its hold; fills `gap`, and if sloped `slope`, its derivative
+    by the wrench.
 
     The chain does not stretch, so a measured pose just out of its reach would take an infinite
     force. Therefore the clamp gives way a little, with the cube of the force: by a hundredth of the
     length at 40*B/L**2, ten times what blocks a finger.
     """
+    heavy = held.gravity.shape[1] > 0
+    place, turn, force = _march(held, point, wrench, heavy, sloped, rooms)
+    strong = STRONG_FORCE * held.unit[0]
+    relative = scaled(1.0 / strong, force)
+    give = softness * CLAMP * STRONG_FORCE / 3.0 + YIELD * dot(relative, relative)
+    way = scaled(1.0 / held.length, minus(place, vector_at(held.position, point)))
+    way = plus(way, scaled(give, relative))
+    error = rotation_vector(product(turn, transposed(matrix_at(held.orientation, point))))
+    for axis in range(3):
+        rooms.gap[axis], rooms.gap[3 + axis] = way[axis], error[axis]
+    if sloped:
+        _fill_slope(held, relative, give, error, rooms)
+    return np.sqrt(dot(way, way) + dot(error, error))
 
-    def __init__(self, links: Links, stiffness: Array) -> None:
-        self.links = links
-        self._length = float(np.sum(links.along))
-        force = 1.0 / float(np.sum(1.0 / stiffness)) / self._length
-        self.unit = np.repeat([force, force * self._length], 3)[:, None]
 
-    def gap(self, hold: Hold, wrench: Array, softness: float = 1.0) -> Array:
-        """Pose of the tip against its hold (6, n): lengths of the chain, radians."""
-        front = Front(wrench * self.unit).follow(self.links, hold.springs, hold.gravity)
-        return self._against(hold, front, self._yielded(front.force, softness))
-
-    def sloped_gap(self, hold: Hold, wrench: Array, softness: float = 1.0) -> tuple[Array, Array]:
-        """The gap, and its derivative (n, 6, 6) by the wrench."""
-        front = SlopedFront(wrench * self.unit)
-        front.follow(self.links, hold.springs, hold.gravity)
-        gap = self._against(hold, front, self._yielded(front.force, softness))
+@compiled
+def _fill_slope(
+    held: HeldPoints, relative: Vector, give: float, error: Vector, rooms: Room
+) -> None:
+    """The derivative of the gap by the wrench, all in the clamp's units."""
+    slope, change, strong = rooms.slope, rooms.change, STRONG_FORCE * held.unit[0]
+    for by in range(6):
+        spin = change[SPIN, by, 0], change[SPIN, by, 1], change[SPIN, by, 2]
         # half of the logarithm's slope, which is the identity where the error has gone
-        spin = front.spin - 0.5 * cross(gap[3:, None], front.spin)
-        shift = front.shift / self._length
-        shift[:, :3] += self._slack(front.force, softness)
-        slope = np.concatenate([shift, spin]) * self.unit
-        return gap, np.ascontiguousarray(np.moveaxis(slope, -1, 0))
-
-    def _against(self, hold: Hold, front: Front, yielded: Array) -> Array:
-        place = (front.place - hold.position) / self._length + yielded
-        error = rotation_vectors(product(front.orientation, transposed(hold.orientation)))
-        return np.concatenate([place, error])
-
-    def _yielded(self, force: Array, softness: float) -> Array:
-        """What the clamp yields (3, n) [lengths of the chain] to a force (3, n) [N]."""
-        relative = force / (STRONG_FORCE * self.unit[0])
-        linear = softness * CLAMP * STRONG_FORCE / 3.0
-        return (linear + YIELD * np.sum(relative * relative, axis=0)) * relative
-
-    def _slack(self, force: Array, softness: float) -> Array:
-        """Derivative (3, 3, n) of what the clamp yields [lengths of the chain/N]."""
-        relative = force / (STRONG_FORCE * self.unit[0])
-        slack = 2.0 * YIELD * relative[:, None] * relative[None]
-        linear = softness * CLAMP * STRONG_FORCE / 3.0
-        slack[[0, 1, 2], [0, 1, 2]] += linear + YIELD * np.sum(relative * relative, axis=0)
-        return slack / (STRONG_FORCE * self.unit[0])
+        turned = minus(spin, scaled(0.5, cross(error, spin)))
+        for axis in range(3):
+            slope[axis, by] = change[SHIFT, by, axis] / held.length
+            if by < 3:
+                slope[axis, by] += 2.0 * YIELD * relative[axis] * relative[by] / strong
+            slope[3 + axis, by] = turned[axis]
+        if by < 3:
+            slope[by, by] += give / strong
+        slope[:, by] *= held.unit[by]
 
 
-def by_chords(clamp: TipClamp, hold: Hold, search: Search) -> None:
-    """Settle what a few steps with the given chords settle; leave the rest as it was.
+@compiled
+def _by_chords(held: HeldPoints, point: int, wrench: Array, chord: Array, rooms: Room) -> bool:
+    """Settle in a few steps with the given chord, or leave wrench and chord as they were.
 
     Each step mends the chord with what it has achieved (Broyden). The last step is not looked at
     any more: the one before it has shown what a step achieves.
     """
-    active, wrench, chord = np.arange(len(search.settled)), search.wrench, search.chord
-    gap, part = clamp.gap(hold, wrench), hold
-    size = _size(gap)
+    tried, slope, gap, before = rooms.tried, rooms.slope, rooms.gap, rooms.gap_before
+    tried[:], slope[:] = wrench, chord
+    size = _gap(held, point, tried, 1.0, False, rooms)
     for _ in range(CHORDS):
-        step = -np.einsum("nij,jn->in", chord, gap)
-        wrench = wrench + step
-        gap_before, before = gap, size
-        gap = clamp.gap(part, wrench)
-        size = _size(gap)
-        chord = _mended(chord, step, gap - gap_before)
-        last = -np.einsum("nij,jn->in", chord, gap)
-        done = size * np.minimum(size / np.maximum(before, ROUNDING), 1.0) < TOLERANCE
-        _settle(search, active[done], wrench[:, done] + last[:, done])
-        search.chord[active[done]] = chord[done]
-        goes_on = np.flatnonzero(~done & (size < CHORD_PROGRESS * before))
-        if not len(goes_on):
-            break
-        active, wrench, chord = active[goes_on], wrench[:, goes_on], chord[goes_on]
-        gap, size, part = gap[:, goes_on], size[goes_on], part.take(goes_on)
+        _follow(slope, gap, -1.0, rooms.step)
+        tried += rooms.step
+        before[:], size_before = gap, size
+        size = _gap(held, point, tried, 1.0, False, rooms)
+        for component in range(6):
+            before[component] = gap[component] - before[component]
+        _mend(slope, rooms.step, before)
+        if size * min(size / max(size_before, ROUNDING), 1.0) < TOLERANCE:
+            _follow(slope, gap, -1.0, rooms.step)
+            tried += rooms.step
+            chord[:] = slope
+            if _is_credible(tried):
+                wrench[:] = tried
+                return True
+            return False
+        if not size < CHORD_PROGRESS * size_before:
+            return False
+    return False
 
 
-def _size(gap: Array) -> Array:
-    return np.asarray(np.sqrt(np.sum(gap * gap, axis=0)))
+@compiled
+def _follow(chord: Array, gap: Array, sign: float, step: Array) -> None:
+    """Fill the step (6,) to which a chord leads a gap."""
+    for row in range(6):
+        step[row] = 0.0
+        for column in range(6):
+            step[row] += sign * chord[row, column] * gap[column]
 
 
-def _mended(chord: Array, step: Array, rise: Array) -> Array:
-    """Chords (n, 6, 6) that lead a rise (6, n) of the gap back to the step (6, n) behind it.
+@compiled
+def _mend(chord: Array, step: Array, rise: Array) -> None:
+    """Turn a chord (6, 6) so that it leads a rise (6,) of the gap back to the step (6,) before it.
 
-    They stay as they are where that would turn them too far.
+    It stays as it is where that would turn it too far.
     """
-    missed = np.einsum("nij,jn->ni", chord, rise)
-    back = np.einsum("in,nij->nj", step, chord)
-    along = np.einsum("in,ni->n", step, missed)
-    square = np.sum(step * step, axis=0)
-    safe = (along > LEAST_MENDED * square) & (square > 0.0)
-    share = (step.T - missed) / np.where(safe, along, np.inf)[:, None]
-    return chord + share[:, :, None] * back[:, None]
+    missed, back = np.zeros(6), np.zeros(6)
+    _follow(chord, rise, 1.0, missed)
+    along = square = 0.0
+    for row in range(6):
+        along += step[row] * missed[row]
+        square += step[row] * step[row]
+        for column in range(6):
+            back[column] += step[row] * chord[row, column]
+    if along > LEAST_MENDED * square and square > 0.0:
+        for row in range(6):
+            share = (step[row] - missed[row]) / along
+            for column in range(6):
+                chord[row, column] += share * back[column]
 
 
-def by_newton(clamp: TipClamp, hold: Hold, search: Search, softness: float = 1.0) -> None:
+@compiled
+def _is_credible(wrench: Array) -> bool:
+    return max(abs(wrench[0]), abs(wrench[1]), abs(wrench[2])) <= LARGEST_FORCE
+
+
+@compiled
+def _by_newton(
+    held: HeldPoints, point: int, wrench: Array, chord: Array, softness: float, rooms: Room
+) -> bool:
     """Settle by damped Newton: a step that does not bring the tip nearer is taken back and cut."""
-    best = np.where(search.settled, 0.0, np.inf)
-    step, share = np.zeros_like(search.wrench), np.ones(len(best))
-    active = np.flatnonzero(~search.settled)
-    part = hold.take(active)
+    tried, step, best, share = rooms.tried, rooms.step, np.inf, 1.0
+    step[:] = 0.0
     for _ in range(STEPS):
-        if not len(active):
+        for component in range(6):
+            tried[component] = wrench[component] - share * step[component]
+        size = _gap(held, point, tried, softness, True, rooms)
+        if size < best:
+            best, share = size, min(4.0 * share, 1.0)
+            wrench[:] = tried
+            invert(rooms.slope, chord)
+            _follow(chord, rooms.gap, 1.0, step)
+            longest = LARGEST_STEP
+            for component in range(6):
+                longest = max(longest, abs(step[component]))
+            step *= LARGEST_STEP / longest
+        else:
+            share *= 0.25
+        if not (best > TOLERANCE and share > SHORTEST_SHARE):
             break
-        tried = search.wrench[:, active] - share[active] * step[:, active]
-        gap, slope = clamp.sloped_gap(part, tried, softness)
-        size = _size(gap)
-        nearer = size < best[active]
-        moved = active[nearer]
-        search.wrench[:, moved], best[moved] = tried[:, nearer], size[nearer]
-        search.chord[moved] = np.linalg.inv(slope[nearer])
-        step[:, moved] = _newton_step(search.chord[moved], gap[:, nearer])
-        share[moved] = np.minimum(4.0 * share[moved], 1.0)
-        share[active[~nearer]] *= 0.25
-        still = (best[active] > TOLERANCE) & (share[active] > SHORTEST_SHARE)
-        if not still.all():
-            active = active[still]
-            part = hold.take(active)
-    credible = np.max(np.abs(search.wrench[:3]), axis=0) <= LARGEST_FORCE
-    search.settled = credible & (best <= REACHED)
+    return _is_credible(wrench) and best <= REACHED
 
 
-def by_tightening(clamp: TipClamp, hold: Hold, search: Search, start: Array) -> None:
-    """Settle what is left from a first guess (6, n), with a soft clamp that is tightened."""
-    follows = np.flatnonzero(~search.settled)
-    wrench = start[:, follows]
+@compiled
+def _by_tightening(
+    held: HeldPoints, point: int, start: Array, wrench: Array, chord: Array, rooms: Room
+) -> bool:
+    """Settle from a first guess (6,), with a soft clamp that is tightened."""
+    there, slope = start.copy(), chord.copy()
     for softness in SOFTER:
-        part = Search(wrench, np.zeros(len(follows), bool), search.chord[follows])
-        by_newton(clamp, hold.take(follows), part, softness)
-        follows, wrench = follows[part.settled], part.wrench[:, part.settled]
-        search.wrench[:, follows], search.chord[follows] = wrench, part.chord[part.settled]
-    search.settled[follows] = True
+        if not _by_newton(held, point, there, slope, softness, rooms):
+            return False
+        wrench[:], chord[:] = there, slope
+    return True
 
 
-def _settle(search: Search, points: Indices, wrench: Array) -> None:
-    credible = np.max(np.abs(wrench[:3]), axis=0, initial=0.0) <= LARGEST_FORCE
-    search.settled[points] = credible
-    search.wrench[:, points[credible]] = wrench[:, credible]
-
-
-def _newton_step(inverse: Array, gap: Array) -> Array:
-    """Step (6, n) that closes the gap to first order, cut to LARGEST_STEP."""
-    step = np.einsum("nij,jn->in", inverse, gap)
-    size = np.max(np.abs(step), axis=0, initial=0.0)
-    return step * np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))
+@compiled
+def invert(matrix: Array, inverse: Array) -> None:
+    """Fill the inverse of a square matrix, by Gauss and Jordan with pivots of its columns."""
+    left, size = matrix.copy(), len(matrix)
+    inverse[:] = np.eye(size)
+    for column in range(size):
+        pivot = column + np.argmax(np.abs(left[column:, column]))
+        for row in range(size):  # of both, the pivot's comes to its place
+            left[column, row], left[pivot, row] = left[pivot, row], left[column, row]
+            inverse[column, row], inverse[pivot, row] = inverse[pivot, row], inverse[column, row]
+        share = 1.0 / left[column, column]
+        left[column] *= share
+        inverse[column] *= share
+        for row in range(size):
+            if row != column:
+                share = left[row, column]
+                left[row] -= share * left[column]
+                inverse[row] -= share * inverse[column]

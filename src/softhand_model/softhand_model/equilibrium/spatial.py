@@ -2,8 +2,8 @@
 
 The rotation of a joint follows from the wrench at the base and from the joints before it, so the
 six components of that wrench are the only unknowns, whatever the number of joints; the pose of the
-tip gives the six equations. All points (samples, trial values) are solved at once and lie last in
-every array. Everything is in the frame of the chain's base: z along it, x to the bending side.
+tip gives the six equations. Points (samples, trial values) lie last in every array. Everything is
+in the frame of the chain's base: z along it, x to the bending side.
 """
 
 from __future__ import annotations
@@ -13,24 +13,35 @@ from dataclasses import dataclass
 import numpy as np
 
 from softhand_model.chain.segments import SegmentChain
-from softhand_model.equilibrium.shooting import (
-    Front,
-    Hold,
-    Search,
-    TipClamp,
-    by_chords,
-    by_newton,
-    by_tightening,
-    straight_links,
-)
+from softhand_model.equilibrium.chain_march import straight_links
+from softhand_model.equilibrium.joint_springs import JointSprings, plain
+from softhand_model.equilibrium.shooting import HeldPoints, settle, turn_tips
 from softhand_model.numerics.arrays import Array, Flags, Indices
-from softhand_model.numerics.rotations import product, rotation_vectors, transposed
 
 __all__ = ["BaseLoad", "HeldChain", "Hold"]
 
+AT_ONCE = 1000  # points, so that memory stays bounded
 
-AMBIGUOUS = 0.6  # [rad]: a rotation less far than this is not taken to go the other way round
-AT_ONCE = 4000  # points, so that memory stays bounded
+
+@dataclass(frozen=True)
+class Hold:
+    """Where the tip is held, at n points: position (3, n) [m] and orientation (3, 3, n); gravity
+    (3, n) [m/s2], or none.
+    """
+
+    springs: JointSprings
+    position: Array
+    orientation: Array
+    gravity: Array | None = None
+
+    def take(self, chosen: Indices) -> Hold:
+        """Some of the points."""
+        return Hold(
+            self.springs.take(chosen),
+            self.position[:, chosen],
+            self.orientation[:, :, chosen],
+            None if self.gravity is None else self.gravity[:, chosen],
+        )
 
 
 @dataclass(frozen=True)
@@ -83,13 +94,16 @@ class BaseLoad:
 
 
 class HeldChain:
-    """A straight chain as the simulator has it, held at both ends (`shooting.TipClamp`).
+    """A straight chain as the simulator has it, held at both ends (`shooting`).
 
     Raises ValueError for a chain that is not straight at rest.
     """
 
     def __init__(self, chain: SegmentChain) -> None:
-        self._clamp = TipClamp(straight_links(chain), chain.stiffness[:, 1])
+        self._links = straight_links(chain)
+        self._length = float(np.sum(self._links.along))
+        force = 1.0 / float(np.sum(1.0 / chain.stiffness[:, 1])) / self._length
+        self._unit = np.repeat([force, force * self._length], 3)
 
     def base_load(self, hold: Hold, like: BaseLoad | None = None) -> BaseLoad:
         """What the chain exerts on its base in equilibrium, at every point.
@@ -98,58 +112,40 @@ class HeldChain:
         """
         points = hold.position.shape[1]
         found = BaseLoad.unknown(points)
-        # points that have no equilibrium run away before they are given up as not settled
-        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            for first in range(0, points, AT_ONCE):
-                part = np.arange(first, min(first + AT_ONCE, points))
-                found.put(part, self._base_load(hold.take(part), like and like.take(part)))
+        for first in range(0, points, AT_ONCE):
+            part = np.arange(first, min(first + AT_ONCE, points))
+            found.put(part, self._base_load(hold.take(part), like and like.take(part)))
         return found
 
     def _base_load(self, hold: Hold, like: BaseLoad | None) -> BaseLoad:
-        clamp, turning = self._clamp, self._turning(hold)
-        stiffness = 1.0 / np.sum(1.0 / hold.springs.stiffness, axis=0)
-        points = len(stiffness)
-        search = Search(turning.copy(), np.zeros(points, bool), np.zeros((points, 6, 6)))
+        held, stiffness = self._held(hold), 1.0 / np.sum(1.0 / hold.springs.stiffness, axis=0)
+        turning = np.empty((len(stiffness), 6))
+        turn_tips(held, turning)
+        wrench, settled = turning.copy(), np.zeros(len(stiffness), bool)
+        chord = np.zeros((len(stiffness), 6, 6))
         if like is not None:
-            search.wrench += like.beyond * stiffness
-            search.chord = like.chord * stiffness[:, None, None]
-            by_chords(clamp, hold, search)
-        by_newton(clamp, hold, search)
-        by_tightening(clamp, hold, search, turning)
+            wrench += (like.beyond * stiffness).T
+            chord = like.chord * stiffness[:, None, None]
+        settle(held, like is not None, turning, wrench, settled, chord)
         return BaseLoad(
-            search.wrench * clamp.unit,
-            search.settled,
-            (search.wrench - turning) / stiffness,
-            search.chord / stiffness[:, None, None],
+            (wrench * self._unit).T,
+            settled,
+            (wrench - turning).T / stiffness,
+            chord / stiffness[:, None, None],
         )
 
-    def _turning(self, hold: Hold) -> Array:
-        """Wrench (6, n) to begin with: a moment that turns the tip as it is held.
-
-        Far from the free pose it may turn either way round: the one that brings the tip nearer.
-        """
-        free = self._tip(hold, np.zeros((6, hold.position.shape[1])))
-        rotation = rotation_vectors(product(hold.orientation, transposed(free.orientation)))
-        wrench = self._moment(hold, rotation)
-        far = np.flatnonzero(np.sum(rotation * rotation, axis=0) > AMBIGUOUS**2)
-        if len(far):
-            part, angle = hold.take(far), np.sqrt(np.sum(rotation[:, far] ** 2, axis=0))
-            other = self._moment(part, rotation[:, far] * (1.0 - 2.0 * np.pi / angle))
-            misses = [
-                np.sum((self._tip(part, way).place - part.position) ** 2, axis=0)
-                for way in (wrench[:, far], other)
-            ]
-            wrench[:, far] = np.where(misses[1] < misses[0], other, wrench[:, far])
-        return wrench
-
-    def _tip(self, hold: Hold, wrench: Array) -> Front:
-        """The tip of the weightless chain."""
-        return Front(wrench * self._clamp.unit).follow(self._clamp.links, hold.springs, None)
-
-    def _moment(self, hold: Hold, rotation: Array) -> Array:
-        """Wrench (6, n) that turns the tip by a rotation vector (3, n) [rad], or less far where the
-        springs are not the same about all axes.
-        """
-        yielding = np.sum(1.0 / hold.springs.softest, axis=0)
-        moment = rotation / yielding / self._clamp.unit[3:]
-        return np.concatenate([np.zeros_like(moment), moment])
+    def _held(self, hold: Hold) -> HeldPoints:
+        """What compiled code takes."""
+        springs = hold.springs.arrays()
+        least = np.minimum(springs.sideways.min(axis=1), 1.0)[:, None] * springs.stiffness
+        gravity = np.empty((3, 0)) if hold.gravity is None else plain(hold.gravity)
+        return HeldPoints(
+            self._links,
+            springs,
+            plain(hold.position),
+            plain(hold.orientation),
+            gravity,
+            np.sum(1.0 / least, axis=0),
+            self._length,
+            self._unit,
+        )

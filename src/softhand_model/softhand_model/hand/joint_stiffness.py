@@ -41,6 +41,7 @@ twist.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -49,6 +50,7 @@ from softhand_model.documents.yaml_document import Node
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.section import arrays
 from softhand_model.numerics.arrays import Array
+from softhand_model.numerics.compiled import compiled
 
 RULE, CURVATURE = "rule", "curvature"
 SECTION = "section"
@@ -199,9 +201,18 @@ def rubber_stress(stretch: Array) -> tuple[Array, Array]:
     >>> [float(part) for part in rubber_stress(np.array(1.0))]
     [0.0, 4.0]
     """
+    stress, slope = rubber_terms.py_func(stretch)
+    return stress, slope
+
+
+@compiled
+def rubber_terms(stretch: Any) -> Any:
+    """The same, for numbers or arrays."""
     least = np.maximum(stretch, LEAST_STRETCH)
-    slope = 1.0 + 3.0 * least**-4.0
-    return least - least**-3.0 + slope * (stretch - least), slope
+    inverse = 1.0 / least
+    cube = inverse * inverse * inverse
+    slope = 1.0 + 3.0 * cube * inverse
+    return least - cube + slope * (stretch - least), slope
 
 
 def read_springs(node: Node) -> SpringModel:

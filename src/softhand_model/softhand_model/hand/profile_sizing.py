@@ -19,11 +19,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from softhand_model.hand import design_rules as rules
 from softhand_model.hand import plausible, section
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.design_rules import BrokenRule
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile
+from softhand_model.hand.profile_wish import (
+    ProfileWish,
+    broken_limits,
+    broken_rules,
+    largest_pressure,
+    stations,
+)
 from softhand_model.hand.rubber import Rubber
 from softhand_model.hand.sizing import (
     LEAST_TIP_HEIGHT,
@@ -37,58 +43,12 @@ from softhand_model.hand.sizing import (
 )
 from softhand_model.numerics.arrays import Array
 
-STATIONS = 257  # of which those are kept that straight lines between the others miss
 KEPT = 1e-4  # of the largest value, by which they may be missed
 CAST_SHARE = 1.0 - MOST_TAPER  # of (c/4)**3, below which height and width stay
 LEAST_WALL = 1e-3  # [m] that can be cast; the helix's groove takes 0.4 mm of it
 STEEPEST = 0.25  # slope of the wall
 BISECTIONS = 60
-COUNTS = 0.01  # of the largest stiffness, from which on it is held to rule 2
 FACTORS = np.geomspace(1.0, 1e4, 25)[1:]  # on a ratio, among which one that can be had is sought
-
-
-@dataclass(frozen=True)
-class ProfileWish:
-    """What an actuator should do along its length [m].
-
-    ratio: actuation ratio [1/(m Pa)]; stiffness: in bending [N m2]; aspect: width over height [-],
-    None for the tapers of P10; side_share: side wall over wall [-], the side wall is a third of the
-    width at most; curvature [1/m] and pressure [Pa]: the largest in use, if they are known;
-    arc_radius [m]: that of the line along which the length is measured, if it is an arc.
-
-    Raises WishError for numbers that are not above 0.
-    """
-
-    ratio: Profile
-    stiffness: Profile
-    length: float
-    rubber: Rubber
-    aspect: Profile | None = None
-    side_share: float = 1.0
-    curvature: float | None = None
-    pressure: float | None = None
-    arc_radius: float | None = None
-
-    def __post_init__(self) -> None:
-        for key in ("length", "side_share", "curvature", "pressure", "arc_radius"):
-            value = getattr(self, key)
-            if value is not None and not 0.0 < value < np.inf:
-                raise WishError(key, "a number above {}", 0.0, value)
-        x = stations(self.length)
-        least = {"ratio_profile": self.ratio(x).min(), "stiffness_profile": self.stiffness(x).max()}
-        if self.aspect is not None:
-            least["aspect"] = self.aspect(x).min()
-        for key, value in least.items():
-            if not 0.0 < value < np.inf:
-                raise WishError(key, "numbers above {}", 0.0, float(value))
-        if self.stiffness(x).min() < 0.0:
-            expected = "numbers of {} or more"
-            raise WishError("stiffness_profile", expected, 0.0, float(self.stiffness(x).min()))
-
-    @property
-    def modulus(self) -> float:
-        """Shear modulus [Pa]."""
-        return self.rubber.shear_modulus
 
 
 @dataclass(frozen=True)
@@ -116,11 +76,6 @@ class ProfileDesign:
     printed: Array
 
 
-def stations(length: float) -> Array:
-    """Stations [m], closer to each other towards base and tip."""
-    return length * (1.0 - np.cos(np.linspace(0.0, np.pi, STATIONS))) / 2.0
-
-
 def design_by_profiles(wish: ProfileWish, name: str = "finger") -> ProfileDesign:
     """Size an actuator by rules 1 and 2 at every station, and list what it breaks: rules 1 to 4
     where they are broken most, rule 5, and the stretch in use.
@@ -134,7 +89,7 @@ def design_by_profiles(wish: ProfileWish, name: str = "finger") -> ProfileDesign
     >>> wish = ProfileWish(ratio, ConstantProfile(3e-3), 0.09, dragon_skin)
     >>> found = design_by_profiles(wish).actuator
     >>> [round(1e3 * float(found.wall(x)), 2) for x in (0.0, 0.045, 0.09)]
-    [2.82, 2.16, 1.75]
+    [2.85, 2.13, 1.7]
     """
     _refuse_walls(wish)
     cast = _sections(wish)
@@ -142,8 +97,8 @@ def design_by_profiles(wish: ProfileWish, name: str = "finger") -> ProfileDesign
         expected = "above {}, the height that gives the stiffness"
         raise WishError("length", expected, float(cast.height.max()), wish.length)
     actuator = _actuator(wish, cast, name)
-    pressure = _pressure(wish, actuator)
-    broken = (*_broken_rules(wish, actuator), *_broken_limits(wish, actuator, pressure))
+    pressure = largest_pressure(wish, actuator)
+    broken = (*broken_rules(wish, actuator), *broken_limits(wish, actuator, pressure))
     actuator = replace(actuator, max_pressure=pressure or pressure_limit(actuator, wish.rubber))
     return ProfileDesign(wish, actuator, broken, cast.x, _printed(wish, cast.x))
 
@@ -312,85 +267,6 @@ def _printed(wish: ProfileWish, x: Array) -> Array:
     """Wall and circumference (2, stations) [m] by rules 1 and 2 as printed."""
     wall = 1.0 / (8.0 * wish.modulus * wish.ratio(x))
     return np.stack([wall, 4.0 * np.cbrt(wish.stiffness(x) / (2.0 * wish.modulus * wall))])
-
-
-def _broken_rules(wish: ProfileWish, actuator: Actuator) -> Iterable[BrokenRule]:
-    """Rules 1 to 4 at the station where each is broken most, and rule 5."""
-    x = stations(wish.length)
-    height, width, wall, _ = actuator.sides(x)
-    wanted = wish.stiffness(x)
-    counts = wanted >= COUNTS * wanted.max()  # a tip that falls to none is left out
-    ratios, stiffnesses = actuator.actuation_ratio(x), actuator.stiffness(x)
-    checks = (
-        _worst(rules.check_actuation_ratio, x, ratios, wish.ratio(x), _apart),
-        _worst(rules.check_stiffness, x[counts], stiffnesses[counts], wanted[counts], _apart),
-        _worst(rules.check_shape, x, height, width, _apart),
-        _worst(rules.check_wall, x, height, wall, lambda height, wall: wall / height),
-        rules.check_rubber(wish.rubber),
-    )
-    return [check for check in checks if check is not None]
-
-
-def _worst(
-    check: Callable[[float, float], BrokenRule | None],
-    x: Array,
-    first: Array,
-    second: Array,
-    far: Callable[[Array, Array], Array],
-) -> BrokenRule | None:
-    """What a check of two sizes says where they are furthest from what they should be."""
-    i = int(np.argmax(far(first, second)))
-    broken = check(float(first[i]), float(second[i]))
-    return None if broken is None else replace(broken, place=float(x[i]))
-
-
-def _apart(first: Array, second: Array) -> Array:
-    return np.asarray(np.abs(np.log(first / second)))
-
-
-def _pressure(wish: ProfileWish, actuator: Actuator) -> float | None:
-    """The largest pressure [Pa] in use, as far as the wish says so: that of its curvature, at the
-    station that bends most, or else the one it names.
-    """
-    if wish.curvature is None:
-        return wish.pressure
-    x = stations(wish.length)
-    load = 2.0 * actuator.height(x) * actuator.actuation_ratio(x)  # over the pressure
-    stress = section.elastic_term(1.0 + wish.curvature * actuator.height(x))
-    needed = float((stress / load).min())
-    if wish.pressure is not None and wish.pressure < needed:
-        raise WishError("pressure", "at least {} for this curvature", needed, wish.pressure)
-    return needed
-
-
-def _broken_limits(
-    wish: ProfileWish, actuator: Actuator, pressure: float | None
-) -> Iterable[BrokenRule]:
-    """Limits of the stretch at the largest pressure [Pa] in use; those that hold what may be used
-    at most raise WishError.
-    """
-    if pressure is None:
-        return []
-    x = stations(wish.length)
-    height, ratio = actuator.height(x), actuator.actuation_ratio(x)
-    stretch = section.free_stretch(2.0 * pressure * height * ratio)
-    worst = int(np.argmax(stretch))
-    cautious, most = rules.useful_stretch(wish.rubber.max_stretch)
-    if stretch[worst] > most:
-        limit = float((section.elastic_term(max(most, 1.0)) / (2.0 * height * ratio)).min())
-        _refuse_stretch(wish, actuator, pressure, limit)
-    place, value = float(x[worst]), float(stretch[worst])
-    checks = (rules.check_use(value, cautious), rules.check_model(value))
-    return [replace(check, place=place) for check in checks if check is not None]
-
-
-def _refuse_stretch(wish: ProfileWish, actuator: Actuator, pressure: float, limit: float) -> None:
-    """Raise WishError with the curvature or pressure at the pressure limit [Pa]."""
-    expected = "at most {}, which stretches the rubber to half of what it bears"
-    if wish.curvature is None:
-        raise WishError("pressure", expected, limit, pressure)
-    most = float(actuator.free_curvature(limit, stations(wish.length)).max())
-    raise WishError("curvature", expected, most, wish.curvature)
 
 
 def rank_rubbers(

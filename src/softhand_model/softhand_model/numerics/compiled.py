@@ -16,12 +16,12 @@ COMPILING = "compiling the numerical kernels: about a minute, at the first start
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """Decorate a numerical kernel: compiled and cached on disk by numba.
+    """Decorate a numerical kernel: compiled and cached on disk by numba, with numpy's divisions.
 
     What is cached counts as old when any kernel of its package has changed: by itself numba looks
     at the file of the function alone, and would go on with what it calls in other files as it was.
     """
-    kernel: Any = njit(cache=True, fastmath=False)(function)
+    kernel: Any = njit(cache=True, fastmath=False, error_model="numpy")(function)
     file = sys.modules[function.__module__].__file__ if function.__module__ in sys.modules else None
     if file is not None:
         depth = function.__module__.count(".")

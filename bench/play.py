@@ -1,0 +1,115 @@
+"""The page to play with, in the machine's chromium that draws by software: `python -m bench.play`.
+
+Start to a hand that moves, pictures a second at 800 x 600 while a grasp is simulated beside it, and
+memory over ten minutes (`--minutes 1` is quicker and says less).
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+from typing import Any
+
+import psutil
+from playwright.sync_api import Page, sync_playwright
+
+from bench.__main__ import table
+from bench.row import at_least, at_most, stated
+
+WINDOW = {"width": 800, "height": 600}
+SOFTWARE = (
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+)
+FRAMES = "() => window.__viserTestpoints.rendererInfo.render.frame"
+TRIANGLES = "() => window.__viserTestpoints.rendererInfo.render.triangles"
+SLIDER = """() => { const found = document.querySelectorAll("[role=slider]");
+  found[0]?.focus(); return found.length; }"""
+PICTURE = '() => document.querySelector("canvas[data-engine]").toDataURL()'
+MEASURED = 20.0  # wall time over which pictures are counted [s]
+SETTLED = 60.0  # after which memory is looked at first [s]
+PATIENCE = 120.0  # [s]
+
+
+def run(minutes: float = 1.0) -> list[dict[str, Any]]:
+    """Rows of all that is measured."""
+    with _page() as (server, browser, began):
+        _wait(lambda: browser.evaluate(SLIDER), "sliders")
+        still = browser.evaluate(PICTURE)
+        browser.keyboard.press("End")
+        _wait(lambda: browser.evaluate(PICTURE) != still, "a hand that moves")
+        started = time.monotonic() - began
+        pace = _pictures(browser)
+        triangles = browser.evaluate(TRIANGLES)
+        time.sleep(SETTLED)
+        first = server.memory_info().rss
+        time.sleep(60.0 * minutes)
+        last = server.memory_info().rss
+    return [
+        at_most("page: start to a hand that moves", started, "s", 15.0),
+        at_least("page: pictures a second, RBO Hand 2 that grasps, software", pace, "1/s", 5.0),
+        stated("page: triangles", triangles, ""),
+        at_most(f"page: memory after {minutes:g} min", 100.0 * (last / first - 1.0), "%", 5.0),
+        stated("page: memory", last / 1e6, "MB"),
+    ]
+
+
+def _pictures(browser: Page) -> float:
+    """Pictures a second while a strategy runs."""
+    browser.get_by_role("tab", name="Strategies").click()
+    browser.get_by_role("button", name="run the strategy").click()
+    browser.get_by_role("tab", name="Hand").click()
+    before, began = browser.evaluate(FRAMES), time.monotonic()
+    time.sleep(MEASURED)
+    return float(browser.evaluate(FRAMES) - before) / (time.monotonic() - began)
+
+
+def _wait(condition: Callable[[], Any], what: str) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            raise RuntimeError(f"page: expected {what} within {PATIENCE:g} s")
+        time.sleep(0.05)
+
+
+@contextmanager
+def _page() -> Any:
+    """Process of the server, the page in a browser, and when the first was started [s]."""
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    if chromium is None:
+        raise RuntimeError("page: expected chromium, got none: apt-get install chromium")
+    began = time.monotonic()
+    command = [sys.executable, "-m", "softhand_play.command", "--port", "8791"]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        with sync_playwright() as driver:
+            window = driver.chromium.launch(executable_path=chromium, args=SOFTWARE)
+            page = window.new_page(viewport=WINDOW)
+            for line in server.stdout:
+                if line.startswith("softhand-play: http"):
+                    page.goto(line.split()[1])
+                    break
+            yield psutil.Process(server.pid), page, began
+            window.close()
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m bench.play", description=__doc__)
+    parser.add_argument("--minutes", type=float, default=10.0, help="of memory (%(default)s)")
+    print(table(run(parser.parse_args(arguments).minutes)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,96 @@
+"""Recorded runs as files: a bag to and from them, and a film."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneuflex_sim.hand.layout import build_layout
+from pneuflex_sim.pictures.render import Renderer
+from pneuflex_sim.scene.objects import load_object
+from pneuflex_sim.urdf import joint_names, joint_positions
+from softhand_bringup.bags.course import Course, write_course
+from softhand_bringup.bags.reading import Bag, latest_index
+from softhand_bringup.figures import (
+    JOINTS_TOPIC,
+    OBJECT_TOPIC,
+    PHASE_TOPIC,
+    STATE_TOPIC,
+    recorded_segments,
+    recorded_states,
+)
+from softhand_bringup.film.command import camera_of, draw
+from softhand_bringup.film.recording import Recording
+from softhand_bringup.film.writing import open_film
+from softhand_model.hand.hand import load_hand
+from softhand_model.model_file import load_model
+from softhand_play.shots import NO_ARROWS, Shot, Stage, Track, volumes_of
+
+FILM_SIZE = (640, 480)  # [pixels]
+
+
+def film(track: Track, path: Path, told: Callable[[str, int, int], None]) -> None:
+    """Write a run as an MP4 or GIF; `told` gets what, how many are done, of how many.
+
+    Raises ValueError for a path that is taken or a kind that is none.
+    """
+    stage = track.stage
+    renderer = Renderer(stage.layout.description, None, stage.scene, stage.layout.segments)
+    renderer.object = stage.object
+    states = [shot.state for shot in track.shots]
+    pressures = np.array([shot.pressures for shot in track.shots])
+    recording = Recording(states, pressures, track.interval, renderer, track.ending)
+    view = argparse.Namespace(view="oblique", camera=None, size=FILM_SIZE, distance=None)
+    written = open_film(path, 1.0 / track.interval, FILM_SIZE)
+    try:
+        draw(recording, written, FILM_SIZE, camera_of(view, recording), True, told)
+    finally:
+        written.close()
+
+
+def write_bag(track: Track, folder: Path) -> None:
+    """Write a run as a rosbag2 folder; raises what `write_course` does."""
+    shots, stage = track.shots, track.stage
+    states = [shot.state for shot in shots]
+    wrist = [np.append(s.wrist_position, s.wrist_orientation) for s in states]
+    thing = [np.append(s.object_position, s.object_orientation) for s in states]
+    course = Course(
+        np.array([shot.time for shot in shots]),
+        joint_names(stage.layout),
+        np.array([joint_positions(state.joints) for state in states]),
+        stage.channels,
+        np.array([shot.masses for shot in shots]),
+        np.array([shot.pressures for shot in shots]),
+        np.array(wrist),
+        None if stage.object is None else np.array(thing),
+        [shot.phase for shot in shots],
+    )
+    write_course(course, folder)
+
+
+def read_bag(folder: Path, hand: str, object_name: str, scene: Any, interval: float) -> Track:
+    """A run from a bag; hand, object and scene are those that it was recorded with.
+
+    Raises ValueError for a bag that cannot be read or lacks a topic, or for another hand.
+    """
+    with Bag(folder) as bag:
+        joints, air = bag.joints(JOINTS_TOPIC), bag.joints(STATE_TOPIC)
+        start = max(joints.time[0], bag.poses(OBJECT_TOPIC).time[0])
+        times = np.arange(start, joints.time[-1] + 1e-9, interval)
+        states, texts = recorded_states(bag, times), bag.texts(PHASE_TOPIC)
+    segments = recorded_segments(hand, joints.names)
+    layout = build_layout(load_hand(hand), segments, load_model(None))
+    row = latest_index(air.time, times)
+    began = np.array([time for time, _ in texts])
+    shots = []
+    for k, time in enumerate(times):
+        told = np.searchsorted(began, time + 1e-9, side="right") - 1
+        phase = texts[told][1] if told >= 0 else ""
+        pressures, masses = air.effort[row[k]], air.position[row[k]]
+        volumes = volumes_of(layout, masses, pressures)
+        shots.append(Shot(float(time), states[k], pressures, masses, volumes, NO_ARROWS, phase))
+    return Track(shots, Stage(layout, load_object(object_name), scene), "from a bag", interval)

@@ -1,0 +1,117 @@
+"""A page in this process, and a real browser that looks at it."""
+
+import base64
+import io
+import threading
+import time
+from contextlib import contextmanager
+from functools import partial
+
+import numpy as np
+import pytest
+from PIL import Image
+
+WINDOW = {"width": 640, "height": 360}
+SOFTWARE = (
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+)
+PICTURE = '() => document.querySelector("canvas[data-engine]").toDataURL()'
+FIND = """([name, what]) => {
+  let row = [...document.querySelectorAll("body *")]
+    .find(e => !e.children.length && e.textContent.trim() == name && e.checkVisibility());
+  while (row && !row.querySelector(what)) row = row.parentElement;
+  const found = row?.querySelector(what);
+  found?.focus();
+  found?.select?.();
+  return found ? [found.value ?? ""] : null;
+}"""
+PLACE = """name => {
+  const found = [...document.querySelectorAll("button, [role=tab]")]
+    .find(e => e.textContent.trim() == name && e.checkVisibility());
+  found?.scrollIntoView({block: "center"});
+  const box = found?.getBoundingClientRect();
+  return box ? [box.left + box.width / 2, box.top + box.height / 2] : null;
+}"""
+PATIENCE = 150.0  # [s]; all wait for what shall happen, no longer
+
+
+def wait_until(condition, what, patience=PATIENCE):
+    """Wait for something to hold; returns what it gave."""
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        found = condition()
+        if found:
+            return found
+        time.sleep(0.1)
+    raise AssertionError(f"expected {what} within {patience:g} s")
+
+
+class Window:
+    """A page in the browser."""
+
+    def __init__(self, tab, address):
+        self.tab = tab
+        tab.set_default_timeout(1e3 * PATIENCE)
+        tab.goto(f"{address}/?fixedDpr=0.5")  # a quarter of the pixels: it draws by software
+        self.reads("Hand")
+
+    def picture(self):
+        """What the canvas shows (height, width, 3)."""
+        data = base64.b64decode(self.tab.evaluate(PICTURE).partition(",")[2])
+        image = Image.open(io.BytesIO(data)).convert("RGBA")
+        white = Image.new("RGBA", image.size, "white")
+        return np.asarray(Image.alpha_composite(white, image))[:, :, :3]
+
+    def find(self, name, what):
+        """Focus what stands behind a label; its value."""
+        arguments = [name, what]
+        return wait_until(lambda: self.tab.evaluate(FIND, arguments), f"{what} of {name!r}")[0]
+
+    def slide(self, name, key="End"):
+        """Move a slider by a key."""
+        self.find(name, "[role=slider]")
+        self.tab.keyboard.press(key)
+
+    def value(self, name):
+        """Number or text of an input."""
+        return self.find(name, "input")
+
+    def fill(self, name, text):
+        """Write into an input."""
+        self.find(name, "input")
+        self.tab.keyboard.type(text)
+
+    def press(self, name):
+        """Press a button, or choose a tab, with the mouse."""
+        self.tab.mouse.click(*wait_until(lambda: self.tab.evaluate(PLACE, name), f"button {name}"))
+
+    def text(self):
+        """All that is to be read."""
+        return self.tab.evaluate("() => document.body.innerText")
+
+    def reads(self, words):
+        """Wait until words are to be read."""
+        wait_until(lambda: words in self.text(), f"the words {words!r}")
+
+
+@contextmanager
+def served(**settings):
+    """A page of a world, served from this process."""
+    pytest.importorskip("viser")
+    from grasp_strategies.trials import TrialSettings
+    from softhand_play.page import Page
+    from softhand_play.player import Player
+    from softhand_play.shots import World
+
+    page = Page("127.0.0.1", 0, partial(Player, World(TrialSettings(**settings))))
+    thread = threading.Thread(target=page.run)
+    thread.start()
+    try:
+        wait_until(lambda: page.player.shots, "a hand")
+        yield page
+    finally:
+        page.close()
+        thread.join()
