@@ -11,16 +11,17 @@ def at_least(name: str, value: float, unit: str, target: float) -> dict[str, Any
     >>> at_least("real-time factor", 1.2, "", 1.0)["met"]
     True
     """
-    return _row(name, value, unit, f">= {target:g}", value >= target)
+    return _row(name, value, unit, f">= {target:g}", bool(value >= target))
 
 
 def at_most(name: str, value: float, unit: str, target: float) -> dict[str, Any]:
     """A figure that must not exceed its target.
 
-    >>> at_most("drift in 1 s", 2.0, "mm", 1.0)["met"]
+    >>> import numpy as np
+    >>> at_most("drift in 1 s", np.float64(2.0), "mm", 1.0)["met"]
     False
     """
-    return _row(name, value, unit, f"<= {target:g}", value <= target)
+    return _row(name, value, unit, f"<= {target:g}", bool(value <= target))
 
 
 def stated(name: str, value: float, unit: str) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from grasp_strategies.dexterity.feix import grasp_types
 from thesis.chapter_8.posture_variance import (
     INTERACTION,
     LINEAR,
@@ -80,10 +79,10 @@ def _conclusion(found: GraspPostures) -> str:
 
 
 def _grasps(results: Results) -> Finding:
-    left_out = "; ".join(
-        f"{number} ({grasp_types()[int(number)].name}): {reason}"
-        for number, reason in sorted(results["left_out"].items(), key=lambda item: int(item[0]))
-    )
+    reasons: dict[str, list[str]] = {}
+    for kind in sorted(results["left_out"], key=int):
+        reasons.setdefault(results["left_out"][kind], []).append(kind)
+    left_out = "; ".join(f"{', '.join(kinds)} ({reason})" for reason, kinds in reasons.items())
     types = ", ".join(map(str, results["types"]))
     ours = f"{len(results['types'])}: types {types}; left out: {left_out or 'none'}"
     return Finding("grasps", "31, without 5 and 19", ours, None, len(results["types"]))

@@ -15,7 +15,7 @@ from model_lab.measurements.measurement_set import OUTPUTS
 from softhand_model.documents.output_file import check_new
 from softhand_model.effects import Effect, effect_classes
 from softhand_model.effects.effect import BENDING
-from softhand_model.effects.own_file import load_guarded
+from softhand_model.effects.own.own_file import load_guarded
 
 FACTORS = (0.02, 50.0)  # bounds
 TIMES = (1e-4, 1e3)  # [s]

@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 from model_lab.live.prediction import Comparison, LivePrediction, Settling, angles_of, pressures_of
 from model_lab.live.watch import ANGLE, PRESSURE, Limits, Watch
 from model_lab.ros.interface import HELP, PARAMETERS
-from softhand_model.effects.guard import EffectError
+from softhand_model.effects.own.guard import EffectError
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 from softhand_ros.diagnostics import REPORT_PERIOD, Diagnostics, cut

@@ -6,7 +6,7 @@ same way. An effect derives from the class of its stage.
 
 from softhand_model.effects.catalogue import effect_classes
 from softhand_model.effects.effect import STAGES, Effect, Parameter
-from softhand_model.effects.own_file import effects_in_file
+from softhand_model.effects.own.own_file import effects_in_file
 from softhand_model.effects.stages import (
     ElasticEffect,
     FlowEffect,

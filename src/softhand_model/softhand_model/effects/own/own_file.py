@@ -17,9 +17,9 @@ from types import ModuleType
 
 from softhand_model.effects.catalogue import STAGE_CLASSES, classes_of, effect_classes
 from softhand_model.effects.effect import Effect
-from softhand_model.effects.guard import EffectError, guard, own_methods, stage_methods, told
+from softhand_model.effects.own.guard import EffectError, guard, own_methods, stage_methods, told
 
-REHEARSAL = "softhand_model.effects.rehearsal"
+REHEARSAL = "softhand_model.effects.own.rehearsal"
 REHEARSAL_LIMIT = 30.0  # wall time of the whole [s]
 THROUGH = "through"  # what a rehearsal says that has found nothing wrong
 NOT_ENOUGH = ("allows", "remember", "of", "by_direction", "leak")  # alone changes no prediction

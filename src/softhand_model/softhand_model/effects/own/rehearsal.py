@@ -14,8 +14,8 @@ import numpy as np
 
 from softhand_model.effects.catalogue import STAGE_CLASSES
 from softhand_model.effects.effect import Effect
-from softhand_model.effects.guard import own_methods, told
-from softhand_model.effects.own_file import THROUGH, load_guarded
+from softhand_model.effects.own.guard import own_methods, told
+from softhand_model.effects.own.own_file import THROUGH, load_guarded
 from softhand_model.effects.stages import FlowEffect, Pulse, SectionShape, Strain
 from softhand_model.numerics.arrays import Array
 

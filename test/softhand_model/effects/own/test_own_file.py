@@ -6,8 +6,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from softhand_model.effects import effects_in_file, guard
-from softhand_model.effects.guard import EffectError
+from softhand_model.effects import effects_in_file
+from softhand_model.effects.own import guard
+from softhand_model.effects.own.guard import EffectError
 from softhand_model.model_file import load_model
 
 HEAD = """

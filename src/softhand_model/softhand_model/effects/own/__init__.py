@@ -1,0 +1,1 @@
+"""Effects of a user's own: loaded from a file, rehearsed in another process, and guarded."""
