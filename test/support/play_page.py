@@ -79,11 +79,6 @@ class Window:
         """Number or text of an input."""
         return self.find(name, "input")
 
-    def fill(self, name, text):
-        """Write into an input."""
-        self.find(name, "input")
-        self.tab.keyboard.type(text)
-
     def press(self, name):
         """Press a button, or choose a tab, with the mouse, once it stays where it is."""
         place, before = None, None

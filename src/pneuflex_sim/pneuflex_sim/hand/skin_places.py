@@ -104,6 +104,7 @@ class SkinPlaces:
         """Point (3,) of the middle of a side, or of the `tip`, at a share of a chain's length."""
 
         def middle(outline: ChainOutline, along: float) -> Array:
+            """The side's middle in the section (1, 2) [m]."""
             height, width = np.maximum(outline.extents(along)[0], SMALLEST_EDGE)
             flank = [-0.3 * height, 0.5 * width]  # as `_girth` has it
             return np.array(

@@ -220,6 +220,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
 
     def play(folder: Path, say: Say, stopped: Event) -> bool:
+        """Run the demo into a folder; whether it gripped."""
         if warning := misfit(strategy, options.object):
             say(f"warning: {warning}")
         say(f"{options.hand} grasps the {options.object} by {strategy.name}, seed {options.seed}")
