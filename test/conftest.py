@@ -1,4 +1,4 @@
-"""Which tests run in the same process where there are several (`make test`: two), and how."""
+"""Which tests run in the same process where there are several (`make test`: three), and how."""
 
 import os
 from pathlib import PurePath
