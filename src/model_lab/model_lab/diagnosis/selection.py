@@ -19,6 +19,7 @@ from model_lab.diagnosis.errors import (
     beyond_repeats,
     excess,
     has_few_folds,
+    is_noise,
     lowers,
 )
 from model_lab.diagnosis.growth import FITTED, Growth, Search, criterion, grow, proven
@@ -117,7 +118,7 @@ def _as_near(
 ) -> tuple[str, ...]:
     """Names of models, nearest first, that explain as much as the final one beyond the one without
     its effect; and of few that would but for the form of an equation. What is unlikely besides its
-    error is none of them.
+    error is none of them, and what lies on its limits is only where there are few.
     """
     gained = criterion(without) - criterion(final)
     likely = [s for s in others if s.unusual - final.unusual < TIE]
@@ -127,6 +128,8 @@ def _as_near(
         for s in likely
         if behind[s.added] < max(TIE, TIE_SHARE * gained) or _as_good(problem, s, final)
     }
+    if len(tied) > FEW:
+        tied &= {s.added for s in likely if s.plausible}
     of_another_form = _leaves_more_than_noise(problem, final)
     for scored in likely:
         near = behind[scored.added] < OTHER_FORM * gained
@@ -138,10 +141,13 @@ def _as_near(
 
 
 def _leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:
-    """Whether a model's fit is off by more than repeats scatter: then its equation is not the one
-    that is hidden, and what would be named in its absence may be as right.
+    """Whether a model's fit is off by more than repeats scatter, or without any, by more than the
+    floor: then its equation is not the one that is hidden, and what would be named in its absence
+    may be as right.
     """
-    return problem.floor.gain_known and beyond_repeats(problem, scored.fit.residual) < SURE
+    if not problem.floor.gain_known:
+        return not is_noise(problem, scored)
+    return beyond_repeats(problem, scored.fit.residual) < SURE
 
 
 def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:
