@@ -351,6 +351,19 @@ def test_a_third_effect_is_not_sought_where_two_bring_nearly_nothing(choose):
     assert max(map(len, landscape.tried)) == 2
 
 
+@pytest.mark.parametrize(("left", "answer"), [(0.0, "abc"), (0.04, "abc"), (0.09, "ab")])
+def test_a_third_effect_is_sought_where_two_leave_many_floors(choose, left, answer):
+    """Though that is a small part of the error; it is named if all three lead near the floor."""
+    excess = 40.0
+    shares = {"": 1.0, "a": 0.6, "b": 0.7, "c": 0.9, "ab": 0.15, "ac": 0.6, "bc": 0.7, "abc": left}
+    models = {
+        names: Said(beyond(share * excess), 500.0 + 900.0 * share) for names, share in shares.items()
+    }
+    chosen, landscape = choose(models, problem=made_up_problem(dof=1e6))
+    assert max(map(len, landscape.tried)) == 3
+    assert "".join(chosen.final.effects) == answer
+
+
 def test_of_models_of_a_size_those_that_reach_the_floor_come_first(choose):
     """Though another has more likelihood and leaves as much error as two effects do."""
     models = {**together("abc"), "d": leaves(0.9, 990.0), "abd": leaves(0.55, 60.0)}

@@ -102,6 +102,21 @@ def test_pressures_that_look_absolute_are_said():
     assert "gauge pressure" in noticed(data=data)["absolute"].text
 
 
+def test_what_a_model_misses_where_its_input_jumps_is_not_wild():
+    """A lag that it lacks makes a spike of the error at every step."""
+    data = toy_set(np.random.default_rng(0))
+    steps = np.repeat(np.random.default_rng(1).random(data.table.samples // 20), 20)
+    late = np.where(np.diff(steps, prepend=steps[0]) != 0.0, np.roll(steps, 1), steps)
+    runs = [
+        replace(run, columns={**run.columns, "pressure": steps[mine], "tip_angle": late[mine]})
+        for run, mine in ((run, data.table.run == number) for number, run in enumerate(data.runs))
+    ]
+    data = replace(data, runs=tuple(runs))
+    residual = late - steps + 1e-3 * np.random.default_rng(2).standard_normal(len(steps))
+    floor = noise_floor(data, make_spectrum(data.table, steps), residual)
+    assert "wild_samples" not in {one.kind for one in notices(data, floor, residual)}
+
+
 def test_steps_are_not_wild():
     assert noticed(lambda run, time, random: np.where(time > 5.0, 0.8, 0.0)).keys() <= {"repeats"}
 

@@ -12,6 +12,7 @@ from model_lab.diagnosis.errors import (
     NEAR_FLOOR,
     OF_ANOTHER_FORM,
     SHAPE_MARGIN,
+    STILL_NEAR,
     SURE,
     beyond_repeats,
     error_of,
@@ -33,7 +34,6 @@ from model_lab.measurements.measurement_set import MeasurementSet
 LEFT_OVER_OF_KIND = 0.4  # as OF_ANOTHER_FORM, where memory has the same part in rest and effect
 LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
 MERE_REST = 0.2  # the same whatever the calibration
-STILL_NEAR = 3.75  # held-out error over the floor beyond which nothing counts as explained
 BLACK_BOX_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
 BLACK_BOX_FAR = 0.65  # the same where the model is within the floor
 BEYOND_SPLINES = 2.0  # held-out error over the floor of splines that is no noise they have missed

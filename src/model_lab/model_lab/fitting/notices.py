@@ -32,6 +32,7 @@ MOST = 2 / 3  # of the runs
 LOBE, FARTHEST = 3.0, 3.0  # periods in a run less, and factor, of frequencies to compare with
 CHANCE = 1e-4
 WILD = 8.0  # standard deviations by which a sample leaves both its neighbours
+STEEP = 2.0  # slope of the output over the input, over the mean one
 COARSE = 3.0  # the same in steps of a coarse sensor, that its readings change by
 DRIFTED = 1.0  # change of the error's mean over the session, over the noise floor
 FEWEST_RUNS = 6
@@ -157,6 +158,8 @@ def _stands_out(mean: Array, grid: Array, best: int, courses: int) -> bool:
 def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
     """Single samples far from their neighbours, which are near each other: those that were
     replaced, with the errors that they had, and others. size: how far.
+
+    Where the input moves as far, over its range, what lies there is the model's error.
     """
     residual, replaced = residual.copy(), _places(data)
     moved = np.array([sample.moved for sample in data.wild])
@@ -170,6 +173,10 @@ def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
         level = NORMAL_MEDIAN * float(np.median(np.abs(steps))) / np.sqrt(2.0)
         before, after = steps[:-1], -steps[1:]
         least = max(WILD * level, COARSE * _step(data.table.value[course.samples]))
+        driving = data.driving(data.runs[course.run])
+        scale = float(np.ptp(data.table.value[course.samples]) / (np.ptp(driving) or 1.0))
+        moves = STEEP * scale * np.abs(np.diff(driving))
+        least = np.maximum(least, np.maximum(moves[:-1], moves[1:]))
         far = np.minimum(np.abs(before), np.abs(after)) > least
         alone = far & (before * after > 0.0)
         alone &= np.abs(before - after) < 0.5 * np.abs(before + after)
