@@ -430,13 +430,6 @@ def test_without_repeats_the_same_holds_for_what_leaves_more_than_the_floor(choo
     assert choose(models, problem=made_up_problem(gain_known=False))[0].ties == (tied,)
 
 
-@pytest.mark.parametrize(("others", "tied"), [("b", ("b", "d")), ("bc", ("b", "c"))])
-def test_what_lies_on_its_limits_is_tied_only_where_few_are(choose, others, tied):
-    near = {name: leaves(0.1, 500.0 + place) for place, name in enumerate("bcd", 1)}
-    models = {"": BASE, "a": leaves(0.1)} | {name: near[name] for name in others}
-    assert choose(models | {"d": replace(near["d"], at_limit=True)})[0].ties == (tied,)
-
-
 @pytest.mark.parametrize(("spread", "tied"), [(0.3, ("b",)), (0.0, ())])
 def test_an_effect_that_predicts_as_well_within_the_scatter_of_protocols_is_tied(
     choose, monkeypatch, spread, tied

@@ -118,7 +118,7 @@ def _as_near(
 ) -> tuple[str, ...]:
     """Names of models, nearest first, that explain as much as the final one beyond the one without
     its effect; and of few that would but for the form of an equation. What is unlikely besides its
-    error is none of them, and what lies on its limits is only where there are few.
+    error is none of them.
     """
     gained = criterion(without) - criterion(final)
     likely = [s for s in others if s.unusual - final.unusual < TIE]
@@ -128,8 +128,6 @@ def _as_near(
         for s in likely
         if behind[s.added] < max(TIE, TIE_SHARE * gained) or _as_good(problem, s, final)
     }
-    if len(tied) > FEW:
-        tied &= {s.added for s in likely if s.plausible}
     of_another_form = _leaves_more_than_noise(problem, final)
     for scored in likely:
         near = behind[scored.added] < OTHER_FORM * gained
