@@ -357,7 +357,7 @@ def test_a_third_effect_is_sought_where_two_leave_many_floors(choose, left, answ
     excess = 40.0
     shares = {"": 1.0, "a": 0.6, "b": 0.7, "c": 0.9, "ab": 0.15, "ac": 0.6, "bc": 0.7, "abc": left}
     models = {
-        names: Said(beyond(share * excess), 500.0 + 900.0 * share) for names, share in shares.items()
+        name: Said(beyond(share * excess), 500.0 + 900.0 * share) for name, share in shares.items()
     }
     chosen, landscape = choose(models, problem=made_up_problem(dof=1e6))
     assert max(map(len, landscape.tried)) == 3

@@ -33,7 +33,8 @@ def made_of(pressure, tip_angle):
 
 
 def test_the_step_of_a_coarse_sensor_is_seen():
-    assert sensor_step([3e4 * rounded(COURSE), 2e4 * rounded(COURSE, 0.015)]) == pytest.approx(300.0, rel=1e-4)
+    found = sensor_step([3e4 * rounded(COURSE), 2e4 * rounded(COURSE, 0.015)])
+    assert found == pytest.approx(300.0, rel=1e-4)
 
 
 @pytest.mark.parametrize(

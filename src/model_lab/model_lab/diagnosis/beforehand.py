@@ -47,9 +47,7 @@ def seen_at_rest(data: MeasurementSet, fit: Fit) -> float:
     return float(max(len(first) * np.log((np.mean(np.square(first)) + least) / about), 0.0))
 
 
-def is_resolved(
-    data: MeasurementSet, fit: Fit, effect: type[Effect], beside: bool = False
-) -> bool:
+def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect], beside: bool = False) -> bool:
     """Whether the samples are near enough to each other to tell the times of an effect, unless its
     memory goes on beyond them.
 

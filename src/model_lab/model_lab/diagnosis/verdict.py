@@ -99,7 +99,9 @@ def _of_the_session(problem: FitProblem, final: Scored, black_boxes: Sequence[Bl
 def _fails(problem: FitProblem, scored: Scored, black_boxes: Sequence[BlackBox]) -> bool:
     """Whether the error is beyond the floor for certain: by repeats, or as a black box shows.
 
-    A floor by splines is not certain. A black box that is far better counts even where repeats scatter as much as the model errs.
+    A floor by splines is not certain: they take noise that is alike in neighbouring samples for the
+    course. A black box that is far better counts even where repeats scatter as much as the model
+    errs.
     """
     floor = problem.floor.total
     if scored.held_out.rmse <= floor:
@@ -112,11 +114,9 @@ def _fails(problem: FitProblem, scored: Scored, black_boxes: Sequence[BlackBox])
     if problem.floor.gain_known:
         lost = len(scored.fit.values) / max(len(problem.data.runs) - len(scored.fit.values), 1)
         return beyond_repeats(problem, scored.held_out.residual, lost) < SURE
-    if problem.floor.source == SPLINE and scored.held_out.rmse < BEYOND_SPLINES * floor:
-        # splines take noise that is alike in neighbouring samples for the course
-        if not black_boxes or black_boxes[0].rmse > BLACK_BOX_MARGIN * scored.held_out.rmse:
-            return False
-    return shape_error(problem, scored) > SHAPE_MARGIN * floor
+    seen = any(box.rmse <= BLACK_BOX_MARGIN * scored.held_out.rmse for box in black_boxes[:1])
+    near = problem.floor.source == SPLINE and scored.held_out.rmse < BEYOND_SPLINES * floor
+    return (seen or not near) and shape_error(problem, scored) > SHAPE_MARGIN * floor
 
 
 def depends_on(

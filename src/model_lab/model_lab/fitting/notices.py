@@ -47,9 +47,9 @@ class Notice:
     `absolute`.
 
     value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
-    unit of the outputs; number of jumps; longest gap [s]; times the readings; smallest
-    pressure [Pa]. size: root mean square, or mean of absolute values, in that unit. text: a clause that says it. x, y: the points that
-    show it; marked: indices of those that stand out.
+    unit of the outputs; number of jumps; longest gap [s]; times the readings; smallest pressure
+    [Pa]. size: root mean square, or mean of absolute values, in that unit. text: a clause that says
+    it. x, y: the points that show it; marked: indices of those that stand out.
     """
 
     kind: str

@@ -116,9 +116,7 @@ def _known(key: str, node: Node, length: Node | None) -> float | Array:
     if key in PROFILES and isinstance(node.value, list):
         return _table(node, zero=key in MAY_VANISH)
     if KNOWN[key][0] == "m" and _is_number(node.value) and node.value > LONGEST:
-        raise node.error(
-            f"a length in m, {LONGEST:g} at most", f"{node.value:g}; 100 mm are 0.1"
-        )
+        raise node.error(f"a length in m, {LONGEST:g} at most", f"{node.value:g}; 100 mm are 0.1")
     most = largest(KNOWN[key][0])
     return node.number(0.0, most) if key in MAY_VANISH else node.number(above=0.0, high=most)
 
