@@ -65,19 +65,19 @@ def main() -> int:
 
 def _film(page: Page, tab: Tab) -> None:
     """Let the hand grasp, then show and photograph the run."""
-    while page.player.stage is None:
+    while not page.player.shots:
         time.sleep(0.1)
     page.player.pace.speed = FASTEST
     page.strategies.run()
-    while page.track is None:
+    while page.player.track is None:
         time.sleep(0.1)
     page.player.paused = True
     while not tab.evaluate("() => !!window.__viserTestpoints"):
         time.sleep(0.5)
     film = open_film(OUT, PACE, (WINDOW["width"], WINDOW["height"]), force=True)
-    shots = page.track.shots
+    shots = page.player.track.shots
     for number in np.linspace(0, len(shots) - 1, PICTURES).round().astype(int):
-        page.show(shots[number])
+        page.strategies.look_at(number)
         before = tab.evaluate(FRAMES)
         while tab.evaluate(FRAMES) < before + 2:
             time.sleep(0.2)

@@ -1,9 +1,13 @@
 """The page in a real browser."""
 
+import json
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from play_page import served, wait_until
 
+from grasp_strategies.sweep.trial_line import TrialLine
 from softhand_play.player import FASTEST
 
 pytestmark = pytest.mark.timeout(600)
@@ -31,7 +35,9 @@ def tip_height(picture, angle):
     return 1e3 * metres_a_pixel * (0.5 * high - np.flatnonzero(strip < 250)[0])
 
 
-def test_a_slider_bends_the_finger_on_the_canvas(page, open_window):
+def test_a_slider_bends_the_finger_on_the_canvas_and_a_bad_file_becomes_a_sentence(
+    page, open_window
+):
     window = open_window(page)
     (client,) = wait_until(page.server.get_clients, "a browser").values()
     wait_until(lambda: window.picture().min() < 200, "a hand on the canvas")
@@ -42,6 +48,8 @@ def test_a_slider_bends_the_finger_on_the_canvas(page, open_window):
         lambda: before - tip_height(window.picture(), client.camera.fov) > 20.0,
         "the tip of the index finger 20 mm lower",
     )
+    window.drop("bad.yaml", "format: 3")
+    window.reads("bad.yaml: format: expected")
 
 
 def test_two_browsers_see_the_same_and_a_lost_connection_comes_back(page, open_window):
@@ -56,12 +64,39 @@ def test_two_browsers_see_the_same_and_a_lost_connection_comes_back(page, open_w
     wait_until(lambda: page.player.shots[-1].pressures[2] < 5e3, "the air let out")
 
 
-def test_a_strategy_that_is_run_from_the_page_grips(open_window, tmp_path, monkeypatch):
+def test_a_strategy_grips_its_bag_plays_and_its_cell_gives_the_same_verdict(
+    open_window, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     with served() as page:
         page.player.pace.speed = FASTEST
         window = open_window(page)
         window.press("Strategies")
         window.press("run the strategy")
-        window.reads("gripped")
-        assert page.player.result.gripped
+        window.reads("gripped: ")
+        result, world = page.player.result, page.player.world
+        window.press("save a bag")
+        window.reads("saved: out/play/")
+        (bag,) = (tmp_path / "out/play").iterdir()
+        window.press("Results")
+        window.fill("folder", str(bag))
+        window.press("open the bag")
+        window.reads("s, played back in Strategies")
+        wait_until(lambda: page.seen in page.player.track.shots[5:], "the bag, played")
+        (tmp_path / "results.jsonl").write_text("".join(cells(world, result)))
+        window.fill("results", str(tmp_path))
+        window.press("open the map")
+        window.reads("click on a square")
+        window.click_on(page, page.results.places["10,0"])
+        window.reads("the map has: gripped")
+        assert page.player.result is not result
+        assert page.player.result == result
+
+
+def cells(world, result):
+    """Lines of results of a world and what came out, as two cells of which the first is another."""
+    name = world.settings.object
+    for cell, outcome in (("0,0", "none"), ("10,0", result.outcome)):
+        at = (1e-3 * float(cell.split(",")[0]), 0.0)
+        line = TrialLine(f"map/{name}/{cell}/1", name, at, 1, world.settings, world.placement)
+        yield json.dumps(line.describe() | asdict(result) | {"outcome": outcome}) + "\n"

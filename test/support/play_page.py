@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.spatial.transform import Rotation
 
 WINDOW = {"width": 640, "height": 360}
 SOFTWARE = (
@@ -34,6 +35,15 @@ PLACE = """name => {
   found?.scrollIntoView({block: "center"});
   const box = found?.getBoundingClientRect();
   return box ? [box.left + box.width / 2, box.top + box.height / 2] : null;
+}"""
+DROP = """([name, text]) => {
+  const dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File([text], name));
+  dispatchEvent(new DragEvent("drop", {dataTransfer, cancelable: true}));
+}"""
+CANVAS = """() => {
+  const box = document.querySelector("canvas[data-engine]").getBoundingClientRect();
+  return [box.left, box.top, box.width, box.height];
 }"""
 PATIENCE = 150.0  # [s]; all wait for what shall happen, no longer
 
@@ -79,14 +89,29 @@ class Window:
         """Number or text of an input."""
         return self.find(name, "input")
 
+    def fill(self, name, text):
+        """Put a text into an input."""
+        self.find(name, "input")
+        self.tab.keyboard.type(text)
+
     def press(self, name):
-        """Press a button, or choose a tab, with the mouse, once it stays where it is."""
-        place, before = None, None
-        while place is None or place != before:
-            before = place
-            place = wait_until(lambda: self.tab.evaluate(PLACE, name), f"button {name}")
-            time.sleep(0.3)
-        self.tab.mouse.click(*place)
+        """Press a button, or choose a tab, with the mouse."""
+        self.tab.mouse.click(*wait_until(lambda: self.tab.evaluate(PLACE, name), f"button {name}"))
+
+    def click_on(self, page, point):
+        """Click on a point (3,) [m] of the scene, as this one browser shows it."""
+        (client,) = page.server.get_clients().values()
+        camera = client.camera
+        view = Rotation.from_quat(np.roll(camera.wxyz, -1)).inv().apply(point - camera.position)
+        left, top, wide, high = self.tab.evaluate(CANVAS)
+        pixels = 0.5 * high / np.tan(0.5 * camera.fov) / view[2]
+        self.tab.mouse.click(
+            left + 0.5 * wide + pixels * view[0], top + 0.5 * high + pixels * view[1]
+        )
+
+    def drop(self, name, text):
+        """Drop a file of this name with a text onto the page."""
+        self.tab.evaluate(DROP, [name, text])
 
     def text(self):
         """All that is to be read."""

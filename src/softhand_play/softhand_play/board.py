@@ -7,24 +7,17 @@ from typing import Any, Protocol
 
 import viser
 
-from softhand_play.shots import Shot, Track
-
 
 class Board(Protocol):
-    """The server, the source of what is shown (`player`), the recorded run that is open, and the
-    tab that opens results.
-    """
+    """The server, the source of what is shown (`player`), and the tabs that others act on."""
 
     server: viser.ViserServer
     player: Any
+    strategies: Any
     results: Any
-    track: Track | None
 
     def tell(self, sentence: str) -> None:
         """Show a sentence."""
 
     def attempt(self, act: Callable[[], None]) -> None:
         """Do something that the user asked for; what cannot be is told."""
-
-    def show(self, shot: Shot | None) -> None:
-        """Look at an instant of the recorded run; None: at what goes on."""

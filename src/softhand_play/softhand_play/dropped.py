@@ -52,13 +52,14 @@ class Dropped:
 
     def __init__(self, page: Board) -> None:
         self._page = page
-        self._folder = Path(tempfile.mkdtemp(prefix="softhand-play-"))
+        self._folder = tempfile.TemporaryDirectory(prefix="softhand-play-")
 
     def open(self, name: str, content: bytes) -> None:
         """Open a file of this name; raises ValueError that says what is wrong with it."""
         if len(content) > LARGEST:
             raise ValueError(f"{name}: expected at most {LARGEST / 1e6:g} MB, got {len(content)}")
-        path = Path(tempfile.mkdtemp(dir=self._folder)) / re.sub(r"[^\w.-]", "_", Path(name).name)
+        folder = Path(tempfile.mkdtemp(dir=self._folder.name))
+        path = folder / re.sub(r"[^\w.-]", "_", Path(name).name)
         path.write_bytes(content)
         suffix = path.suffix.lower()
         if suffix in SUFFIXES:
@@ -68,8 +69,8 @@ class Dropped:
         elif suffix == ".jsonl":
             self._page.results.open_map(path)
         elif suffix == ".mcap":
-            repair(path.parent)
-            self._page.results.open_bag(path.parent)
+            repair(folder)
+            self._page.results.open_bag(folder)
         else:
             raise ValueError(f"{name}: expected {KINDS}")
 
@@ -85,7 +86,10 @@ class Dropped:
             raise ValueError(f"{path.name}: format: expected {KINDS}; got {quoted(kind)}")
 
     def _set(self, what: str, path: Path) -> None:
-        """The world of now with another part."""
+        """The world of now with another part; raises ValueError for an object without a place."""
+        scene = self._page.player.now.stage.scene
+        if what == "object" and not scene.has_object:
+            raise ValueError(f"{path.name}: expected a scene with an object, got {scene.name}")
         world = self._page.player.world
         self._page.player.play(
             replace(world, settings=replace(world.settings, **{what: str(path)}))

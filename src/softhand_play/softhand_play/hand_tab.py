@@ -7,6 +7,7 @@ import viser
 from numpy.typing import NDArray
 from viser import uplot
 
+from softhand_model.hand.hand import HandDescription
 from softhand_play.board import Board
 from softhand_play.shots import Shot
 from softhand_play.view import wxyz
@@ -20,6 +21,7 @@ PLOT_HEIGHT = 130  # [pixels]
 PACES = {"real time": 1.0, "1/2": 0.5, "1/5": 0.2, "1/10": 0.1}
 EACH = 4  # instant in the plots
 STEPS = 200  # of a slider
+HANDLE = 0.1  # size [m]
 COLORS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f")
 
 
@@ -28,9 +30,13 @@ class HandTab:
 
     def __init__(self, page: Board, tab: viser.GuiTabHandle) -> None:
         self._page, self._player, gui = page, page.player, page.server.gui
-        self._tab, self._sliders, self._plots = tab, [], {}
+        self._tab = tab
+        self.sliders: list[viser.GuiSliderHandle] = []
+        self._tops: dict[str, float] = {}  # largest value of each channel's slider
+        self._plots: dict[str, viser.GuiUplotHandle] = {}
         self._folder: viser.GuiFolderHandle | None = None
-        self._handle: viser.TransformControlsHandle | None = None
+        self.handle: viser.TransformControlsHandle | None = None
+        self._followed = False
         with tab:
             self._quantity = gui.add_dropdown("command", (PRESSURE, AIR_MASS))
             self._pause = gui.add_checkbox("pause", False)
@@ -43,46 +49,56 @@ class HandTab:
 
     def _set_pace(self, _: viser.GuiEvent) -> None:
         self._player.pace.speed = PACES[self._pace.value]
-        self._player.pace.anchor(self._player.shots[-1].time)
+        self._player.pace.anchor(self._player.now.shots[-1].time)
 
     # ---------------------------------------------------------------- a new world
     def stage(self) -> None:
-        """Sliders and plots for the channels of the hand."""
-        if self._folder is not None:
-            self._folder.remove()
-        gui, hand = self._page.server.gui, self._player.stage.layout.description
+        """Sliders and plots for the channels of the hand, at rest."""
+        hand = self._player.now.stage.layout.description
         limits = hand.max_pressures()
         if self._quantity.value == AIR_MASS:
             from pneuflex_sim.pictures.hand_picture import air_masses_at  # matplotlib takes 1 s
 
             limits = air_masses_at(hand, limits)
-        with self._tab:
-            self._folder = gui.add_folder("channels")
-        with self._folder:
-            self._sliders = [
-                self._slider(k, name, limits[k] / SCALE[self._quantity.value])
-                for k, name in enumerate(self._player.stage.channels)
-            ]
-            self._plots = {title: self._plot(title, self._player.stage.channels) for title in PLOTS}
+        tops = dict(zip(hand.channels, limits / SCALE[self._quantity.value], strict=True))
+        if tops == self._tops:
+            for slider in self.sliders:
+                slider.value = 0.0
+        else:
+            self._tops = tops
+            self._fill(hand)
         self._place_handle()
 
-    def _slider(self, channel: int, name: str, limit: float) -> viser.GuiSliderHandle:
-        top = float(f"{limit:.3g}")
+    def _fill(self, hand: HandDescription) -> None:
+        """Make sliders and plots anew."""
+        if self._folder is not None:
+            self._folder.remove()
+        with self._tab:
+            self._folder = self._page.server.gui.add_folder("channels")
+        with self._folder:
+            self.sliders = [self._slider(hand, name) for name in self._tops]
+            self._plots = {title: self._plot(title, tuple(self._tops)) for title in PLOTS}
+
+    def _slider(self, hand: HandDescription, name: str) -> viser.GuiSliderHandle:
+        top, channel = float(f"{self._tops[name]:.3g}"), hand.channels.index(name)
+        fingers = [each for each in hand.actuator_names if hand.channel_of(each) == channel]
         slider = self._page.server.gui.add_slider(
             f"channel {name}",
             0.0,
             top,
             top / STEPS,
             0.0,
-            hint=f"0 to {top:g} {self._quantity.value}",
+            hint=f"{', '.join(fingers)}: 0 to {top:g} {self._quantity.value}",
         )
-        slider.on_update(lambda _: self._command(channel))
+        slider.on_update(lambda event: self._command(channel, event))
         return slider
 
-    def _command(self, channel: int) -> None:
-        wanted = np.full(len(self._sliders), np.nan)
+    def _command(self, channel: int, event: viser.GuiEvent) -> None:
+        if event.client is None:  # the slider follows
+            return
+        wanted = np.full(len(self.sliders), np.nan)
         quantity = self._quantity.value
-        wanted[channel] = self._sliders[channel].value * SCALE[quantity]
+        wanted[channel] = self.sliders[channel].value * SCALE[quantity]
         if quantity == PRESSURE:
             self._player.command_pressures(wanted)
         else:
@@ -99,25 +115,27 @@ class HandTab:
             (uplot.Series(label="time [s]"), *series),
             title=title,
             scales={"x": uplot.Scale(time=False)},
+            legend=uplot.Legend(show=title == PRESSURE),  # one is enough
             height=PLOT_HEIGHT,
         )
 
     def _place_handle(self) -> None:
         """The handle at the wrist; none where the wrist is fixed."""
-        if self._handle is not None:
-            self._handle.remove()
-            self._handle = None
-        stage = self._player.stage
-        if stage.scene.rigid_wrist:
+        if self.handle is not None:
+            self.handle.remove()
+            self.handle = None
+        now = self._player.now
+        if now.stage.scene.rigid_wrist:
             return
-        wrist = self._player.shots[-1].state
-        self._handle = self._page.server.scene.add_transform_controls(
+        wrist = now.shots[-1].state
+        self.handle = self._page.server.scene.add_transform_controls(
             "/wrist_handle",
-            scale=0.08,
+            scale=HANDLE,
+            depth_test=False,
             position=wrist.wrist_position,
             wxyz=wxyz(wrist.wrist_orientation),
         )
-        self._handle.on_update(self._move)
+        self.handle.on_update(self._move)
 
     def _move(self, event: viser.TransformControlsEvent) -> None:
         place, turn = event.target.position, np.roll(event.target.wxyz, -1)
@@ -125,18 +143,23 @@ class HandTab:
 
     # ---------------------------------------------------------------- while it runs
     def refresh(self) -> None:
-        """The plots of the last seconds; the handle follows a strategy."""
-        if self._pause.value != self._player.paused:
-            self._pause.value = self._player.paused
-        shots = tuple(self._player.shots)[::EACH]
-        if self._plots and shots:
-            time = np.array([shot.time for shot in shots])
-            for title, plot in self._plots.items():
-                plot.data = (time, *_series(shots, *PLOTS[title]))
-        if self._handle is not None and self._player.is_running and shots:
-            state = self._player.shots[-1].state
-            self._handle.position = state.wrist_position
-            self._handle.wxyz = wxyz(state.wrist_orientation)
+        """The plots of the last seconds; sliders and handle follow a strategy to its end."""
+        self._pause.value = self._player.paused
+        shots = tuple(self._player.now.shots)
+        time = np.array([shot.time for shot in shots[::EACH]])
+        for title, plot in self._plots.items():
+            plot.data = (time, *_series(shots[::EACH], *PLOTS[title]))
+        if self._player.is_running or self._followed:
+            self._follow(shots[-1])
+        self._followed = self._player.is_running
+
+    def _follow(self, shot: Shot) -> None:
+        values = _series((shot,), *PLOTS[self._quantity.value])[:, 0]
+        for slider, value in zip(self.sliders, values.tolist(), strict=True):
+            slider.value = slider.step * round(value / slider.step)
+        if self.handle is not None:
+            self.handle.position = shot.state.wrist_position
+            self.handle.wxyz = wxyz(shot.state.wrist_orientation)
 
 
 def _series(shots: tuple[Shot, ...], name: str, scale: float) -> Array:

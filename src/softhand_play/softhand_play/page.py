@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import viser
+from rosbags.rosbag2 import WriterError
 from viser._messages import RunJavascriptMessage
 
 from softhand_play.dropped import DROP, Dropped
@@ -21,7 +22,12 @@ from softhand_play.strategy_tab import StrategyTab
 from softhand_play.view import HandView
 
 RATE = 10.0  # pictures a second that are sent
-TELLING = 1.0  # time between updates of plots and words [s]
+REFRESHED = 1.0  # time between updates of plots and words [s]
+# over the picture, where it moves no button; words stay words, whatever a file puts into them
+HEAD = """<div style="position: fixed; left: 5em; bottom: 0.8em; max-width: calc(100vw - 28em);
+padding: 0.3em 0.7em; border-radius: 0.4em; background: rgba(255, 255, 255, 0.85);
+color: black; line-height: 1.3; pointer-events: none">
+<div>{}</div><div style="font-weight: bold">{}</div></div>"""
 Tell = Callable[[str], None]
 
 OWN_FOLDER = re.compile(r"\S*softhand-play-\w+/(?:\w+/)?")
@@ -46,27 +52,25 @@ class Page:
         server.gui.configure_theme(show_share_button=False)  # it would open a way in from outside
         server.gui.main_panel.dock_right()
         server.initial_camera.position, server.initial_camera.look_at = CAMERA, LOOK_AT
+        self._sees_wall = False
         server.initial_camera.fov = VIEW_ANGLE
         _light(server)
-        self._status = server.gui.add_html(_line("starting ..."))
-        self._note = server.gui.add_html("")
+        self._head = server.gui.add_html("")
         self.told = ""
         self.player = source(self.tell)
-        self.track: Track | None = None
-        self._ran: Track | None = None
-        self._scrubbed: tuple[Shot, Stage] | None = None
         self._view: HandView | None = None
-        self._drawn, self._told = 0, 0.0
+        self._drawn: Track | None = None
+        self._refreshed = 0.0
+        self._words = "starting ..."
         self.seen: Shot | None = None
         self._closing, self._drawing = threading.Event(), threading.Lock()
         tabs = server.gui.add_tab_group() if live else self._take_files()
         self.hand = HandTab(self, tabs.add_tab("Hand"))
-        self._tabs: list[Any] = [self.hand]
+        self._live = live
         if not live:
             self.scene = SceneTab(self, tabs.add_tab("Scene"))
             self.strategies = StrategyTab(self, tabs.add_tab("Strategies"))
             self.results = ResultsTab(self, tabs.add_tab("Results"))
-            self._tabs += [self.scene, self.strategies, self.results]
 
     def _take_files(self) -> viser.GuiTabGroupHandle:
         """The button that opens files; what is dropped anywhere goes there."""
@@ -84,13 +88,13 @@ class Page:
     def tell(self, sentence: str) -> None:
         """Show a sentence, without the folders that dropped files are kept in."""
         self.told = OWN_FOLDER.sub("", sentence)
-        self._note.content = _line(self.told, bold=True)
 
     def attempt(self, act: Callable[[], None]) -> None:
         """Do something that the user asked for; what cannot be is told."""
+        self.tell("")
         try:
             act()
-        except (ValueError, OSError) as error:
+        except (ValueError, TypeError, KeyError, RuntimeError, OSError, WriterError) as error:
             self.tell(str(error))
 
     def run(self) -> None:
@@ -99,28 +103,39 @@ class Page:
             with self._drawing:
                 self.refresh()
 
-    def show(self, shot: Shot | None) -> None:
-        """Look at an instant of the recorded run; None: at the simulation."""
-        self._scrubbed = None if shot is None or self.track is None else (shot, self.track.stage)
-
     def refresh(self) -> None:
         """Bring what is shown up to date."""
-        player = self.player
-        if player.generation != self._drawn:
-            self._drawn = player.generation
-            self._scrubbed = None
-            for tab in self._tabs:
-                tab.stage()
-        if player.track is not self._ran:
-            self.track = self._ran = player.track
-        if self._drawn and player.shots:
-            shot, stage = self._scrubbed or (player.shots[-1], player.stage)
+        now = self.player.now
+        if now is not None:
+            if now is not self._drawn:
+                self._drawn = now
+                self._stage()
+            recorded = None if self._live else self.strategies.seen()
+            shot, stage = recorded or (now.shots[-1], now.stage)
             self._draw(shot, stage)
-            if time.monotonic() > self._told + TELLING:
-                self._told = time.monotonic()
-                self._status.content = _line(self._state(shot))
-                for tab in self._tabs:
-                    tab.refresh()
+            if time.monotonic() > self._refreshed + REFRESHED:
+                self._refreshed = time.monotonic()
+                self._words = self._state(shot, recorded is not None)
+                self.hand.refresh()
+        told = "building ..." if self.player.is_building else self.told
+        self._head.content = HEAD.format(html.escape(self._words), html.escape(told))
+
+    def _stage(self) -> None:
+        """What depends on the world."""
+        self._look_past(self.player.now.stage.scene.wall is not None)
+        self.hand.stage()
+        if not self._live:
+            self.scene.stage()
+            self.strategies.stage()
+
+    def _look_past(self, wall: bool) -> None:
+        """Look from the other side where a wall, which stands at +x, would hide the hand."""
+        if wall != self._sees_wall:
+            self._sees_wall = wall
+            place = (-CAMERA[0], *CAMERA[1:]) if wall else CAMERA
+            cameras = [client.camera for client in self.server.get_clients().values()]
+            for camera in (self.server.initial_camera, *cameras):
+                camera.position, camera.look_at = place, LOOK_AT
 
     def _draw(self, shot: Shot, stage: Stage) -> None:
         if self._view is None or self._view.stage is not stage:
@@ -131,9 +146,9 @@ class Page:
             self._view.show(shot)
             self.seen = shot
 
-    def _state(self, shot: Shot) -> str:
+    def _state(self, shot: Shot, recorded: bool) -> str:
         player, words = self.player, [f"{shot.time:.1f} s"]
-        if self._scrubbed is not None:
+        if recorded:
             words.append("recorded")
         if shot.phase:
             words.append(f"phase {shot.phase}")
@@ -151,12 +166,6 @@ class Page:
         self.player.close()
         with self._drawing:
             self.server.stop()
-
-
-def _line(words: str, bold: bool = False) -> str:
-    """Words as they are, whatever a file put into them."""
-    weight = "bold" if bold else "normal"
-    return f'<p style="margin: 0.3em 1em; font-weight: {weight}">{html.escape(words)}</p>'
 
 
 def _light(server: viser.ViserServer) -> None:

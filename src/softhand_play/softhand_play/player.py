@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from queue import Empty, SimpleQueue
 
 import numpy as np
@@ -31,19 +31,19 @@ FASTEST = 1000.0  # times real time: as fast as it can
 class _PlayedScene(InProcessScene):
     """A scene that is looked at after each step, which is the same, bit for bit, as without."""
 
-    def __init__(self, simulation: Simulation, passed: Callable[[], None]) -> None:
+    def __init__(self, simulation: Simulation, passed: Callable[[Simulation], None]) -> None:
         super().__init__(simulation)
         self._passed = passed
 
     def step(self, duration: float) -> None:
         super().step(duration)
-        self._passed()
+        self._passed(self.simulation)
 
 
 class _Start(StartedScene):
     """The start of a world whose scene is looked at."""
 
-    def __init__(self, settings: TrialSettings, passed: Callable[[], None]) -> None:
+    def __init__(self, settings: TrialSettings, passed: Callable[[Simulation], None]) -> None:
         self._passed = passed
         super().__init__(settings)
 
@@ -97,14 +97,21 @@ class Source:
     def __init__(self, tell: Callable[[str], None]) -> None:
         self._tell = tell
         self.pace = Pace()
-        self.paused = self.is_running = False
+        self.paused = self.is_running = self.is_building = False
         self.phase = ""
-        self.track: Track | None = None
-        self.stage: Stage | None = None
-        self.shots: deque[Shot] = deque(maxlen=round(SPAN / INTERVAL))
-        self.generation = 0  # of stages: the page draws a new one anew
+        self.now: Track | None = None  # the last seconds; another one after each new start
+        self.track: Track | None = None  # a run that has ended
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._work, name="source", daemon=True)
+
+    @property
+    def shots(self) -> Sequence[Shot]:
+        """The instants of the last seconds; none before the start."""
+        return () if self.now is None else self.now.shots
+
+    def _begin(self, stage: Stage, shot: Shot) -> None:
+        """Forget what was before a first instant."""
+        self.now = Track(deque([shot], maxlen=round(SPAN / INTERVAL)), stage)
 
     def _work(self) -> None:
         """The thread, until `_closing` is set."""
@@ -135,7 +142,8 @@ class Player(Source):
         self._jobs: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._abort = threading.Event()
         self._start: _Start | None = None
-        self._jobs.put(lambda: self._build(world))
+        self._wanted = world
+        self.play(world)
         self._thread.start()
 
     # ---------------------------------------------------------------- commands
@@ -143,14 +151,13 @@ class Player(Source):
         """Take another world; a strategy that runs is aborted. One that cannot be is told, and the
         old one stays.
         """
+        self._wanted = world
         self._abort.set()
         self._jobs.put(lambda: self._build(world))
 
-    def run_strategy(self, world: World | None = None) -> None:
-        """From the start of a world (None: this one), run its strategy."""
-        if world is not None:
-            self.play(world)
-        self._abort.set()
+    def run_strategy(self, world: World) -> None:
+        """From the start of a world, run its strategy."""
+        self.play(world)
         self._jobs.put(lambda: self._run(world))
 
     def reset(self) -> None:
@@ -161,10 +168,6 @@ class Player(Source):
     def abort(self) -> None:
         """End the strategy that runs: the air is let out."""
         self._abort.set()
-
-    def step_phase(self) -> None:
-        """Run to the end of the phase."""
-        self.stops_at_phases, self.paused = True, False
 
     def command_pressures(self, pressures: Array) -> None:
         """Gauge pressures (channels,) [Pa] to reach, NaN to leave a channel as it is; nothing while
@@ -182,6 +185,7 @@ class Player(Source):
 
     def close(self) -> None:
         """Abort and end the thread."""
+        self._closing.set()
         self._abort.set()
         super().close()
 
@@ -194,7 +198,7 @@ class Player(Source):
         while not self._closing.is_set():
             try:
                 self._next()
-            except (ValueError, RuntimeError, OSError) as error:
+            except (ValueError, TypeError, KeyError, RuntimeError, OSError) as error:
                 self._tell(str(error))
                 if isinstance(error, SceneError):
                     self._reset()
@@ -211,66 +215,65 @@ class Player(Source):
                 self._start.scene.step(0.5 * INTERVAL)
 
     def _build(self, world: World) -> None:
-        self._tell("building ...")
-        start = _Start(world.settings, self._passed)
-        start.place(world.placement)
+        if world is not self._wanted:
+            return
+        self.is_building = True
+        try:
+            start = _Start(world.settings, self._passed)
+            start.place(world.placement)
+            if world.settings.early_end:
+                _ = start.empty_course  # which takes a trial
+        finally:
+            self.is_building = False
         self._start, self.world = start, world
-        self.stage = stage_of(start.scene.simulation)
-        self._forget()
-        self.generation += 1
-        self._tell("")
+        self._anew(start, stage_of(start.scene.simulation))
 
     def _reset(self) -> None:
-        if self._start is not None:
+        if self._start is not None and self.now is not None:
             self._start.place(self.world.placement)
-            self._forget()
-            self.generation += 1
+            self._anew(self._start, self.now.stage)
 
-    def _forget(self) -> None:
-        self.shots.clear()
+    def _anew(self, start: _Start, stage: Stage) -> None:
         self.phase = ""
         self.pace.anchor(0.0)
-        self._look()
+        self._begin(stage, look(start.scene.simulation))
 
-    def _run(self, wanted: World | None) -> None:
-        """Run the strategy; not when the world that it was `wanted` for could not be built."""
-        if self._start is None or (wanted is not None and wanted is not self.world):
-            return
-        if self.stage is not None and self.stage.object is None:
-            raise ValueError(f"scene: expected one with an object, got {self.stage.scene.name}")
+    def _run(self, world: World) -> None:
+        """Run the strategy, unless its world could not be built or another one is wanted by now."""
         self._abort.clear()
-        self._forget()
-        self._recorded, self.is_running, self.paused, self.result = [], True, False, None
+        start, now = self._start, self.now
+        superseded = not self.world is world is self._wanted or self._closing.is_set()
+        if start is None or now is None or superseded:
+            return
+        if now.stage.object is None:
+            raise ValueError(f"scene: expected one with an object, got {now.stage.scene.name}")
+        shots: list[Shot] = []
+        self._recorded = shots
+        self.is_running, self.paused, self.result = True, False, None
         try:
-            result = self._start.run(self.world.placement, on_phase=self._begin, abort=self._abort)
+            result = start.run(world.placement, on_phase=self._enter, abort=self._abort)
         finally:
-            shots, self._recorded, self.is_running = self._recorded, None, False
-        self.result = result
+            self._recorded, self.is_running = None, False
         ending = f"{result.outcome}: {result.reason}"
-        self.track = Track(shots, stage_of(self._simulation), ending, gripped=result.gripped)
-        self._tell(ending)
+        if shots:
+            self.track = Track(shots, now.stage, ending)
+        self.result = result
+        self._tell(f"{ending}; the map has: {world.known}" if world.known else ending)
 
-    @property
-    def _simulation(self) -> Simulation:
-        return self._start.scene.simulation
-
-    def _begin(self, phase: str) -> None:
+    def _enter(self, phase: str) -> None:
         if self.stops_at_phases and self.phase and phase not in (DONE, FAILED):
             self.paused = True
         self.phase = phase
 
-    def _passed(self) -> None:
+    def _passed(self, simulation: Simulation) -> None:
         """After each step: look, keep the pace, stand still while paused."""
-        now = self._simulation.time
-        if not self.shots or now > self.shots[-1].time + INTERVAL - 1e-6:
-            self._look()
-        self.pace.wait(now)
+        time_now = simulation.time
+        if self.now is not None and time_now > self.now.shots[-1].time + INTERVAL - 1e-6:
+            shot = look(simulation, self.phase)
+            self.now.shots.append(shot)
+            if self._recorded is not None:
+                self._recorded.append(shot)
+        self.pace.wait(time_now)
         while self.paused and self.is_running and not self._abort.is_set():
             time.sleep(NAP)
-            self.pace.anchor(now)
-
-    def _look(self) -> None:
-        shot = look(self._simulation, self.phase)
-        self.shots.append(shot)
-        if self._recorded is not None:
-            self._recorded.append(shot)
+            self.pace.anchor(time_now)

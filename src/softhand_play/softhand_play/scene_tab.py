@@ -32,26 +32,33 @@ class SceneTab:
 
     def __init__(self, page: Board, tab: viser.GuiTabHandle) -> None:
         self._page, gui = page, page.server.gui
-        self._folder = Path(tempfile.mkdtemp(prefix="softhand-play-"))
+        self._folder = tempfile.TemporaryDirectory(prefix="softhand-play-")
         self._made: set[str | None] = set()  # model files with an effect on top
         with tab:
             self.hand = gui.add_dropdown("hand", (OF_STRATEGY, *hand_names()))
             self.scene = gui.add_dropdown("scene", tuple(load_scenes()))
             self.inclination = gui.add_slider(
-                "wall [deg]", LEAST_INCLINATION, MOST_INCLINATION, 5.0, 90.0
+                "incline of the wall [deg]", LEAST_INCLINATION, MOST_INCLINATION, 5.0, 90.0
             )
             self.object = gui.add_dropdown("object", tuple(load_objects()))
             self.x = gui.add_slider("object x [m]", *OFFSETS, 0.0)
             self.y = gui.add_slider("object y [m]", *OFFSETS, 0.0)
-            self.mass = gui.add_slider("mass, factor", *FACTORS, 1.0)
-            self.friction = gui.add_slider("friction, factor", *FACTORS, 1.0)
+            self.mass = gui.add_slider("mass (factor)", *FACTORS, 1.0)
+            self.friction = gui.add_slider("friction (factor)", *FACTORS, 1.0)
             self.model = gui.add_dropdown("model", tuple(model_names()), initial_value=BASE)
             self.effect = gui.add_dropdown("effect on top", (NO_EFFECT, *_effects()))
             self.share = gui.add_slider(
                 "its strength", 0.0, 1.0, 0.05, 0.8, hint="within its usual range"
             )
-            apply = gui.add_button("build this world")
-        apply.on_click(lambda _: page.attempt(lambda: page.player.play(self.wanted())))
+            build = gui.add_button("build this world")
+        self.scene.on_update(lambda _: self._show_needed())
+        self.effect.on_update(lambda _: self._show_needed())
+        build.on_click(lambda _: page.attempt(lambda: page.player.play(self.wanted())))
+
+    def _show_needed(self) -> None:
+        """Of what there is not, nothing can be chosen."""
+        self.inclination.visible = load_scene(self.scene.value).wall is not None
+        self.share.visible = self.effect.value != NO_EFFECT
 
     def stage(self) -> None:
         """Show what is played."""
@@ -67,9 +74,7 @@ class SceneTab:
             self.inclination.value = wall.inclination
         self.x.value, self.y.value = placement.offset
         self.mass.value, self.friction.value = placement.mass_scale, placement.friction_scale
-
-    def refresh(self) -> None:
-        """Nothing here follows the simulation."""
+        self._show_needed()
 
     def wanted(self) -> World:
         """The world that is chosen; raises ValueError for what cannot be."""
@@ -99,7 +104,7 @@ class SceneTab:
         values = {parameter.name: parameter.usual(share) for parameter in known}
         others = [each for each in content.get("effects", []) if each["name"] != effect]
         content["effects"] = [*others, {"name": effect, "parameters": values}]
-        path = self._folder / f"{base.stem}_{effect}_{share:.2f}.yaml"
+        path = Path(self._folder.name) / f"{base.stem}_{effect}_{share:.2f}.yaml"
         path.write_text(yaml.safe_dump(content))
         self._made.add(str(path))
         return str(path)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import MutableSequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,26 +55,32 @@ class Stage:
         """Names of the hand's channels."""
         return tuple(self.layout.description.channels)
 
+    @cached_property
+    def _rest_volumes(self) -> Array:
+        return AirCoupling(self.layout).rest_volumes
+
+    def volumes(self, masses: Array, pressures: Array) -> Array:
+        """Volumes (channels,) [m3] that air masses [kg above rest] take at gauge pressures [Pa]."""
+        above = masses * GAS_CONSTANT * ROOM_TEMPERATURE
+        return (self._rest_volumes * AMBIENT_PRESSURE + above) / (pressures + AMBIENT_PRESSURE)
+
 
 @dataclass(frozen=True)
 class World:
-    """What is simulated, as a trial has it."""
+    """What is simulated, as a trial has it, and the outcome that results have of it, if any."""
 
     settings: TrialSettings = field(default_factory=TrialSettings)
     placement: Placement = field(default_factory=Placement)
+    known: str = ""
 
 
 @dataclass(frozen=True)
 class Track:
-    """A recorded run: instants in even steps of `interval` [s], on a stage, how it ended, and where
-    it is from: a trial, or a bag.
-    """
+    """Instants in steps of `INTERVAL` on a stage, and how they ended."""
 
-    shots: Sequence[Shot]
+    shots: MutableSequence[Shot]
     stage: Stage
-    ending: str
-    interval: float = INTERVAL
-    gripped: bool = False
+    ending: str = ""
 
     @property
     def phases(self) -> dict[str, int]:
@@ -84,12 +91,6 @@ class Track:
         return {name: number for name, number in found.items() if name}
 
 
-def volumes_of(layout: HandLayout, masses: Array, pressures: Array) -> Array:
-    """Volumes (channels,) [m3] that air masses [kg above rest] take at gauge pressures [Pa]."""
-    rest = AirCoupling(layout).rest_volumes * AMBIENT_PRESSURE
-    return (rest + masses * GAS_CONSTANT * ROOM_TEMPERATURE) / (pressures + AMBIENT_PRESSURE)
-
-
 def stage_of(simulation: Simulation) -> Stage:
     """The stage of a simulation."""
     return Stage(simulation.shape.layout, simulation.object, simulation.scene)
@@ -97,9 +98,9 @@ def stage_of(simulation: Simulation) -> Stage:
 
 def look(simulation: Simulation, phase: str = "") -> Shot:
     """What is to be seen of a simulation now; it stays as it is while that goes on."""
-    pose = simulation.object_pose() if simulation.object is not None else (None, None)
-    seen = (simulation.bodies.q, *simulation.wrist_pose(), *pose)
-    state = HandState(*(None if part is None else np.array(part) for part in seen))
+    pose = simulation.object_pose() if simulation.object is not None else ()
+    seen = simulation.bodies.q, *simulation.wrist_pose(), *pose
+    state = HandState(*(np.array(part) for part in seen))
     pairs = by_pair(simulation.contacts()).values()
     return Shot(
         float(simulation.time),

@@ -12,11 +12,11 @@ from grasp_strategies.strategy import Strategy, load_strategy, strategy_names
 from grasp_strategies.trials import Placement, TrialSettings
 from pneuflex_sim.scene.objects import load_object
 from softhand_play.board import Board
-from softhand_play.shots import Track, World
+from softhand_play.shots import INTERVAL, Shot, Stage, Track, World
 
 OUT = Path("out/play")
 LIVE, RECORDED, PLAYED = "live", "recorded", "played back"
-USUAL = "surface_constrained"
+NO_PHASE = "-"
 STANDING = (0.0, 0.0, 0.0)  # how an object rests that stands on its end [rad]
 
 
@@ -25,50 +25,39 @@ class StrategyTab:
 
     def __init__(self, page: Board, tab: viser.GuiTabHandle) -> None:
         self._page, self._player, gui = page, page.player, page.server.gui
-        self._track: Track | None = None
+        self._offered: Track | None = None
         self._since = 0.0  # wall time at which the first instant would have been shown
         with tab:
-            self._strategy = gui.add_dropdown(
-                "strategy", tuple(strategy_names()), initial_value=USUAL
-            )
+            self._strategy = gui.add_dropdown("strategy", tuple(strategy_names()))
             self._as_tried = gui.add_checkbox("in the world it was tried in", True)
             run = gui.add_button("run the strategy")
-            step = gui.add_button("to the end of the phase")
+            step = gui.add_button("next phase")
             go_on = gui.add_button("go on to the end")
             abort = gui.add_button("abort")
-            self._words = gui.add_markdown("")
             with gui.add_folder("the run again"):
                 self._shown = gui.add_dropdown("show", (LIVE, RECORDED, PLAYED))
-                self._instant = gui.add_slider("instant", 0, 1, 1, 0)
-                self._phase = gui.add_dropdown("phase", ("-",))
+                self._time = gui.add_slider("time [s]", 0.0, INTERVAL, INTERVAL, 0.0)
+                self._phase = gui.add_dropdown("phase", (NO_PHASE,))
                 film = gui.add_button("save a film (MP4)")
                 bag = gui.add_button("save a bag")
         run.on_click(lambda _: page.attempt(self.run))
-        step.on_click(lambda _: self._player.step_phase())
+        step.on_click(lambda _: page.attempt(self._step))
         go_on.on_click(lambda _: self._go_on())
         abort.on_click(lambda _: self._player.abort())
-        self._shown.on_update(lambda _: self._begin())
-        self._instant.on_update(lambda _: self._scrub())
+        self._shown.on_update(lambda _: setattr(self, "_since", time.monotonic()))
+        self._time.on_update(self._pull)
         self._phase.on_update(lambda _: self.jump(self._phase.value))
-        film.on_click(lambda _: page.attempt(lambda: self._save(".mp4")))
-        bag.on_click(lambda _: page.attempt(lambda: self._save("")))
+        film.on_click(lambda _: page.attempt(lambda: self.save(".mp4")))
+        bag.on_click(lambda _: page.attempt(lambda: self.save("")))
+        self.stage()
 
     def stage(self) -> None:
-        """Show which strategy is to be run."""
+        """Show which strategy is to be run, and what goes on."""
         name = self._player.world.settings.strategy
         if name not in self._strategy.options:
             self._strategy.options = (*self._strategy.options, name)
         self._strategy.value = name
-
-    def refresh(self) -> None:
-        """A run that has ended; the next instants while it is played back."""
-        self._offer()
-        strategy = self._player.world.settings.strategy
-        self._words.content = f"{strategy}: {self._player.phase or 'not begun'}"
-        if self._shown.value == PLAYED and self._track is not None:
-            gone = time.monotonic() - self._since
-            last = len(self._track.shots) - 1
-            self._instant.value = min(round(gone / self._track.interval), last)
+        self._shown.value = LIVE
 
     # ---------------------------------------------------------------- running
     def run(self) -> None:
@@ -80,52 +69,72 @@ class StrategyTab:
         else:
             settings = replace(world.settings, strategy=self._strategy.value, hand=None)
             world = World(settings, world.placement)
-        self._shown.value = LIVE
+        self._player.stops_at_phases = False
         self._player.run_strategy(world)
+
+    def _step(self) -> None:
+        """Run to the end of the phase; the first one if the strategy does not run."""
+        if not self._player.is_running:
+            self.run()
+        self._player.stops_at_phases, self._player.paused = True, False
 
     def _go_on(self) -> None:
         self._player.stops_at_phases = self._player.paused = False
 
     # ---------------------------------------------------------------- the run again
-    def _offer(self) -> None:
-        """Phases and instants of another run."""
-        if self._track is not self._page.track:
-            self._track = self._page.track
-            self._instant.max = max(1, len(self._track.shots) - 1)
-            self._phase.options = tuple(self._track.phases) or ("-",)
+    def seen(self) -> tuple[Shot, Stage] | None:
+        """The instant of the recorded run that is looked at, and its stage; None: what goes on."""
+        track = self._player.track
+        if track is not None and track is not self._offered:
+            self._offer(track)
+        if track is None or self._shown.value == LIVE:
+            return None
+        last = len(track.shots) - 1
+        if self._shown.value == PLAYED:
+            gone = round((time.monotonic() - self._since) / INTERVAL)
+            self._time.value = INTERVAL * min(gone, last)
+        return track.shots[min(round(self._time.value / INTERVAL), last)], track.stage
 
-    def _begin(self) -> None:
-        """Go over to live, recorded or played back."""
-        self._since = time.monotonic()
-        if self._shown.value == LIVE or self._track is None:
-            self._page.show(None)
-        else:
-            self._scrub()
+    def _offer(self, track: Track) -> None:
+        """Phases and length of another run."""
+        self._offered = track
+        self._phase.options = (NO_PHASE, *track.phases)
+        self._time.value = 0.0
+        self._time.max = max(1, len(track.shots) - 1) * INTERVAL
 
-    def _scrub(self) -> None:
-        if self._track is not None and self._shown.value != LIVE:
-            last = len(self._track.shots) - 1
-            self._page.show(self._track.shots[min(self._instant.value, last)])
+    def play(self, track: Track) -> None:
+        """Play a run back."""
+        self._player.track = track
+        self._shown.value = LIVE
+        self._shown.value = PLAYED
+
+    def _pull(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:  # a user, not the playing
+            self._shown.value = RECORDED
 
     def jump(self, phase: str) -> None:
         """Look at the instant at which a phase of the recorded run begins."""
-        self._offer()
-        number = self._track.phases.get(phase) if self._track is not None else None
-        if number is not None:
-            self._shown.value = RECORDED
-            self._instant.value = number
+        track = self._player.track
+        if track is not None and phase in track.phases:
+            self.look_at(track.phases[phase])
 
-    def _save(self, suffix: str) -> None:
+    def look_at(self, number: int) -> None:
+        """Look at an instant of the recorded run, by its number."""
+        self._shown.value = RECORDED
+        self._time.value = INTERVAL * number
+
+    def save(self, suffix: str) -> None:
         """Write a film or, without a suffix, a bag."""
         from softhand_play.recorded import film, write_bag
 
-        if self._track is None:
+        track = self._player.track
+        if track is None:
             raise ValueError("run: expected one to save, got none; run a strategy first")
         path = OUT / f"{time.strftime('%Y%m%d-%H%M%S')}{suffix}"
         if suffix:
-            film(self._track, path, lambda what, k, n: self._page.tell(f"{what} {k} of {n}"))
+            film(track, path, lambda what, k, n: self._page.tell(f"film: {what} {k} of {n}"))
         else:
-            write_bag(self._track, path)
+            write_bag(track, path)
         self._page.tell(f"saved: {path}")
 
 

@@ -15,8 +15,8 @@ from softhand_play.shots import Shot, Stage
 
 Array = NDArray[np.float64]
 Triangles = NDArray[np.uint32]
+Color = tuple[int, int, int]
 
-PLAIN = {"cast_shadow": False, "receive_shadow": False}  # shadows cost more than all else
 FORCE = (40, 160, 60)
 SHAFT, HEAD, HEAD_LENGTH = 0.0015, 0.004, 0.008  # of an arrow [m]
 DIGITS = 4  # of metres and quaternions that are sent: of what stands still, nothing is
@@ -27,7 +27,8 @@ COLOR_STEPS = 32  # a colour is sent when it changes by one of them
 class HandView:
     """The meshes of one stage below a name in the scene tree.
 
-    tint: one colour for all rubber, which is then translucent, in place of that of the pressure.
+    tint: one colour for all rubber, which is then translucent and stands alone, in place of that
+    of the pressure.
     """
 
     def __init__(
@@ -35,32 +36,28 @@ class HandView:
         server: viser.ViserServer,
         stage: Stage,
         name: str = "/hand",
-        tint: tuple[int, int, int] | None = None,
+        tint: Color | None = None,
     ) -> None:
-        self.stage, self._server = stage, server
+        self.stage, self._scene, self._name, self._tint = stage, server.scene, name, tint
+        self._atomic = server.atomic
         self._skin = HandSkin(HandShape(stage.layout), COARSE)
         self._groups = _groups(stage, self._skin)
         self._limits = stage.layout.description.max_pressures()
-        self._tint, self._opacity = tint, None if tint is None else TRANSLUCENT
-        add = server.scene
-        self._wrist = add.add_frame(name, show_axes=False)
+        self._root = self._scene.add_frame(name, show_axes=False)
+        self._wrist = self._scene.add_frame(f"{name}/wrist", show_axes=False)
         self._colors = {group: self._color(group, 0.0 * self._limits) for group in self._groups}
-        self._parts = {group: self._group_mesh(f"{name}/{group}", group) for group in self._groups}
-        self._still = [
-            add.add_box(
-                f"{name}_{part}",
-                dimensions=tuple(2.0 * np.array(half)),
-                color=_rgb(TABLE),
-                position=place,
-                wxyz=wxyz(np.array(turn)),
-                **PLAIN,
+        parts = {name: mesh for name, (_, mesh) in self._skin.parts(stage.layout.rest).items()}
+        self._parts = {
+            group: self._mesh(
+                f"wrist/{group}", merged([parts[part] for part in names]), self._colors[group]
             )
-            for part, (half, place, turn) in surroundings(stage.scene).items()
-            if tint is None
-        ]
-        self._object = None if stage.object is None else self._object_mesh(f"{name}_object")
-        self._arrows = add.add_arrows(
-            f"{name}_forces",
+            for group, names in self._groups.items()
+        }
+        self._object: viser.MeshHandle | None = None
+        if tint is None:
+            self._surround()
+        self._arrows = self._scene.add_arrows(
+            f"{name}/forces",
             np.zeros((1, 2, 3)),
             FORCE,
             shaft_radius=SHAFT,
@@ -69,23 +66,32 @@ class HandView:
             visible=False,
         )
 
-    def _group_mesh(self, name: str, group: str) -> viser.MeshHandle:
-        parts = self._skin.parts(np.asarray(self.stage.layout.rest))
-        mesh = merged([parts[part][1] for part in self._groups[group]])
-        return self._server.scene.add_mesh_simple(
-            name,
+    def _surround(self) -> None:
+        """Table, wall and object."""
+        for part, (half, place, turn) in surroundings(self.stage.scene).items():
+            self._scene.add_box(
+                f"{self._name}/{part}",
+                dimensions=2.0 * np.array(half),
+                color=_rgb(TABLE),
+                position=place,
+                wxyz=wxyz(np.array(turn)),
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+        if self.stage.object is not None:
+            mesh = creased(object_mesh(self.stage.object))
+            self._object = self._mesh("object", mesh, _rgb(OBJECT))
+
+    def _mesh(self, name: str, mesh: Mesh, color: Color) -> viser.MeshHandle:
+        return self._scene.add_mesh_simple(
+            f"{self._name}/{name}",
             mesh.vertices,
             faces(mesh),
-            color=self._colors[group],
-            opacity=self._opacity,
+            color=color,
+            opacity=None if self._tint is None else TRANSLUCENT,
             side="double",
-            **PLAIN,
-        )
-
-    def _object_mesh(self, name: str) -> viser.MeshHandle:
-        mesh = creased(object_mesh(self.stage.object))
-        return self._server.scene.add_mesh_simple(
-            name, mesh.vertices, faces(mesh), color=_rgb(OBJECT), side="double", **PLAIN
+            cast_shadow=False,  # costs more than all else
+            receive_shadow=False,
         )
 
     def show(self, shot: Shot) -> None:
@@ -96,15 +102,16 @@ class HandView:
     def move(self, state: HandState, pressures: Array) -> None:
         """Show a state, coloured by gauge pressures (channels,) [Pa]."""
         parts = self._skin.vertices(state.joints)
-        with self._server.atomic():
+        with self._atomic():
             self._wrist.position = np.round(state.wrist_position, DIGITS)
             self._wrist.wxyz = wxyz(np.round(state.wrist_orientation, DIGITS))
             for group, names in self._groups.items():
                 vertices = np.vstack([parts[name] for name in names])
                 self._show_group(group, vertices, pressures)
-            if self._object is not None and state.object_position is not None:
-                self._object.position = np.round(state.object_position, DIGITS)
-                self._object.wxyz = wxyz(np.round(state.object_orientation, DIGITS))
+            pose = state.object_position, state.object_orientation
+            if self._object is not None and pose[0] is not None and pose[1] is not None:
+                self._object.position = np.round(pose[0], DIGITS)
+                self._object.wxyz = wxyz(np.round(pose[1], DIGITS))
 
     def _show_group(self, group: str, vertices: Array, pressures: Array) -> None:
         color, handle = self._color(group, pressures), self._parts[group]
@@ -112,7 +119,7 @@ class HandView:
         if self._colors[group] != color:
             self._colors[group] = handle.color = color
 
-    def _color(self, group: str, pressures: Array) -> tuple[int, int, int]:
+    def _color(self, group: str, pressures: Array) -> Color:
         if self._tint is not None:
             return self._tint
         if group in COLORS:
@@ -128,9 +135,7 @@ class HandView:
 
     def remove(self) -> None:
         """Take everything away."""
-        for handle in (self._wrist, *self._still, self._arrows, self._object):
-            if handle is not None:
-                handle.remove()
+        self._root.remove()
 
 
 def _groups(stage: Stage, skin: HandSkin) -> dict[str, list[str]]:
@@ -161,6 +166,6 @@ def wxyz(quaternion: Array) -> Array:
     return np.roll(quaternion, 1)
 
 
-def _rgb(color: tuple[float, ...]) -> tuple[int, int, int]:
+def _rgb(color: tuple[float, ...]) -> Color:
     red, green, blue = (round(255 * part) for part in color[:3])
     return red, green, blue

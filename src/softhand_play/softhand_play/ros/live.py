@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from queue import Empty, SimpleQueue
 
 import numpy as np
@@ -22,12 +23,13 @@ from softhand_bringup.figures import recorded_segments
 from softhand_model.hand.hand import load_hand
 from softhand_model.model_file import load_model
 from softhand_play.player import Source
-from softhand_play.shots import INTERVAL, NO_ARROWS, Shot, Stage, volumes_of
+from softhand_play.shots import INTERVAL, NO_ARROWS, Shot, Stage
 from softhand_ros.client_link import ClientLink
 from softhand_ros.topics import latched, seconds
 
 Array = NDArray[np.float64]
 
+DUE = INTERVAL - 1e-6  # from a kept instant to the next [s]
 ANSWER = 5.0  # wall time for a service [s]
 POSES = {"wrist/pose": "wrist", "scene/object_pose": "object"}
 
@@ -92,10 +94,10 @@ class LivePlayer(Source):
             link.listen(JointState, "hand/joint_states", self._on_joints)
             link.listen(JointState, "pneumaticbox/state", self._on_air)
             for topic, name in POSES.items():
-                link.listen(PoseStamped, topic, lambda message, name=name: self._on(name, message))
+                link.listen(PoseStamped, topic, partial(self._on, name))
             link.node.create_subscription(String, "grasp/phase", self._on_phase, latched(1))
             self._tell("waiting for a simulator and a driver in this ROS domain")
-            while not (self._closing.is_set() or self.shots):
+            while not (self._closing.is_set() or self.now):
                 link.spin(INTERVAL)
             self._serve()
 
@@ -131,20 +133,23 @@ class LivePlayer(Source):
 
     def _on_joints(self, message: JointState) -> None:
         """An instant, when all that belongs to it has been heard."""
-        time = seconds(message.header.stamp)
-        if self.shots and time < self.shots[-1].time:  # the simulator was reset
-            self.shots.clear()
-        late = bool(self.shots) and time < self.shots[-1].time + INTERVAL - 1e-6
-        if late or self._air is None or "wrist" not in self._seen:
+        time, now = seconds(message.header.stamp), self.now
+        if now is not None and now.shots[-1].time <= time < now.shots[-1].time + DUE:
             return
-        if self.stage is None:
-            segments = recorded_segments(self._hand.name, message.name)
-            layout = build_layout(self._hand, segments, load_model(None))
-            shown = self._object if self._scene.has_object else None
-            self.stage = Stage(layout, shown, self._scene)
+        if self._air is None or "wrist" not in self._seen:
+            return
         poses = (*self._seen["wrist"], *self._seen.get("object", ()))
         state = HandState(joint_orientations(np.array(message.position)), *poses)
         masses, pressures = self._air
-        volumes = volumes_of(self.stage.layout, masses, pressures)
-        self.shots.append(Shot(time, state, pressures, masses, volumes, NO_ARROWS, self.phase))
-        self.generation = 1
+        stage = self._stage_of(message.name) if now is None else now.stage
+        volumes = stage.volumes(masses, pressures)
+        shot = Shot(time, state, pressures, masses, volumes, NO_ARROWS, self.phase)
+        if now is None or time < now.shots[-1].time:  # the simulator was reset
+            self._begin(stage, shot)
+        else:
+            now.shots.append(shot)
+
+    def _stage_of(self, joint_names: list[str]) -> Stage:
+        segments = recorded_segments(self._hand.name, joint_names)
+        layout = build_layout(self._hand, segments, load_model(None))
+        return Stage(layout, self._object if self._scene.has_object else None, self._scene)
