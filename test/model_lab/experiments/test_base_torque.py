@@ -185,7 +185,8 @@ def test_effects_act_through_the_free_angle_as_in_free_bending(name, values):
     effect = EFFECTS[name](**values)
     bent = Forward(replace(data, experiment="free_bending"), fixed=[effect])
     angle = bent.predict(bent.start()[None])[0].reshape(2, -1)
-    found = torques(data, [effect]).reshape(2, 3, -1)[:, 1]
+    held = Forward(data, fixed=[effect])
+    found = held.predict(held.start()[None])[0].reshape(2, 3, -1)[:, 1]
     assert found == pytest.approx(-STIFFNESS * angle / 0.09, rel=1e-5, abs=1e-9)
 
 

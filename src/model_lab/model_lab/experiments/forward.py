@@ -18,7 +18,7 @@ from model_lab.experiments.rubber import Rubber
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
 from model_lab.measurements.bent_input import with_bends
-from model_lab.measurements.held_input import with_jumps
+from model_lab.measurements.held_input import DRIVING, with_jumps
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from softhand_model.bending.balance import grows
 from softhand_model.effects import Effect, Parameter
@@ -128,7 +128,8 @@ class Forward:
         if self._data.jumps:
             return with_jumps(self._data)
         effects: list[type[Effect] | Effect] = [*self._fixed, *self._free]
-        if any(e.has_memory and p.unit == "s" for e in effects for p in e.parameters):
+        timed = any(e.has_memory and p.unit == "s" for e in effects for p in e.parameters)
+        if timed and self._data.experiment in DRIVING:
             return with_bends(self._data)
         return self._data, slice(None)
 

@@ -49,8 +49,10 @@ def between(time: Array, values: Array, bend: Array, wanted: Array) -> Array:
 
 
 def with_bends(data: MeasurementSet) -> tuple[MeasurementSet, Indices]:
-    """The set with more samples where its input bends, and the places of its own ones."""
-    driving, rest = DRIVING.get(data.experiment), 1.0 if data.stretched else 0.0
+    """The set, of an experiment with a driving column, with more samples where that bends, and the
+    places of its own ones.
+    """
+    driving, rest = DRIVING[data.experiment], 1.0 if data.stretched else 0.0
     runs, places, so_far = [], [], 0
     for run in data.runs:
         more, own = _with_bends(run, driving, rest)
@@ -60,10 +62,10 @@ def with_bends(data: MeasurementSet) -> tuple[MeasurementSet, Indices]:
     return replace(data, runs=tuple(runs)), np.concatenate(places)
 
 
-def _with_bends(run: Run, driving: str | None, rest: float) -> tuple[Run, Indices]:
+def _with_bends(run: Run, driving: str, rest: float) -> tuple[Run, Indices]:
     """The run with more samples where it bends; other columns go straight."""
     own = np.arange(run.samples)
-    if driving is None or run.samples < 3 or "time" not in run.columns:
+    if run.samples < 3 or "time" not in run.columns:
         return run, own
     time, values = run.columns["time"], run.columns[driving]
     before = float(values[0]) if run.steady else rest
