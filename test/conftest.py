@@ -18,11 +18,13 @@ GIVES_WAY = 5  # nice value of what computes beside nodes
 
 def share(path):
     """Name of the tests that share a process with those of a file: its own, as their fixtures are
-    costly; and all tests that start nodes, as each of these loads the machine by itself.
+    costly; of the thesis's experiments those of the folder, whose small runs are made once; and all
+    tests that start nodes, as each of these loads the machine by itself.
     """
     file = PurePath(path)
-    starts_nodes = {"system", "ros", "softhand_ros"} & set(file.parts)
-    return NODES if starts_nodes else path
+    if {"system", "ros", "softhand_ros"} & set(file.parts):
+        return NODES
+    return str(file.parent) if "thesis" in file.parts else path
 
 
 def pytest_runtest_setup(item):
