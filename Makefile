@@ -39,9 +39,9 @@ thesis: setup
 equilibrium: setup
 	@$(PYTHON_IN_VENV) -m thesis run equilibrium_point --force $(if $(SEED),--seed $(SEED))
 
-# In two processes; at the end one of them runs all tests that start nodes (ARGS="test/docs"; ARGS="-n 0": in one).
+# In three processes, of which one runs all tests that start nodes, and mostly waits (ARGS="test/docs"; ARGS="-n 0": in one).
 test: setup
-	@$(PYTHON_IN_VENV) -m pytest -q -n 2 $(ARGS)
+	@$(PYTHON_IN_VENV) -m pytest -q -n 3 $(ARGS)
 
 # The same with the versions of requirements/oldest.txt (ARGS="test": all; else what calculates with them).
 test-oldest: setup .oldest/stamp

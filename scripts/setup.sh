@@ -86,7 +86,7 @@ run_pip() {
     trap - INT TERM
 }
 
-# What the nodes would else do at their first start.
+# What nodes and lab would else do at their first start.
 compile_kernels() {
     say "compiling the numerical kernels (about a minute; this happens once)"
     .venv/bin/python scripts/precompile.py > "$LOG" 2>&1 || explain_failure "compiling the kernels"

@@ -1,4 +1,4 @@
-"""Which tests run in the same process where there are several (`make test`: two)."""
+"""Which tests run in the same process where there are several (`make test`: three), and how."""
 
 import os
 from pathlib import PurePath
@@ -13,6 +13,7 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 set_up_middleware()  # a test's own nodes are found as soon as those that it starts
 
 NODES = "nodes"
+GIVES_WAY = 10  # nice value of what computes beside nodes
 
 
 def share(path):
@@ -24,17 +25,21 @@ def share(path):
     return NODES if starts_nodes else path
 
 
+def pytest_runtest_setup(item):
+    """Nodes mostly wait but must not be late: what computes beside them takes what they leave."""
+    one_of_several = hasattr(item.config, "workerinput")
+    if one_of_several and share(item.nodeid.split("::")[0]) != NODES and os.nice(0) < GIVES_WAY:
+        os.nice(GIVES_WAY)
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     from xdist.scheduler import LoadScopeScheduling
 
     class Shares(LoadScopeScheduling):
+        """The largest share comes first: the nodes', which take the longest."""
+
         def _split_scope(self, nodeid):
             return share(nodeid.split("::")[0])
-
-        def _assign_work_unit(self, node):
-            if NODES in self.workqueue:  # nodes have the machine to themselves: after all else
-                self.workqueue.move_to_end(NODES)
-            super()._assign_work_unit(node)
 
     return Shares(config, log)

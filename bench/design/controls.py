@@ -17,6 +17,7 @@ from bench.design.requests import feasible
 from bench.design.simulated import from_file, held_against
 from bench.row import at_least, stated
 from softhand_model.hand.actuator import Actuator
+from softhand_model.hand.profile import Profile
 
 TAKES = "two minutes"
 COUNT = 3  # requests
@@ -52,11 +53,10 @@ def _thicker(actuator: Actuator) -> Actuator:
 
 
 def _exchanged(actuator: Actuator) -> Actuator:
-    def mirrored(profile: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    def mirrored(profile: Profile) -> Profile:
         return lambda x: profile(actuator.length - np.asarray(x))
 
-    walls = {key: mirrored(getattr(actuator, key)) for key in ("wall", "side_wall")}
-    return replace(actuator, **walls)
+    return replace(actuator, wall=mirrored(actuator.wall), side_wall=mirrored(actuator.side_wall))
 
 
 CHANGES: dict[str, Callable[[Actuator], Actuator]] = {

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from softhand_model.gas import (
     AMBIENT_PRESSURE,
@@ -14,11 +13,9 @@ from softhand_model.gas import (
     air_mass,
     air_pressure,
     line_conductance,
-    orifice_conductance,
     orifice_flow,
     psi,
     psi_approx,
-    series_flow,
 )
 
 KAPPA = 1.4
@@ -88,31 +85,3 @@ def test_line_conductance_agrees_with_integrating_poiseuille_along_the_tube():
     end = solve_ivp(gradient, (0, length), [200e3], rtol=1e-9, atol=1e-3).y[0, -1]
     conductance = float(line_conductance(diameter, length))
     assert conductance * (200e3**2 - end**2) == pytest.approx(flow, rel=1e-6)
-
-
-def exact_series_flow(p_in, p_out, orifice, line):
-    """Solve for the pressure between the two elements, without the closed form."""
-
-    def mismatch(between):
-        through_orifice = orifice * p_in * float(psi(between / p_in))
-        return through_orifice - line * (between**2 - p_out**2)
-
-    between = brentq(mismatch, p_out, p_in)
-    return line * (between**2 - p_out**2)
-
-
-@pytest.mark.parametrize("diameter", [0.4e-3, 0.5e-3, 2e-3])
-@pytest.mark.parametrize("p_in", [105e3, 140e3, 300e3])
-def test_orifice_and_line_in_series_stay_near_the_exact_solution(p_in, diameter):
-    orifice = orifice_conductance(0.8 * np.pi / 4 * 0.6e-3**2)
-    line = line_conductance(diameter, 0.6)
-    exact = exact_series_flow(p_in, AMBIENT_PRESSURE, float(orifice), float(line))
-    found = series_flow(np.array(p_in), np.array(AMBIENT_PRESSURE), orifice, line)
-    assert float(found) == pytest.approx(exact, rel=0.06)
-
-
-def test_series_flow_passes_less_than_either_element_and_nothing_without_a_drop():
-    orifice, line = orifice_conductance(HOLE), line_conductance(0.4e-3, 0.6)
-    both = float(series_flow(np.array(3e5), np.array(2e5), orifice, line))
-    assert 0 < both < min(float(orifice_flow(3e5, 2e5, HOLE)), float(line) * (9e10 - 4e10))
-    assert float(series_flow(np.array(2e5), np.array(2e5), orifice, line)) == 0.0

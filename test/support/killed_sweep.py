@@ -1,10 +1,46 @@
-"""What tests of killed sweeps and searches need: how far they are, and their workers."""
+"""Sweeps and searches whose workers are killed, and who are killed themselves and run again."""
 
+import os
+import signal
+import subprocess
+import sys
 import time
 
 import psutil
 
 from grasp_strategies.sweep import read_results
+
+
+def killed_and_run_again(command, folder, count):
+    """Kill a worker of a command as soon as `folder` has three results, and the command itself as
+    soon as it has `count`; run it again to its end. Its output then, and all its records: every
+    finished line is kept, and no key comes twice.
+    """
+    running = start(command)
+    await_results(folder, 3)
+    workers(running)[0].send_signal(signal.SIGKILL)
+    await_results(folder, count)
+    left = workers(running)
+    running.kill()
+    running.communicate()
+    assert psutil.wait_procs(left, timeout=20)[1] == [], "a worker has outlived its command"
+    before = (folder / "results.jsonl").read_bytes()
+    again = start(command)
+    output, errors = again.communicate(timeout=90)
+    assert again.returncode == 0, errors
+    finished = before[: before.rfind(b"\n") + 1]
+    assert (folder / "results.jsonl").read_bytes().startswith(finished)
+    records = read_results(folder)
+    assert len({record["key"] for record in records}) == len(records)
+    return output, records
+
+
+def start(command):
+    """Start a Python program; its workers find the modules that the tests do."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    line = [sys.executable, *map(str, command)]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=environment)
 
 
 def await_results(folder, count):

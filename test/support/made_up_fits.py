@@ -22,12 +22,12 @@ CALIBRATION = 2  # parameters of every model beside one for each effect
 SAMPLES = 100  # of a run
 
 
-def made_up_problem(folds=6, gain_known=True, dof=6.0, level=1.0):
+def made_up_problem(folds=6, gain_known=True, dof=6.0, level=1.0, unrepeated=STATED):
     """A problem of two runs a fold, with a noise floor known from so many degrees of freedom."""
     data = toy_set(np.random.default_rng(0), runs=2 * folds, samples=SAMPLES)
     spectrum = make_spectrum(data.table, np.ones(data.table.samples))
     bands = np.ones(spectrum.band_count)
-    seen, source = (dof, REPEATS) if gain_known else (0.0, STATED)
+    seen, source = (dof, REPEATS) if gain_known else (0.0, unrepeated)
     floor = NoiseFloor(level, level, 0.0, level, level**2 * bands, seen * bands, source)
     return FitProblem(data, "toy", (), effect_classes(), spectrum, floor, {})
 

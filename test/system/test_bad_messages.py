@@ -3,19 +3,38 @@
 import math
 
 import pytest
+from suite_peer import SuitePeer
+
+from softhand_bringup.processes import suite
+from softhand_bringup.processes.launcher import Launcher
 
 GOOD = 2.0e-5  # [kg]
 
 
+@pytest.fixture(scope="module")
+def connected(domain, tmp_path_factory):
+    """The test's own node beside the three that all tests here share."""
+    folder = tmp_path_factory.mktemp("log")
+    with Launcher(folder, suite.node_environment(folder, domain)) as launcher:
+        for command in suite.three_nodes(suite.SuiteOptions()):
+            launcher.start(command)
+        peer = SuitePeer(domain, folder)
+        peer.wait_for_driver()
+        yield peer
+        peer.close()
+
+
 @pytest.fixture
-def filled(nodes, peer):
-    """The peer, once channel a holds the mass that was commanded."""
-    peer.wait_for_driver()
-    peer.command([GOOD, 0.0, 0.0, 0.0])
-    peer.wait(
-        lambda: abs(peer.state().position[0] - GOOD) < 0.15 * GOOD, 30.0, "channel a to be filled"
-    )
-    return peer
+def filled(connected):
+    """The peer, once channel a alone holds the mass that was commanded."""
+    connected.command([GOOD, 0.0, 0.0, 0.0])
+
+    def alone():
+        first, *others = connected.state().position
+        return abs(first - GOOD) < 0.15 * GOOD and max(others) < 0.15 * GOOD
+
+    connected.wait(alone, 30.0, "channel a to be filled")
+    return connected
 
 
 @pytest.mark.parametrize(

@@ -28,10 +28,8 @@ def test_each_node_ends_in_order(nodes, launcher, peer, tmp_path, signals):
             assert text not in nodes[name].output(), name
 
 
-@pytest.mark.parametrize("name", ["driver", "sequencer", "hand_sim"])
-def test_a_node_alone_on_its_domain_ends_too(launcher, peer, options, name):
-    commands = {command.name: command for command in suite.three_nodes(options)}
-    process = launcher.start(commands[name])
+def test_a_simulator_alone_on_its_domain_ends_too(launcher, peer, options):
+    process = launcher.start(suite.simulator(options))
     peer.wait(lambda: any(peer.node.get_node_names()), 20.0, "the node")
     peer.wait(lambda: len(peer.node.get_node_names()) > 1, 60.0, "the node")
     process.send(signal.SIGTERM)

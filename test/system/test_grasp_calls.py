@@ -32,18 +32,6 @@ def test_abort_in_mid_grasp_vents_and_ends_the_call(gripping):
     assert peer.wait(peer.result, 10.0, "a result")["completed"] == "False"
 
 
-def test_a_second_call_while_one_runs_is_refused_and_does_not_disturb_it(gripping):
-    peer, answer = gripping
-    before = peer.phases()
-    second = peer.trigger("grasp/surface_constrained")
-    assert not second.success
-    assert "running" in second.message
-    assert not answer.done()
-    peer.wait(
-        lambda: len(peer.phases()) > len(before), 60.0, "the first grasp to go on to its next phase"
-    )
-
-
 def test_a_driver_that_is_disabled_ends_the_grasp_at_once_with_that_reason(gripping):
     peer, answer = gripping
     assert peer.call(SetBool, "pneumaticbox/enable", data=False).success
@@ -58,10 +46,3 @@ def test_when_the_sequencer_is_killed_the_driver_lets_go(nodes, gripping):
     peer.diagnosis("pneumaticbox: safety", "no command for 5.0 s", limit=40.0)
     peer.pass_time(2.0)
     assert max(peer.state().effort) < 5e3
-
-
-@pytest.mark.parametrize("service", ["push", "edge"])
-def test_a_service_without_a_strategy_for_the_hand_is_refused_with_the_reason(nodes, peer, service):
-    answer = peer.trigger(f"grasp/{service}", limit=60.0)
-    assert not answer.success
-    assert service in answer.message

@@ -1,13 +1,10 @@
 """What happens when a node falls silent, comes late, or is there twice."""
 
 import signal
-import subprocess
-import sys
 
 from suite_peer import AMBIENT
 
 from softhand_bringup.processes import suite
-from softhand_bringup.processes.suite import node_environment
 
 
 def test_when_the_driver_is_killed_with_valves_open_the_plant_vents(nodes, peer):
@@ -49,23 +46,6 @@ def test_a_simulator_that_is_started_last_is_found_by_all(launcher, peer, option
     peer.grasp()
     peer.wait(lambda: len(set(peer.phases()) - {"idle"}) >= 1, 30.0, "the first phase of the grasp")
     launcher.check()
-
-
-def test_a_first_start_compiles_before_the_first_sample(domain, tmp_path):
-    """A pause of seconds between two samples looks like a dead simulator, and the driver vents."""
-    script = (
-        "import rclpy, time, numpy as np; from pneuflex_sim.ros.node import HandSim; rclpy.init();"
-        "simulation = HandSim().simulation; begin = time.perf_counter();"
-        "simulation.read_sensors(); simulation.step(np.ones(4));"
-        "print('first step:', time.perf_counter() - begin, flush=True); rclpy.shutdown()"
-    )
-    environment = node_environment(tmp_path, domain) | {"NUMBA_CACHE_DIR": str(tmp_path / "empty")}
-    output = subprocess.run(
-        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=100
-    )
-    assert list((tmp_path / "empty").rglob("*.nbi")), "nothing had to be compiled"
-    assert "compiling the numerical kernels" in output.stderr
-    assert float(output.stdout.split("first step:")[1].split()[0]) < 0.2
 
 
 def test_a_second_simulator_on_the_domain_is_warned_of(launcher, peer, options):

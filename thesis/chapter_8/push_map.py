@@ -27,7 +27,7 @@ from thesis.chapter_8.object_map import (
 )
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
-SIZE = (18.0, 6.5)
+SIZE = (18.0, 4.6)
 HEADLINE = ("water_bottle", "paper_cup", "cylinder", "tube", "tape_dispenser", "marker")
 UPRIGHT = ("water_bottle", "cylinder", "tube")  # the cup stands as it is described
 FINE, OTHER, NO_AIR, NO_PUSH = "fine_step", "other_jitter", "no_air", "no_advance"

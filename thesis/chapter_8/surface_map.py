@@ -26,7 +26,7 @@ from thesis.chapter_8.object_map import (
 )
 from thesis.frame import Figure, Finding, Job, Report, Results, option
 
-SIZE = (18.0, 6.5)
+SIZE = (18.0, 4.6)
 HEADLINE = tuple(name for name in ALL if name not in ("water_bottle", "paper_cup"))
 FUZZY = ("sunglasses", "marker")
 NO_ROLL, SLIPPERY = "no_roll", "ptfe_table"

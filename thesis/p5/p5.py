@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from softhand_model.chain.chain import discretise
 from softhand_model.effects import effect_classes
@@ -21,7 +22,7 @@ from softhand_model.hand.hand import load_hand
 from softhand_model.hand.profile import ConstantProfile
 from softhand_model.model_file import Model, load_model
 from thesis.frame import Array, Figure, Finding, Job, Report, Results, number, option
-from thesis.p5.hull import Rubber, hull_of, ring_invariant
+from thesis.p5.hull import HIGHEST, Rubber, hull_of, ring_invariant
 
 SIZE = (9.0, 4.0)
 MARKER = 0.017  # [m] across, Table 8.1
@@ -121,8 +122,8 @@ def with_mesh(pressure: float) -> float:
 
 def _inverted(pressure_of: Callable[[float], float], pressure: float) -> float:
     """Curvature [1/m] at which a growing function gives a pressure [Pa]."""
-    curvatures = np.linspace(0.0, 12.0 / float(P5.height(0.0)), 4001)
-    return float(np.interp(pressure, [pressure_of(kappa) for kappa in curvatures], curvatures))
+    highest = HIGHEST / float(P5.height(0.0))
+    return float(brentq(lambda kappa: pressure_of(kappa) - pressure, 0.0, highest))
 
 
 def ring_modulus(c2: float) -> float:

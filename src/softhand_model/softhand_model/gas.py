@@ -163,36 +163,3 @@ def line_conductance(
     """
     resistance = 16 * VISCOSITY * np.asarray(length, dtype=float) * GAS_CONSTANT * temperature
     return np.asarray(np.pi * (np.asarray(diameter, dtype=float) / 2) ** 4 / resistance)
-
-
-def series_flow(
-    pressure_in_abs: Array, pressure_out_abs: Array, orifice: Array, line: Array
-) -> Array:
-    """Mass flow through an orifice and a laminar line in series.
-
-    Their drops of squared pressure add, not their conductances: with the flow `f_o` that the
-    orifice alone and `f_l` that the line alone would pass under the whole drop, the flow `f` is
-    the root of `(f/f_o)**2 + f/f_l = 1`. Exact when either element dominates; in between the
-    orifice's characteristic is taken as a parabola in squared pressure, which is at most 6 % off
-    the exact solution (a choked orifice and a tube of like resistance).
-
-    Args:
-        pressure_in_abs: absolute pressure upstream, not below `pressure_out_abs` [Pa].
-        pressure_out_abs: absolute pressure downstream [Pa].
-        orifice: conductance of `orifice_conductance` [kg/(s Pa)].
-        line: conductance of `line_conductance` [kg/(s Pa2)].
-
-    Returns:
-        Mass flow [kg/s], zero where there is no drop.
-
-    >>> orifice, line = orifice_conductance(2.26e-7), line_conductance(2e-3, 0.6)
-    >>> round(1e6 * float(series_flow(141.3e3, 101.3e3, orifice, line)), 1)  # mg/s
-    68.0
-    """
-    through_orifice = orifice * pressure_in_abs * psi(pressure_out_abs / pressure_in_abs)
-    drop = pressure_in_abs * pressure_in_abs - pressure_out_abs * pressure_out_abs
-    through_line = line * drop
-    root = np.sqrt(through_orifice * through_orifice + 4.0 * through_line * through_line)
-    # 2 f_o f_l/(f_o + sqrt(f_o**2 + 4 f_l**2)); the floor makes it 0 where there is no drop
-    total = np.maximum(through_orifice + root, np.finfo(float).tiny)
-    return np.asarray(2.0 * through_orifice * through_line / total)

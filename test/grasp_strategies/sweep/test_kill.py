@@ -1,15 +1,11 @@
 """A killed worker, and a killed sweep, lose no finished line and do none twice."""
 
 import os
-import signal
-import subprocess
-import sys
 
-import psutil
 import pytest
-from killed_sweep import await_results, workers
+from killed_sweep import killed_and_run_again
 
-from grasp_strategies.sweep import SweepPlan, TrialLine, load_plan, read_results, run_lines
+from grasp_strategies.sweep import SweepPlan, TrialLine, load_plan, run_lines
 from grasp_strategies.sweep.plan import SweptObject
 from grasp_strategies.sweep.pool import MOST_LOSSES
 from grasp_strategies.trials import TrialSettings
@@ -49,30 +45,11 @@ def plan_file(write_strategy, tmp_path):
     return write
 
 
-def start(plan_file, folder):
-    words = [str(plan_file), "--out", str(folder), "--jobs", "2"]
-    command = [sys.executable, "-m", "grasp_strategies.sweep.command", *words]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
 def test_killed_workers_and_a_killed_sweep_lose_no_line_and_do_none_twice(plan_file, tmp_path):
     path, folder = plan_file(40), tmp_path / "out"
-    sweep = start(path, folder)
-    await_results(folder, 3)
-    workers(sweep)[0].send_signal(signal.SIGKILL)
-    await_results(folder, 12)
-    left = workers(sweep)
-    sweep.kill()
-    sweep.communicate()
-    assert psutil.wait_procs(left, timeout=20)[1] == [], "a worker has outlived its sweep"
-    before = (folder / "results.jsonl").read_bytes()
-    finished = before[: before.rfind(b"\n") + 1]
-    again = start(path, folder)
-    _, errors = again.communicate(timeout=60)
-    assert again.returncode == 0, errors
-    assert (folder / "results.jsonl").read_bytes().startswith(finished)
-    records = read_results(folder)
-    assert sorted(r["key"] for r in records) == sorted(ln.key for ln in load_plan(path).lines())
+    words = [path, "--out", folder, "--jobs", "2"]
+    _, records = killed_and_run_again(["-m", "grasp_strategies.sweep.command", *words], folder, 12)
+    assert {record["key"] for record in records} == {line.key for line in load_plan(path).lines()}
     assert not any("error" in record for record in records)
 
 

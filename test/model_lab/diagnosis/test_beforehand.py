@@ -87,3 +87,13 @@ def test_of_two_parameters_a_time_far_below_that_between_samples_is_not_told(eff
     likelihood = SimpleNamespace(names=list(values))
     found = SimpleNamespace(likelihood=likelihood, values=np.array(list(values.values())))
     assert is_resolved(data, found, kind) == answer
+
+
+@pytest.mark.parametrize(("time", "answer"), [(0.003, False), (0.024, True)])
+def test_a_lag_that_is_nothing_between_samples_is_not_told_beside_other_effects(time, answer):
+    """What the input did between samples looks like one."""
+    data, kind = toy_set(np.random.default_rng(0)), effect_classes()["tube_lag"]
+    likelihood = SimpleNamespace(names=["tube_lag.time_constant"])
+    found = SimpleNamespace(likelihood=likelihood, values=np.array([time]))
+    assert is_resolved(data, found, kind, beside=True) == answer
+    assert is_resolved(data, found, kind)

@@ -213,3 +213,12 @@ def test_neighbours_of_a_weak_effect_are_tied_unless_gauges_at_rest_part_them(
     known = {name: kind for name, kind in effect_classes().items() if name in alike}
     said = diagnose(load_measurements(tmp_path), load_model("base"), known).diagnosis
     assert named(said.as_json()) == [tied]
+
+
+def test_the_floor_of_pulses_without_repeats_is_what_the_found_effects_leave(tmp_path):
+    """Pulses follow in no order, so to splines all that a model misses looks like noise."""
+    hidden = [("injector_flow", {}), ("valve_delay", {})]
+    make_set(tmp_path, "valve_pulse", hidden, seed=3, repeats=1, with_noise=False, ratio=8.0)
+    said = diagnose_folder(tmp_path)
+    assert {name for group in named(said) for name in group} == {"injector_flow", "valve_delay"}
+    assert said["noise_floor"] == pytest.approx(said["rmse_after"], rel=0.15)

@@ -351,6 +351,19 @@ def test_a_third_effect_is_not_sought_where_two_bring_nearly_nothing(choose):
     assert max(map(len, landscape.tried)) == 2
 
 
+@pytest.mark.parametrize(("left", "answer"), [(0.0, "abc"), (0.04, "abc"), (0.09, "ab")])
+def test_a_third_effect_is_sought_where_two_leave_many_floors(choose, left, answer):
+    """Though that is a small part of the error; it is named if all three lead near the floor."""
+    excess = 40.0
+    shares = {"": 1.0, "a": 0.6, "b": 0.7, "c": 0.9, "ab": 0.15, "ac": 0.6, "bc": 0.7, "abc": left}
+    models = {
+        name: Said(beyond(share * excess), 500.0 + 900.0 * share) for name, share in shares.items()
+    }
+    chosen, landscape = choose(models, problem=made_up_problem(dof=1e6))
+    assert max(map(len, landscape.tried)) == 3
+    assert "".join(chosen.final.effects) == answer
+
+
 def test_of_models_of_a_size_those_that_reach_the_floor_come_first(choose):
     """Though another has more likelihood and leaves as much error as two effects do."""
     models = {**together("abc"), "d": leaves(0.9, 990.0), "abd": leaves(0.55, 60.0)}
@@ -409,6 +422,12 @@ def test_what_would_be_named_in_its_absence_is_tied_with_an_effect_of_another_fo
     """An effect that leaves more than repeats scatter is not quite the one that is hidden."""
     models = {"": BASE, "a": leaves(left), "b": leaves(left_by_b, 700.0)}
     assert choose(models, problem=made_up_problem(dof=1e6))[0].ties == (tied,)
+
+
+@pytest.mark.parametrize(("left", "tied"), [(0.2, ("b",)), (0.1, ())])
+def test_without_repeats_the_same_holds_for_what_leaves_more_than_the_floor(choose, left, tied):
+    models = {"": BASE, "a": leaves(left), "b": leaves(0.34, 700.0)}
+    assert choose(models, problem=made_up_problem(gain_known=False))[0].ties == (tied,)
 
 
 @pytest.mark.parametrize(("spread", "tied"), [(0.3, ("b",)), (0.0, ())])

@@ -14,6 +14,7 @@ from model_lab.diagnosis.errors import is_noise
 from model_lab.diagnosis.growth import Growth
 from model_lab.diagnosis.selection import Selection
 from model_lab.diagnosis.verdict import depends_on, verdict_of
+from model_lab.fitting.noise_floor import SPLINE, STATED
 
 ADEQUATE, MISSING, UNEXPLAINED = "adequate", "effects_missing", "unexplained"
 EXACT = 1e6  # degrees of freedom of repeats that tell the noise to the last digit
@@ -69,6 +70,23 @@ def test_a_model_at_the_floor_is_adequate_though_a_black_box_knows_far_more():
 def test_a_black_box_that_is_far_better_shows_that_something_is_missing(rmse, folds, answer):
     """Even within the scatter of repeats, but not where what is held out is extrapolated."""
     assert verdict(Said(1.05), boxes=[(rmse,)], folds=folds, dof=2.0) == answer
+
+
+@pytest.mark.parametrize(
+    ("error", "box", "source", "answer"),
+    [
+        (1.9, 1.7, SPLINE, ADEQUATE),
+        (1.9, 1.6, SPLINE, UNEXPLAINED),
+        (2.1, 2.1, SPLINE, UNEXPLAINED),
+        (1.9, 1.7, STATED, UNEXPLAINED),
+    ],
+)
+def test_a_floor_by_splines_may_miss_noise_that_is_alike_in_neighbouring_samples(
+    error, box, source, answer
+):
+    """Unless a black box shows that the rest depends on something."""
+    options = {"gain_known": False, "unrepeated": source}
+    assert verdict(Said(error), boxes=[(box,)], **options) == answer
 
 
 @pytest.mark.parametrize(("error", "answer"), [(1.11, ADEQUATE), (1.13, UNEXPLAINED)])

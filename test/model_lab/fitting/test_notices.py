@@ -83,6 +83,40 @@ def test_readings_of_a_coarse_sensor_that_flicker_are_not_wild():
     assert "wild_samples" not in {one.kind for one in notices(data, floor, readings - smooth)}
 
 
+@pytest.mark.parametrize("factor", [1000.0, 1e-3, 57.3])
+def test_readings_of_another_size_than_the_models_are_said(factor):
+    """Units that are taken for one another, as Pa for kPa or degrees for radians."""
+    data = toy_set(np.random.default_rng(0))
+    residual = data.table.value * (1.0 - factor)
+    floor = noise_floor(data, make_spectrum(data.table, data.table.value - residual), residual)
+    found = {one.kind: one for one in notices(data, floor, residual)}["size"]
+    assert found.value == pytest.approx(factor)
+    assert "units" in found.text
+
+
+def test_pressures_that_look_absolute_are_said():
+    data = toy_set(np.random.default_rng(0))
+    assert "absolute" not in noticed(data=data)
+    for run in data.runs:
+        run.columns["pressure"] = 101.3e3 + 1e4 * np.abs(run.columns["pressure"])
+    assert "gauge pressure" in noticed(data=data)["absolute"].text
+
+
+def test_what_a_model_misses_where_its_input_jumps_is_not_wild():
+    """A lag that it lacks makes a spike of the error at every step."""
+    data = toy_set(np.random.default_rng(0))
+    steps = np.repeat(np.random.default_rng(1).random(data.table.samples // 20), 20)
+    late = np.where(np.diff(steps, prepend=steps[0]) != 0.0, np.roll(steps, 1), steps)
+    runs = [
+        replace(run, columns={**run.columns, "pressure": steps[mine], "tip_angle": late[mine]})
+        for run, mine in ((run, data.table.run == number) for number, run in enumerate(data.runs))
+    ]
+    data = replace(data, runs=tuple(runs))
+    residual = late - steps + 1e-3 * np.random.default_rng(2).standard_normal(len(steps))
+    floor = noise_floor(data, make_spectrum(data.table, steps), residual)
+    assert "wild_samples" not in {one.kind for one in notices(data, floor, residual)}
+
+
 def test_steps_are_not_wild():
     assert noticed(lambda run, time, random: np.where(time > 5.0, 0.8, 0.0)).keys() <= {"repeats"}
 

@@ -175,6 +175,7 @@ WRONG_ROWS = {
     "nan": ("0,0,0\n0.1,1,nan\n", "row 2 (line 3 of the file), column tip_angle", "got 'nan'"),
     "infinity": ("0,0,inf\n", "row 1 (line 2 of the file), column tip_angle", "finite"),
     "empty cell": ("0,0,0\n0.1,,18\n", "row 2 (line 3 of the file), column pressure", "empty"),
+    "lost frame": ("0,0,0\n0.1,1,nan\n", "row 2 (line 3 of the file)", "take the row out"),
     "short row": ("0,0,0\n0.1,1\n0.2,2,2\n", "row 2 (line 3 of the file)", "3 cells, got 2"),
     "long row": ("0,0,0\n0.1,1,2,3\n", "row 2 (line 3 of the file)", "3 cells, got 4"),
     "uneven rows": ("0,0,0\n0.1,1,2,3\n0.2,1\n", "row 2 (line 3", "3 cells, got 4"),
@@ -331,6 +332,8 @@ def test_a_missing_set_is_named(tmp_path):
 
 WRONG_VALUES = {
     "strain": ("uniaxial", {"stretch": 0.0, "stress": 0.0}, "column stretch", "strain + 1"),
+    "small strain": ("uniaxial", {"stretch": 0.05, "stress": 0.0}, "stretch", "strain + 1"),
+    "percent": ("uniaxial", {"stretch": 150.0, "stress": 0.0}, "column stretch", "strain + 1"),
     "gauge": ("valve_pulse", {"p_in": 200.0, "p_out": 0.0}, "column p_out", "absolute"),
     "duration": ("valve_pulse", {"duration": -1.0}, "column duration", "above 0"),
     "direction": ("valve_pulse", {"direction": 2.0}, "column direction", "inflate"),

@@ -54,6 +54,12 @@ def test_a_wall_may_vary_along_a_specimen(tmp_path):
     assert specimen.mean_wall == pytest.approx(0.0025)
 
 
+def test_sizes_in_millimetres_are_refused(tmp_path):
+    content = document(specimens={"f": {"length": 100.0, "wall": 2.5}})
+    with pytest.raises(DocumentError, match=r"specimens.f.length: .* in m.* 0.1"):
+        load_measurements(write_set(tmp_path, content))
+
+
 def test_a_wall_of_nothing_is_refused(tmp_path):
     content = document(specimens={"f": {"length": 0.09, "wall": [[0.0, 0.003], [0.09, 0.0]]}})
     with pytest.raises(DocumentError, match="wall: expected a list of .* with values above 0"):

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from softhand_model.gas import series_flow
 from softhand_model.pneumatics import PneumaticPlant, load_pneumatics
+from softhand_model.pneumatics.air_flow import series_flow
 
 REST = np.array([20e-6, 30e-6, 45e-6, 60e-6])
 
@@ -50,8 +50,8 @@ def test_air_flows_as_the_orifice_and_the_line_in_series_pass_it():
     for channel in "abcd":
         plant.faults.stick_valve(channel, 1)
     before, paths = plant._contents.air.copy(), plant._paths
-    supply = np.full(4, plant.supply_pressure)
-    inflow = series_flow(supply, pressures, paths.choke_and_valve[0], paths.line)
+    through = zip(pressures, paths.choke_and_valve[0], paths.line, strict=True)
+    inflow = np.array([series_flow(plant.supply_pressure, *channel) for channel in through])
     plant.step(dt, [0] * 4, REST)
     np.testing.assert_allclose(plant._contents.air - before, dt * inflow, rtol=1e-9)
     assert inflow.min() > 1e-6

@@ -1,7 +1,6 @@
 """Strategies as data: their files, the world they were tried in, variants, what they fit."""
 
 from grasp_strategies.strategy.description import (
-    DATA,
     Condition,
     HeldOut,
     Phase,
@@ -9,10 +8,8 @@ from grasp_strategies.strategy.description import (
     Success,
     Vector,
     Waypoint,
-    load_strategy,
-    read_strategy,
-    strategy_names,
 )
+from grasp_strategies.strategy.reading import DATA, load_strategy, read_strategy, strategy_names
 
 __all__ = [
     "DATA",

@@ -10,7 +10,8 @@ from model_lab.fitting.fit import Fit
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect
 
-UNRESOLVED = 0.5  # of the time between samples
+UNRESOLVED = 0.5  # of the time between samples, beside another parameter
+NOTHING = 0.1  # the same of a time alone, beside other effects
 GAUGE_ZERO = "pressure_offset.offset"
 AGREES = 0.05  # of the readings at rest, to which they tell the gauge's zero
 
@@ -46,15 +47,19 @@ def seen_at_rest(data: MeasurementSet, fit: Fit) -> float:
     return float(max(len(first) * np.log((np.mean(np.square(first)) + least) / about), 0.0))
 
 
-def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect]) -> bool:
-    """Whether the samples are near enough to each other to tell the times of an effect that has
-    other parameters besides: far below their distance only a product of both is told, unless its
-    memory goes on beyond the times.
+def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect], beside: bool = False) -> bool:
+    """Whether the samples are near enough to each other to tell the times of an effect, unless its
+    memory goes on beyond them.
+
+    Below their distance a product with another parameter is told and no time. Far below it what the
+    input did between samples looks like a lag, beside other effects.
     """
     times = [p.name for p in effect.parameters if p.unit == "s" and p.neutral is None]
-    if not times or effect.endless or len(effect.parameters) < 2 or not data.has_time:
+    alone = len(effect.parameters) < 2
+    if not times or effect.endless or not data.has_time or (alone and not beside):
         return True
     apart = [float(np.median(np.diff(run.columns["time"]))) for run in data.runs if run.samples > 1]
     values = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))
-    shortest = UNRESOLVED * float(np.median(apart or [0.0]))
+    least = NOTHING if alone else UNRESOLVED
+    shortest = least * float(np.median(apart or [0.0]))
     return all(values[f"{effect.name}.{name}"] >= shortest for name in times)

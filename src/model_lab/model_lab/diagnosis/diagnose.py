@@ -102,13 +102,26 @@ def _searched(
     seed: int,
     tell: Tell,
 ) -> Outcome:
-    """The outcome of a search, which is done again where its best effect lowers the floor."""
+    """The outcome of a search, which is done again where its best effect lowers the floor, and
+    where what it has found does so once more.
+    """
     selection = search(problem)
-    lower = with_lower_floor(problem, selection.proven[0].fit) if selection.proven else None
-    if lower is not None:
-        problem, selection = lower, search(lower)
+    for best in (_best_alone, _found):
+        lower = with_lower_floor(problem, best(selection).fit)
+        if lower is not None:
+            problem, selection = lower, search(lower)
     tell("judging what is left", 0, 0)
     return _judged(problem, selection, hidden, seed)
+
+
+def _best_alone(selection: Selection) -> Scored:
+    """The best proven effect beside the base, or the base."""
+    return next(iter(selection.proven), selection.base)
+
+
+def _found(selection: Selection) -> Scored:
+    """The model with all that was found."""
+    return selection.final
 
 
 def _candidates(problem: FitProblem, model: Model) -> tuple[list[str], list[NotVisible]]:

@@ -13,6 +13,7 @@ from model_lab.measurements.sample_table import BLOCKS
 FEWEST_FOLDS = 3
 MATERIAL = 1.12  # held-out error over the floor beyond which something is worth looking for
 NEAR_FLOOR = 1.3  # held-out error over the floor that counts as explained
+STILL_NEAR = 3.75  # held-out error over the floor beyond which nothing counts as explained
 SHAPE_MARGIN = 1.25  # held-out error but for gains over a floor that knows nothing of gains
 LIKELY = 0.02  # chance from which on errors are taken for the scatter of repeats
 SURE = 5e-3  # chance at which errors are taken to exceed the scatter of repeats

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 from model_lab.diagnosis.errors import (
     NEAR_FLOOR,
+    OF_ANOTHER_FORM,
+    STILL_NEAR,
     error_of,
     excess,
     is_noise,
@@ -83,7 +85,13 @@ def _is_open(problem: FitProblem, base: Scored, sizes: Sequence[Sequence[Scored]
     if len(sizes) not in HOPEFUL:
         return True
     share = excess(problem, best) / excess(problem, base)
-    return SUBSTANTIAL <= share <= HOPEFUL[len(sizes)]
+    much = share >= SUBSTANTIAL or _is_far(problem, best)
+    return much and share <= HOPEFUL[len(sizes)]
+
+
+def _is_far(problem: FitProblem, scored: Scored) -> bool:
+    """Whether a model's error is so far above the floor that it explains nothing by itself."""
+    return error_of(problem, scored) > STILL_NEAR * problem.floor.total
 
 
 def _firsts(base: Scored, models: Sequence[Scored]) -> list[Scored]:
@@ -148,14 +156,21 @@ def _is_better(problem: FitProblem, larger: Scored, smaller: Scored, threshold: 
 
 
 def _is_whole(problem: FitProblem, base: Scored, scored: Scored) -> bool:
-    """Whether more than two effects leave nearly nothing, and each is about much of the error."""
-    whole = excess(problem, base)
-    nothing = is_noise(problem, scored) or excess(problem, scored) <= NEARLY_NOTHING * whole
-    return nothing and all(
-        excess(problem, score_without(problem, scored, name)) > SUBSTANTIAL * whole
-        for name in scored.effects
-        if name not in base.effects
-    )
+    """Whether more than two effects leave nearly nothing, and each is about much of the error; or
+    about what is far above the floor, of which they leave as little as another form would.
+    """
+    whole, left = excess(problem, base), excess(problem, scored)
+    noise = is_noise(problem, scored)
+    if not noise and left > NEARLY_NOTHING * whole:
+        return False
+
+    def is_missed(less: Scored) -> bool:
+        rest = excess(problem, less)
+        little = noise or left <= OF_ANOTHER_FORM * rest
+        return rest > SUBSTANTIAL * whole or (little and _is_far(problem, less))
+
+    added = (name for name in scored.effects if name not in base.effects)
+    return all(is_missed(score_without(problem, scored, name)) for name in added)
 
 
 def without_idle(problem: FitProblem, base: Scored, scored: Scored) -> Scored:

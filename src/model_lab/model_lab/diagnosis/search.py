@@ -229,7 +229,7 @@ def score_with(problem: FitProblem, before: Scored, effect: str) -> Scored | Uns
     after = fit(likelihood, first)
     gained = before.fit.deviance - after.deviance
     kind = problem.classes[effect]
-    resolved = is_resolved(problem.data, after, kind)
+    resolved = is_resolved(problem.data, after, kind, bool(before.effects))
     known = before.known and resolved and is_known(after, kind, bool(before.effects))
     odds = unusual(after) - seen_at_rest(problem.data, after)
     return Scored(effects, after, hold_out(after), known, gained, found, odds)

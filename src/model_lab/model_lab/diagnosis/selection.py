@@ -19,6 +19,7 @@ from model_lab.diagnosis.errors import (
     beyond_repeats,
     excess,
     has_few_folds,
+    is_noise,
     lowers,
 )
 from model_lab.diagnosis.growth import FITTED, Growth, Search, criterion, grow, proven
@@ -138,10 +139,13 @@ def _as_near(
 
 
 def _leaves_more_than_noise(problem: FitProblem, scored: Scored) -> bool:
-    """Whether a model's fit is off by more than repeats scatter: then its equation is not the one
-    that is hidden, and what would be named in its absence may be as right.
+    """Whether a model's fit is off by more than repeats scatter, or without any, by more than the
+    floor: then its equation is not the one that is hidden, and what would be named in its absence
+    may be as right.
     """
-    return problem.floor.gain_known and beyond_repeats(problem, scored.fit.residual) < SURE
+    if not problem.floor.gain_known:
+        return not is_noise(problem, scored)
+    return beyond_repeats(problem, scored.fit.residual) < SURE
 
 
 def _as_good(problem: FitProblem, other: Scored, final: Scored) -> bool:

@@ -12,6 +12,7 @@ from model_lab.diagnosis.errors import (
     NEAR_FLOOR,
     OF_ANOTHER_FORM,
     SHAPE_MARGIN,
+    STILL_NEAR,
     SURE,
     beyond_repeats,
     error_of,
@@ -24,6 +25,7 @@ from model_lab.diagnosis.errors import (
 from model_lab.diagnosis.result import ADEQUATE, EFFECTS_MISSING, UNEXPLAINED, estimate
 from model_lab.diagnosis.search import Scored
 from model_lab.diagnosis.selection import Selection
+from model_lab.fitting.noise_floor import SPLINE
 from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import axes_of
 from model_lab.localisation.localise import Localisation
@@ -32,9 +34,9 @@ from model_lab.measurements.measurement_set import MeasurementSet
 LEFT_OVER_OF_KIND = 0.4  # as OF_ANOTHER_FORM, where memory has the same part in rest and effect
 LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
 MERE_REST = 0.2  # the same whatever the calibration
-STILL_NEAR = 3.75  # held-out error over the floor beyond which nothing counts as explained
 BLACK_BOX_MARGIN = 0.85  # held-out error of a black box over the model's, below which it knows more
 BLACK_BOX_FAR = 0.65  # the same where the model is within the floor
+BEYOND_SPLINES = 2.0  # held-out error over the floor of splines that is no noise they have missed
 SESSION = ("time_in_run", "run_order")  # what no effect depends on by itself
 
 
@@ -97,9 +99,12 @@ def _of_the_session(problem: FitProblem, final: Scored, black_boxes: Sequence[Bl
 def _fails(problem: FitProblem, scored: Scored, black_boxes: Sequence[BlackBox]) -> bool:
     """Whether the error is beyond the floor for certain: by repeats, or as a black box shows.
 
-    A black box that is far better counts even where repeats scatter as much as the model errs.
+    A floor by splines is not certain: they take noise that is alike in neighbouring samples for the
+    course. A black box that is far better counts even where repeats scatter as much as the model
+    errs.
     """
-    if scored.held_out.rmse <= problem.floor.total:
+    floor = problem.floor.total
+    if scored.held_out.rmse <= floor:
         return False
     far = bool(black_boxes) and black_boxes[0].rmse < BLACK_BOX_FAR * scored.held_out.rmse
     if far and not has_few_folds(problem):
@@ -109,7 +114,9 @@ def _fails(problem: FitProblem, scored: Scored, black_boxes: Sequence[BlackBox])
     if problem.floor.gain_known:
         lost = len(scored.fit.values) / max(len(problem.data.runs) - len(scored.fit.values), 1)
         return beyond_repeats(problem, scored.held_out.residual, lost) < SURE
-    return shape_error(problem, scored) > SHAPE_MARGIN * problem.floor.total
+    seen = any(box.rmse <= BLACK_BOX_MARGIN * scored.held_out.rmse for box in black_boxes[:1])
+    near = problem.floor.source == SPLINE and scored.held_out.rmse < BEYOND_SPLINES * floor
+    return (seen or not near) and shape_error(problem, scored) > SHAPE_MARGIN * floor
 
 
 def depends_on(

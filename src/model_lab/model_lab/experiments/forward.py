@@ -17,7 +17,8 @@ from model_lab.experiments.linear import LinearBase
 from model_lab.experiments.rubber import Rubber
 from model_lab.experiments.uniaxial import Uniaxial
 from model_lab.experiments.valve_pulse import ValvePulse
-from model_lab.measurements.held_input import with_jumps
+from model_lab.measurements.bent_input import with_bends
+from model_lab.measurements.held_input import DRIVING, with_jumps
 from model_lab.measurements.measurement_set import INPUTS, MeasurementSet
 from softhand_model.bending.balance import grows
 from softhand_model.effects import Effect, Parameter
@@ -108,8 +109,7 @@ class Forward:
         self._free = in_order(effects)
         for effect in [*map(type, self._fixed), *self._free]:
             check_applicable(effect, data, base)
-        driven, own = with_jumps(data) if data.jumps else (data, None)
-        self._own: Indices | slice = slice(None) if own is None else own
+        driven, self._own = self._between_samples()
         self._experiment = experiment_of(driven, base, springs, joints)
         known = self._experiment.calibration([*self._free, *self._fixed])
         self._calibration = {**known, **_named(calibration or {}, known)}
@@ -120,6 +120,18 @@ class Forward:
         )
         self.parameters = (*calibrated, *(p for e in self._free for p in _free_parameters(e)))
         self.measured = data.table.value
+
+    def _between_samples(self) -> tuple[MeasurementSet, Indices | slice]:
+        """The set with what its input did between samples, where that matters, and the places of
+        its own samples. What remembers without a time of its own follows the path alone.
+        """
+        if self._data.jumps:
+            return with_jumps(self._data)
+        effects: list[type[Effect] | Effect] = [*self._fixed, *self._free]
+        timed = any(e.has_memory and p.unit == "s" for e in effects for p in e.parameters)
+        if timed and self._data.experiment in DRIVING:
+            return with_bends(self._data)
+        return self._data, slice(None)
 
     def start(self) -> Array:
         """Values (k,) from which a search starts."""

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from model_lab.aliases import Array, Indices
+from model_lab.measurements.bent_input import begun, bends, between
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.bending.run_loops import LONG
 from softhand_model.bending.whole_runs import Runs
@@ -116,17 +116,13 @@ class SampleRows:
         """
         elapsed = self.column("time")
         elapsed = elapsed - elapsed[:, self._starts][:, self.run]
-        ends = elapsed[0, np.append(self._starts[1:], len(self.run)) - 1, 0]
-        before = ends / np.maximum(np.bincount(self.run) - 1, 1)
-        apart = np.cumsum(ends + before + 1.0) - ends  # the runs one after the other
-        known = np.insert(elapsed[0, :, 0] + apart[self.run], self._starts, apart - before)
-        first = np.where(self._steady[:, 0], reading[0, self._starts, 0], 0.0)
-        values = np.insert(reading[0, :, 0], self._starts, first)
         wanted = elapsed - staged.delay(elapsed)
-        within = np.clip(wanted[..., 0], -before[self.run], ends[self.run]) + apart[self.run]
-        steps = np.diff(known, append=np.inf)
-        alone = steps > JUMP * np.median(steps)
-        return np.asarray(PchipInterpolator(known[alone], values[alone])(within))[..., None]
+        parts = zip(np.split(elapsed[0, :, 0], self._starts[1:]), self._steady[:, 0], strict=True)
+        found, start = np.empty_like(wanted), 0
+        for time, steady in parts:
+            mine = slice(start, start := start + len(time))
+            found[:, mine] = _delayed(time, reading[0, mine, 0], bool(steady), wanted[:, mine])
+        return found
 
     def reading(self, staged: StagedEffects, output: str, values: Array) -> Array:
         """What the sensor of an output shows (lanes, rows) of true values (lanes, rows, 1)."""
@@ -182,3 +178,13 @@ class SampleRows:
         """Time (ticks, runs, 1) [s] from sample to sample; 0 at the first and after the last."""
         time = self.column("time")[0, :, 0][self._padded]
         return np.diff(time, axis=0, prepend=time[:1])[:, :, None]
+
+
+def _delayed(time: Array, values: Array, steady: bool, wanted: Array) -> Array:
+    """The course of a run (n,) at wanted times since it began, of any shape."""
+    known, course = begun(time, values, float(values[0]) if steady else 0.0)
+    steps = np.diff(known, append=np.inf)
+    alone = steps > JUMP * np.median(steps)
+    known, course = known[alone], course[alone]
+    within = np.clip(wanted, known[0], known[-1])
+    return between(known, course, bends(known, course), within)

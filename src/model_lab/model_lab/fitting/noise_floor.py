@@ -20,6 +20,7 @@ from scipy.stats import chi2
 from model_lab.aliases import Array, IntArray, Mask
 from model_lab.fitting.smoothing import short_spline_rest, spline_square
 from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.resolution import rounding_errors
 from model_lab.measurements.sample_table import SampleTable, Series
 
 MOST_BANDS = 64  # of an output: series of 3**62 samples
@@ -172,6 +173,9 @@ def noise_floor(data: MeasurementSet, spectrum: Spectrum, residual: Array) -> No
     else:
         levels, source = _spline_levels(data, spectrum, residual), SPLINE
     variance = np.maximum(levels[spectrum.band_output] ** 2, scale**2)
+    rounding = rounding_errors(data, data.table.value - residual)
+    if rounding is not None:
+        variance += spectrum.power(spectrum.coefficients(rounding)).mean(axis=0) / counts
     if source == SPLINE and data.stretched:
         variance[0] += _unseen_gain(spectrum)
         return _floor(variance, counts * 0.0 + ASSUMED_FREEDOM, spectrum, source)

@@ -1,4 +1,5 @@
-"""What is odd about a set whatever the model: scatter, a line, wild samples, a drift, jumps, gaps.
+"""What is odd about a set whatever the model: scatter, a line, wild samples, a drift, jumps, gaps,
+and numbers that look like another unit's.
 
 Repeats that scatter excuse a model from what differs between them, a disturbance too. So what their
 scatter looks like is said beside every verdict.
@@ -31,20 +32,24 @@ MOST = 2 / 3  # of the runs
 LOBE, FARTHEST = 3.0, 3.0  # periods in a run less, and factor, of frequencies to compare with
 CHANCE = 1e-4
 WILD = 8.0  # standard deviations by which a sample leaves both its neighbours
+STEEP = 2.0  # slope of the output over the input, over the mean one
 COARSE = 3.0  # the same in steps of a coarse sensor, that its readings change by
 DRIFTED = 1.0  # change of the error's mean over the session, over the noise floor
 FEWEST_RUNS = 6
+ANOTHER_SIZE = 10.0  # times the model's values, or a part of them: no effect, but a unit
+ATMOSPHERE = (80e3, 110e3)  # [Pa] absolute, between high ground and high weather
 GAP = 5.0  # times between samples, over the usual one of their run
 
 
 @dataclass(frozen=True)
 class Notice:
-    """Something odd: `repeats`, `line`, `wild_samples`, `drift`, `held_input` or `gaps`.
+    """Something odd: `repeats`, `line`, `wild_samples`, `drift`, `held_input`, `gaps`, `size` or
+    `absolute`.
 
     value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
-    unit of the outputs; number of jumps; longest gap [s]. size: root mean square,
-    or mean of absolute values, in that unit. text: a clause that says it. x, y: the points that
-    show it; marked: indices of those that stand out.
+    unit of the outputs; number of jumps; longest gap [s]; times the readings; smallest pressure
+    [Pa]. size: root mean square, or mean of absolute values, in that unit. text: a clause that says
+    it. x, y: the points that show it; marked: indices of those that stand out.
     """
 
     kind: str
@@ -69,6 +74,8 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _drift(data, floor, residual),
         _held_input(data),
         _gaps(data),
+        _size(data, residual),
+        _absolute(data),
     )
     return tuple(notice for notice in found if notice is not None)
 
@@ -151,6 +158,8 @@ def _stands_out(mean: Array, grid: Array, best: int, courses: int) -> bool:
 def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
     """Single samples far from their neighbours, which are near each other: those that were
     replaced, with the errors that they had, and others. size: how far.
+
+    Where the input moves as far, over its range, what lies there is the model's error.
     """
     residual, replaced = residual.copy(), _places(data)
     moved = np.array([sample.moved for sample in data.wild])
@@ -164,6 +173,10 @@ def _wild(residual: Array, data: MeasurementSet) -> Notice | None:
         level = NORMAL_MEDIAN * float(np.median(np.abs(steps))) / np.sqrt(2.0)
         before, after = steps[:-1], -steps[1:]
         least = max(WILD * level, COARSE * _step(data.table.value[course.samples]))
+        driving = data.driving(data.runs[course.run])
+        scale = float(np.ptp(data.table.value[course.samples]) / (np.ptp(driving) or 1.0))
+        moves = STEEP * scale * np.abs(np.diff(driving))
+        least = np.maximum(least, np.maximum(moves[:-1], moves[1:]))
         far = np.minimum(np.abs(before), np.abs(after)) > least
         alone = far & (before * after > 0.0)
         alone &= np.abs(before - after) < 0.5 * np.abs(before + after)
@@ -243,3 +256,34 @@ def _gaps(data: MeasurementSet) -> Notice | None:
         "less sure than their errors say"
     )
     return Notice("gaps", longest, 0.0, text, np.arange(len(found), dtype=float), found, marked)
+
+
+# ---------------------------------------------------------------------- units
+def _size(data: MeasurementSet, residual: Array) -> Notice | None:
+    """Values of the model that are far larger or smaller than the readings, as wrong units make."""
+    read = float(np.sqrt(np.mean(data.table.value**2)))
+    said = float(np.sqrt(np.mean((data.table.value - residual) ** 2)))
+    if not max(read, said) > ANOTHER_SIZE * min(read, said):
+        return None
+    shown = display_of(data.unit).shown
+    text = (
+        f"the model says {shown(said)} where {shown(read)} are read (rms): look at the units of "
+        "`columns`, and at the sizes and the modulus of the specimens"
+    )
+    order, marked = np.arange(len(residual), dtype=float), np.zeros(0, np.int64)
+    return Notice("size", said / max(read, 1e-300), said, text, order, residual, marked)
+
+
+def _absolute(data: MeasurementSet) -> Notice | None:
+    """Pressures that never fall below about that of the air."""
+    if data.experiment == "valve_pulse" or any("pressure" not in r.columns for r in data.runs):
+        return None
+    least = np.array([float(run.columns["pressure"].min()) for run in data.runs])
+    if not (ATMOSPHERE[0] < least.min() and least.max() < ATMOSPHERE[1]):
+        return None
+    text = (
+        f"no pressure is below {least.min() / 1e3:.4g} kPa: expected is gauge pressure, 0 at rest; "
+        "take that of the air off if these are absolute"
+    )
+    order, marked = np.arange(len(least), dtype=float), np.zeros(0, np.int64)
+    return Notice("absolute", float(least.min()), 0.0, text, order, least, marked)

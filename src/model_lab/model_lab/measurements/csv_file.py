@@ -166,7 +166,9 @@ def _cell(where: str, cell: str, reader: Reader) -> float:
         return reader(cell.strip())
     except ValueError as reason:
         shown = quoted(cell) if cell.strip() else "an empty cell"
-        raise DocumentError(f"{where}: expected {reason}, got {shown}") from None
+        raise DocumentError(
+            f"{where}: expected {reason}, got {shown}; mend it or take the row out"
+        ) from None
 
 
 def _reader(words: Mapping[str, float] | None) -> Reader:

@@ -40,12 +40,13 @@ Told = Callable[[float], None]  # with the part of a bag that has been read
 TOP_KEYS = ("format", "experiment", "specimens", "runs")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
+STRETCHES = (0.1, 20.0)  # that rubber bears
 WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
 # by column: which values (in SI units) are wrong, what was expected, the mend
 _RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
     "stretch": (
-        lambda values: values <= 0.0,
-        "a number above 0",
+        lambda values: (values < STRETCHES[0]) | (values > STRETCHES[1]),
+        f"a number from {STRETCHES[0]:g} to {STRETCHES[1]:g}",
         "stretch is 1 at rest, that is strain + 1",
     ),
     "p_in": (lambda values: values <= 0.0, "a number above 0", "pulses need absolute pressures"),

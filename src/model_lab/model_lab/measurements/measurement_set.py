@@ -120,8 +120,8 @@ class MeasurementSet:
 
     free_modulus: whether the shear modulus is what is measured, so that no 15 % bound it; always so
     in the experiment `rubber`. jumps: whether the input is held between samples where its course
-    jumps (`measurements.held_input`), instead of going in straight lines. wild: readings that were
-    replaced (`measurements.wild_samples`).
+    jumps (`measurements.held_input`), instead of going straight, or bent as its neighbours say
+    (`measurements.bent_input`). wild: readings that were replaced (`measurements.wild_samples`).
     """
 
     experiment: str

@@ -28,6 +28,7 @@ KNOWN = {
     "gauge_length": ("m", "0.033"),
 }  # keys that models know: unit, and an example
 TAPER_POINTS = 65  # of a taper; straight lines between them miss that of P10 by 0.1 %
+LONGEST = 10.0  # [m] that a specimen is believed to be
 MAY_VANISH = ("side_wall", "mass")
 MOUNTS = ("bending_plane_level", "base_up", "base_down")
 
@@ -114,6 +115,8 @@ def _known(key: str, node: Node, length: Node | None) -> float | Array:
         return _taper(key, node, length.positive())
     if key in PROFILES and isinstance(node.value, list):
         return _table(node, zero=key in MAY_VANISH)
+    if KNOWN[key][0] == "m" and _is_number(node.value) and node.value > LONGEST:
+        raise node.error(f"a length in m, {LONGEST:g} at most", f"{node.value:g}; 100 mm are 0.1")
     most = largest(KNOWN[key][0])
     return node.number(0.0, most) if key in MAY_VANISH else node.number(above=0.0, high=most)
 

@@ -72,20 +72,29 @@ def _wild_of(
 
 def _far_off(values: Array, together: int) -> tuple[Array, Mask]:
     """What a straight line through the neighbours, by the median of slopes (Theil and Sen), says of
-    each value (samples,), and which are far from it.
+    values (samples,) that are far from those beside them, and which are far from it.
     """
-    places = np.delete(np.arange(-REACH, REACH + 1.0), REACH)
+    low, high = np.percentile(values, [2.0, 98.0])
+    least = max(FAR_IN_NOISE * noise_of(values), SMALL * (high - low))
     around = sliding_window_view(np.pad(values, REACH, mode="reflect"), 2 * REACH + 1)
+    middle, wild = values.copy(), np.zeros(len(values), bool)
+    asked = np.flatnonzero(_beside(np.abs(values[:, None] - around), together) > ALONE * least)
+    values, around = values[asked], around[asked]
+    places = np.delete(np.arange(-REACH, REACH + 1.0), REACH)
     neighbours = np.delete(around, REACH, axis=1)
     first, second = np.triu_indices(2 * REACH, 1)
     slopes = (neighbours[:, second] - neighbours[:, first]) / (places[second] - places[first])
     level = neighbours - np.median(slopes, axis=1)[:, None] * places
-    middle = np.median(level, axis=1)
-    spread = NORMAL_MEDIAN * np.median(np.abs(level - middle[:, None]), axis=1)
-    low, high = np.percentile(values, [2.0, 98.0])
-    least = max(FAR_IN_NOISE * noise_of(values), SMALL * (high - low))
-    off = values - middle
+    middle[asked] = np.median(level, axis=1)
+    spread = NORMAL_MEDIAN * np.median(np.abs(level - middle[asked, None]), axis=1)
+    off = values - middle[asked]
     apart = (values[:, None] - around) * np.sign(off)[:, None]
+    alone = _beside(apart, together) > ALONE * np.abs(off)
+    wild[asked] = alone & (np.abs(off) > np.maximum(FAR * spread, least))
+    return middle, wild
+
+
+def _beside(apart: Array, together: int) -> Array:
+    """How far values are apart from those beside them, on the side where that is less."""
     before, after = apart[:, REACH - together : REACH], apart[:, REACH + 1 : REACH + 1 + together]
-    alone = np.minimum(before.max(axis=1), after.max(axis=1)) > ALONE * np.abs(off)
-    return middle, alone & (np.abs(off) > np.maximum(FAR * spread, least))
+    return np.minimum(before.max(axis=1), after.max(axis=1))

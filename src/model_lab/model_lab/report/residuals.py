@@ -35,6 +35,8 @@ ODD_TITLES = {
     "drift": "Mean error of each run",
     "held_input": "Input that is held until it jumps",
     "gaps": "Time between samples",
+    "size": "Readings of another size than the model's",
+    "absolute": "Smallest pressure of each run",
 }
 ODD_ABSCISSAS = {
     "line": "frequency [Hz]",
@@ -42,11 +44,14 @@ ODD_ABSCISSAS = {
     "drift": "run",
     "held_input": "time [s]",
     "gaps": "sample",
+    "size": "sample",
+    "absolute": "run",
 }
 ODD_ORDINATES = {  # the others are errors
     "line": "share [-]",
     "held_input": "share of the largest [-]",
     "gaps": "time [s]",
+    "absolute": "pressure [Pa]",
 }
 LEVELS = ("stated", "within runs", "with repeats")
 

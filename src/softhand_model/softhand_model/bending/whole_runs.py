@@ -61,10 +61,25 @@ def curvature_in_runs(
     effects = compiled_effects(staged)
     if effects is None:
         return None
+    load = pressure * _load_per_pressure(shape, runs)
+    if not staged.load and not staged.structure:
+        one = shape.height.shape[-2] == 1
+        height = shape.height if one else shape.height[..., runs.of_rows, :]
+        return _curvature(effects, load, shape, height, runs)
     rows = shape.of_rows(runs.of_rows)
-    load = staged.act_on_load(pressure * _load_per_pressure(shape, runs), pressure, rows)
-    curvature = (stretch_in_runs(effects, load, shape, runs, "pure_shear") - 1.0) / rows.height
+    load = staged.act_on_load(load, pressure, rows)
+    curvature = _curvature(effects, load, shape, rows.height, runs)
     return staged.act_on_curvature(curvature, pressure, rows)
+
+
+def _curvature(
+    effects: Sequence[Effect], load: Array, shape: SectionShape, height: Array, runs: Runs
+) -> Array:
+    """Curvature [1/m] under a load [-], of sections so high [m], both (lanes, rows, sections)."""
+    curvature = stretch_in_runs(effects, load, shape, runs, "pure_shear")
+    curvature -= 1.0
+    curvature /= height
+    return curvature
 
 
 def _load_per_pressure(shape: SectionShape, runs: Runs) -> Array:

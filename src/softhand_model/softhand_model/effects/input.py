@@ -128,8 +128,8 @@ class ClockOffset(InputEffect):
     delay = offset + drift*(t - start of the run).
 
     A video that runs 0.3 s late has an offset of 0.3 s, one that runs early one below 0. Between
-    samples the pressure is smooth and goes up or down; a run that does not start steady was at 0
-    before.
+    samples the pressure bends as those beside say, for clocks as for lags; a run that does not
+    start steady was at 0 before.
     """
 
     name = "clock_offset"

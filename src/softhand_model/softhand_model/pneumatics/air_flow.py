@@ -49,7 +49,20 @@ class Contents(NamedTuple):
 
 @compiled
 def series_flow(high: float, low: float, orifice: float, line: float) -> float:
-    """`softhand_model.gas.series_flow` between two absolute pressures [Pa], in compiled code."""
+    """Mass flow [kg/s] through an orifice and a laminar line in series, zero without a drop.
+
+    Their drops of squared pressure add, not their conductances: with the flow `f_o` that the
+    orifice alone and `f_l` that the line alone would pass under the whole drop, the flow `f` is
+    the root of `(f/f_o)**2 + f/f_l = 1`. Exact when either element dominates; in between the
+    orifice's characteristic is taken as a parabola in squared pressure, which is at most 6 % off
+    the exact solution (a choked orifice and a tube of like resistance).
+
+    Args:
+        high: absolute pressure upstream, not below `low` [Pa].
+        low: absolute pressure downstream [Pa].
+        orifice: conductance of `softhand_model.gas.orifice_conductance` [kg/(s Pa)].
+        line: conductance of `softhand_model.gas.line_conductance` [kg/(s Pa2)].
+    """
     ratio = min(max(low / high, CRITICAL_RATIO), 1.0)
     root = ratio**ROOT
     psi = math.sqrt(EXPONENT * root * (root - ratio))

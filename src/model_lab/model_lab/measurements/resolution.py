@@ -1,0 +1,68 @@
+"""Steps in which coarse sensors read, and by how much the output is uncertain for them.
+
+While an actuator rests the rounding is the same in every sample, so neither scatter nor splines
+tell it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from model_lab.aliases import Array, IntArray
+from model_lab.measurements.measurement_set import MeasurementSet
+
+FEWEST_LEVELS = 50  # over the range; fewer are set points, or no guess at a sensor
+FEWEST_ALIKE = 3.0  # samples of a run in the mean: a fine sensor hardly reads the same twice
+WHOLE = 0.02  # of a step, to which differences are whole ones
+ALIKE = 1e-6  # of the range: readings that differ by less are one
+DRAWS = 16
+
+
+def sensor_step(readings: Sequence[Array]) -> float:
+    """Step in which runs' readings (n,) of a sensor are rounded; 0 where none is seen."""
+    span = max(float(np.ptp(values)) for values in readings) or 1.0
+    of_runs = [ALIKE * span * np.unique(np.round(values / (ALIKE * span))) for values in readings]
+    levels = np.unique(np.concatenate(of_runs))
+    if len(levels) < 2 or sum(map(len, readings)) < FEWEST_ALIKE * sum(map(len, of_runs)):
+        return 0.0
+    apart = np.diff(levels)
+    step = float(np.median(apart[apart < 1.5 * apart.min()]))
+    whole = np.abs(apart / step - np.round(apart / step)) < WHOLE
+    return step if whole.all() and np.ptp(levels) >= FEWEST_LEVELS * step else 0.0
+
+
+def rounding_errors(data: MeasurementSet, predicted: Array) -> Array | None:
+    """Errors (draws, samples) that the steps of coarse sensors may leave in the output, whose
+    course (samples,) a model predicts; None where no steps are seen.
+
+    The rounding is drawn evenly within a step, anew where the reading changes. That of an output
+    that flickers is noise, and known from that.
+    """
+    table = data.table
+    if not data.has_time or len(data.outputs) > 1 or data.experiment == "valve_pulse":
+        return None
+    inputs = [data.driving(data.runs[course.run]) for course in table.courses]
+    driving = np.concatenate(inputs)
+    step_in = sensor_step(inputs)
+    step_out = sensor_step([table.value[course.samples] for course in table.courses])
+    if not step_in and not step_out:
+        return None
+    about = driving - driving.mean()
+    slope = float(about @ predicted) / (float(about @ about) or 1.0)
+    random = np.random.default_rng(0)
+    drawn_in = _drawn(_rests(driving), random)
+    rests = _rests(table.value)
+    long = (np.bincount(rests) >= FEWEST_ALIKE)[rests]
+    return slope * step_in * drawn_in + step_out * _drawn(rests, random) * long
+
+
+def _rests(readings: Array) -> IntArray:
+    """The number (n,) of the rest, in which readings (n,) do not change, of each of them."""
+    return np.cumsum(np.diff(readings, prepend=readings[0]) != 0.0)
+
+
+def _drawn(rests: IntArray, random: np.random.Generator) -> Array:
+    """Even numbers (draws, n) about 0, one for each rest, over a width of 1."""
+    return random.uniform(-0.5, 0.5, (DRAWS, int(rests[-1]) + 1))[:, rests]
