@@ -1,7 +1,7 @@
 """The page to play with, in the machine's chromium that draws by software: `python -m bench.play`.
 
 Start to a hand that moves, pictures a second at 800 x 600 while a grasp is simulated beside it, and
-memory over ten minutes (`--minutes 1` is quicker and says less).
+memory over ten minutes in which a grasp begins each minute (`--minutes 2` is quicker).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SLIDER = """() => { const found = document.querySelectorAll("[role=slider]");
   found[0]?.focus(); return found.length; }"""
 PICTURE = '() => document.querySelector("canvas[data-engine]").toDataURL()'
 MEASURED = 20.0  # wall time over which pictures are counted [s]
-SETTLED = 60.0  # after which memory is looked at first [s]
+ROUND = 60.0  # from grasp to grasp while memory is looked at [s]
 PATIENCE = 120.0  # [s]
 
 
@@ -48,10 +48,7 @@ def run(minutes: float = 1.0) -> list[dict[str, Any]]:
         started = time.monotonic() - began
         pace = _pictures(browser)
         triangles = browser.evaluate(TRIANGLES)
-        time.sleep(SETTLED)
-        first = server.memory_info().rss
-        time.sleep(60.0 * minutes)
-        last = server.memory_info().rss
+        first, *_, last = (_grasp(browser, server) for _ in range(1 + max(1, round(minutes))))
     return [
         at_most("page: start to a hand that moves", started, "s", 15.0),
         at_least("page: pictures a second, RBO Hand 2 that grasps, software", pace, "1/s", 5.0),
@@ -61,11 +58,22 @@ def run(minutes: float = 1.0) -> list[dict[str, Any]]:
     ]
 
 
+def _grasp(browser: Page, server: psutil.Process) -> int:
+    """Let the hand grasp; memory of the server after it [bytes]."""
+    _press(browser, "Strategies", "run the strategy", "Hand")
+    time.sleep(ROUND)
+    return int(server.memory_info().rss)
+
+
+def _press(browser: Page, *names: str) -> None:
+    for name in names:
+        role = "button" if " " in name else "tab"
+        browser.get_by_role(role, name=name, exact=True).click()
+
+
 def _pictures(browser: Page) -> float:
     """Pictures a second while a strategy runs."""
-    browser.get_by_role("tab", name="Strategies").click()
-    browser.get_by_role("button", name="run the strategy").click()
-    browser.get_by_role("tab", name="Hand").click()
+    _press(browser, "Strategies", "run the strategy", "Hand")
     before, began = browser.evaluate(FRAMES), time.monotonic()
     time.sleep(MEASURED)
     return float(browser.evaluate(FRAMES) - before) / (time.monotonic() - began)
@@ -92,6 +100,7 @@ def _page() -> Any:
         with sync_playwright() as driver:
             window = driver.chromium.launch(executable_path=chromium, args=SOFTWARE)
             page = window.new_page(viewport=WINDOW)
+            page.set_default_timeout(1e3 * PATIENCE)
             for line in server.stdout:
                 if line.startswith("softhand-play: http"):
                     page.goto(line.split()[1])

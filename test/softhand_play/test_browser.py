@@ -53,6 +53,7 @@ def test_a_slider_bends_the_finger_on_the_canvas_and_a_bad_file_becomes_a_senten
 
 
 def test_two_browsers_see_the_same_and_a_lost_connection_comes_back(page, open_window):
+    page.player.paused = True  # two pictures of what moves are much to draw
     windows = open_window(page), open_window(page)
     windows[0].slide("channel c")
     wait_until(lambda: windows[1].value("channel c") == "105", "the slider in the other browser")
@@ -61,6 +62,7 @@ def test_two_browsers_see_the_same_and_a_lost_connection_comes_back(page, open_w
     wait_until(lambda: len(set(page.server.get_clients()) - before) == 2, "both browsers back")
     windows[1].slide("channel c", "Home")
     wait_until(lambda: windows[0].value("channel c") == "0", "the slider moved in the other, again")
+    page.player.paused = False
     wait_until(lambda: page.player.shots[-1].pressures[2] < 5e3, "the air let out")
 
 
@@ -79,12 +81,12 @@ def test_a_strategy_grips_its_bag_plays_and_its_cell_gives_the_same_verdict(
         window.reads("saved: out/play/")
         (bag,) = (tmp_path / "out/play").iterdir()
         window.press("Results")
-        window.fill("folder", str(bag))
+        window.fill("folder", str(bag), page.results.bag)
         window.press("open the bag")
         window.reads("s, played back in Strategies")
         wait_until(lambda: page.seen in page.player.track.shots[5:], "the bag, played")
         (tmp_path / "results.jsonl").write_text("".join(cells(world, result)))
-        window.fill("results", str(tmp_path))
+        window.fill("results", str(tmp_path), page.results.map)
         window.press("open the map")
         window.reads("click on a square")
         window.click_on(page, page.results.places["10,0"])

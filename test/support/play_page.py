@@ -19,6 +19,7 @@ SOFTWARE = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
 )
+FRAMES = "() => window.__viserTestpoints.rendererInfo.render.frame"
 PICTURE = '() => document.querySelector("canvas[data-engine]").toDataURL()'
 FIND = """([name, what]) => {
   let row = [...document.querySelectorAll("body *")]
@@ -89,17 +90,22 @@ class Window:
         """Number or text of an input."""
         return self.find(name, "input")
 
-    def fill(self, name, text):
-        """Put a text into an input."""
+    def fill(self, name, text, handle):
+        """Put a text into an input, and wait until it has come to its handle: what is sent less
+        than 50 ms before a press is lost (viser sends the latest alone).
+        """
         self.find(name, "input")
         self.tab.keyboard.type(text)
+        wait_until(lambda: handle.value == text, f"the text in {name!r}")
 
     def press(self, name):
         """Press a button, or choose a tab, with the mouse."""
         self.tab.mouse.click(*wait_until(lambda: self.tab.evaluate(PLACE, name), f"button {name}"))
 
     def click_on(self, page, point):
-        """Click on a point (3,) [m] of the scene, as this one browser shows it."""
+        """Click on a point (3,) [m] of the scene once it is drawn, as this one browser shows it."""
+        drawn = self.tab.evaluate(FRAMES)
+        wait_until(lambda: self.tab.evaluate(FRAMES) > drawn + 3, "pictures")
         (client,) = page.server.get_clients().values()
         camera = client.camera
         view = Rotation.from_quat(np.roll(camera.wxyz, -1)).inv().apply(point - camera.position)

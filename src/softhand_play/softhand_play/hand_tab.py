@@ -37,12 +37,12 @@ class HandTab:
         self._folder: viser.GuiFolderHandle | None = None
         self.handle: viser.TransformControlsHandle | None = None
         self._followed = False
+        self._shown = PRESSURE  # what the sliders command
         with tab:
             self._quantity = gui.add_dropdown("command", (PRESSURE, AIR_MASS))
             self._pause = gui.add_checkbox("pause", False)
             self._pace = gui.add_dropdown("pace", tuple(PACES), visible=page.player.keeps_pace)
             self._reset = gui.add_button("reset")
-        self._quantity.on_update(lambda _: self.stage())
         self._pause.on_update(lambda _: setattr(self._player, "paused", self._pause.value))
         self._pace.on_update(self._set_pace)
         self._reset.on_click(lambda _: self._player.reset())
@@ -53,20 +53,18 @@ class HandTab:
 
     # ---------------------------------------------------------------- a new world
     def stage(self) -> None:
-        """Sliders and plots for the channels of the hand, at rest."""
+        """Sliders and plots for the channels of the hand."""
         hand = self._player.now.stage.layout.description
-        limits = hand.max_pressures()
-        if self._quantity.value == AIR_MASS:
+        limits, self._shown = hand.max_pressures(), self._quantity.value
+        if self._shown == AIR_MASS:
             from pneuflex_sim.pictures.hand_picture import air_masses_at  # matplotlib takes 1 s
 
             limits = air_masses_at(hand, limits)
-        tops = dict(zip(hand.channels, limits / SCALE[self._quantity.value], strict=True))
-        if tops == self._tops:
-            for slider in self.sliders:
-                slider.value = 0.0
-        else:
+        tops = dict(zip(hand.channels, limits / SCALE[self._shown], strict=True))
+        if tops != self._tops:
             self._tops = tops
             self._fill(hand)
+        self._followed = True
         self._place_handle()
 
     def _fill(self, hand: HandDescription) -> None:
@@ -88,7 +86,7 @@ class HandTab:
             top,
             top / STEPS,
             0.0,
-            hint=f"{', '.join(fingers)}: 0 to {top:g} {self._quantity.value}",
+            hint=f"{', '.join(fingers)}: 0 to {top:g}, {self._shown}",
         )
         slider.on_update(lambda event: self._command(channel, event))
         return slider
@@ -97,9 +95,8 @@ class HandTab:
         if event.client is None:  # the slider follows
             return
         wanted = np.full(len(self.sliders), np.nan)
-        quantity = self._quantity.value
-        wanted[channel] = self.sliders[channel].value * SCALE[quantity]
-        if quantity == PRESSURE:
+        wanted[channel] = self.sliders[channel].value * SCALE[self._shown]
+        if self._shown == PRESSURE:
             self._player.command_pressures(wanted)
         else:
             self._player.command_masses(wanted)
@@ -144,6 +141,8 @@ class HandTab:
     # ---------------------------------------------------------------- while it runs
     def refresh(self) -> None:
         """The plots of the last seconds; sliders and handle follow a strategy to its end."""
+        if self._quantity.value != self._shown:
+            self.stage()
         self._pause.value = self._player.paused
         shots = tuple(self._player.now.shots)
         time = np.array([shot.time for shot in shots[::EACH]])
@@ -154,7 +153,7 @@ class HandTab:
         self._followed = self._player.is_running
 
     def _follow(self, shot: Shot) -> None:
-        values = _series((shot,), *PLOTS[self._quantity.value])[:, 0]
+        values = _series((shot,), *PLOTS[self._shown])[:, 0]
         for slider, value in zip(self.sliders, values.tolist(), strict=True):
             slider.value = slider.step * round(value / slider.step)
         if self.handle is not None:

@@ -133,9 +133,9 @@ class Page:
         if wall != self._sees_wall:
             self._sees_wall = wall
             place = (-CAMERA[0], *CAMERA[1:]) if wall else CAMERA
-            cameras = [client.camera for client in self.server.get_clients().values()]
-            for camera in (self.server.initial_camera, *cameras):
-                camera.position, camera.look_at = place, LOOK_AT
+            self.server.initial_camera.position = place
+            for client in self.server.get_clients().values():
+                client.camera.position, client.camera.look_at = place, LOOK_AT
 
     def _draw(self, shot: Shot, stage: Stage) -> None:
         if self._view is None or self._view.stage is not stage:

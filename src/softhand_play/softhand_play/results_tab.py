@@ -46,10 +46,10 @@ class ResultsTab:
         self._views: list[HandView] = []
         with tab:
             with gui.add_folder("bag"):
-                self._bag = gui.add_text("folder", str(USUAL_BAG))
+                self.bag = gui.add_text("folder", str(USUAL_BAG))
                 opened = gui.add_button("open the bag", hint="recorded with what is on stage")
             with gui.add_folder("success map"):
-                self._map = gui.add_text("results", str(MAPS / "push_map" / "main"))
+                self.map = gui.add_text("results", str(MAPS / "push_map" / "main"))
                 loaded = gui.add_button("open the map")
                 self._object = gui.add_dropdown("of the object", ("-",))
                 self._replicate = gui.add_dropdown("replicate", ("-",))
@@ -63,8 +63,8 @@ class ResultsTab:
                 self._angles = gui.add_markdown("")
         bent.on_click(lambda _: page.attempt(self.open_diagnosis))
         self._pressure.on_update(lambda _: self._bend())
-        opened.on_click(lambda _: page.attempt(lambda: self.open_bag(Path(self._bag.value))))
-        loaded.on_click(lambda _: page.attempt(lambda: self.open_map(Path(self._map.value))))
+        opened.on_click(lambda _: page.attempt(lambda: self.open_bag(Path(self.bag.value))))
+        loaded.on_click(lambda _: page.attempt(lambda: self.open_map(Path(self.map.value))))
         again.on_click(lambda _: page.attempt(lambda: self.run_cell(self._cell.value)))
         self._object.on_update(lambda _: self._draw())
         self._cell.on_update(lambda _: self._mark())
