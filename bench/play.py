@@ -72,7 +72,7 @@ def _grasp(browser: Page, server: psutil.Process) -> int:
 
 
 def _press(browser: Page, *names: str) -> None:
-    """Press buttons and tabs; Playwright's own click waits for pictures that a slow machine owes."""
+    """Press by place: Playwright's own click waits for pictures that a slow machine owes."""
     for name in names:
         _wait(lambda name=name: browser.evaluate(PLACE, name), name)
         browser.mouse.click(*browser.evaluate(PLACE, name))
