@@ -13,7 +13,7 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 set_up_middleware()  # a test's own nodes are found as soon as those that it starts
 
 NODES = "nodes"
-GIVES_WAY = 10  # nice value of what computes beside nodes
+GIVES_WAY = 5  # nice value of what computes beside nodes
 
 
 def share(path):

@@ -27,7 +27,6 @@ def trial(name, step=0.005, shift=(0.0, 0.0), **variant):
             model=world.model,
             segments=world.segments,
             step=step,
-            early_end=True,
             **variant,
         )
     )

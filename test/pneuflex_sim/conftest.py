@@ -6,9 +6,8 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from pneuflex_sim import simulation as simulation_module
 from pneuflex_sim.scene.scenes import load_scene
-from pneuflex_sim.simulation import Simulation, SimulationConfig
+from pneuflex_sim.simulation import Simulation, SimulationConfig, config
 
 
 @pytest.fixture
@@ -29,7 +28,7 @@ def simulate():
 def level_stand(monkeypatch):
     """The scene `stand` with the finger pointing along world x, bending downwards."""
     level = dataclasses.replace(load_scene("stand"), wrist_rpy=(0.0, np.pi / 2, 0.0))
-    monkeypatch.setattr(simulation_module, "load_scene", lambda *_: level)
+    monkeypatch.setattr(config, "load_scene", lambda *_: level)
 
 
 @pytest.fixture

@@ -26,27 +26,22 @@ from grasp_strategies.ros.driver_calls import DriverCalls
 from grasp_strategies.ros.messages import (
     WORLD,
     Feed,
-    NodeReport,
     read_air_state,
     read_force,
     read_modes,
     read_pose,
-    read_report,
     read_touching,
 )
 from grasp_strategies.ros.object_command import ObjectCommand
+from grasp_strategies.ros.reports import DRIVER, FAULT_MEMORY, SIMULATOR, Reports
 from grasp_strategies.ros.scene_clock import SceneClock
 from grasp_strategies.scene import AirTarget, Array, Observation, SceneError
 from softhand_ros.diagnostics import cut
-from softhand_ros.topics import LATEST, full_name, stamp_of_seconds, subscribe_by_hand, take
+from softhand_ros.topics import LATEST, stamp_of_seconds, subscribe_by_hand, take
 
 MASS, PRESSURE = "mass", "pressure"  # control modes
-SIMULATOR, DRIVER = "hand_sim", "driver"
-# by who publishes what is missing: name in /diagnostics, and in a sentence
-REPORTERS = {SIMULATOR: ("hand_sim", "the simulator"), DRIVER: ("pneumaticbox", "the driver")}
 SILENCE = 0.5  # [s] of scene time without a message of a topic ...
 SILENCE_WALL = 1.0  # [s] ... and of wall time: its publisher has gone
-FAULT_MEMORY = 2.5  # [s] of wall time after which a fault that is not taken back stands
 LOOK_PERIOD = 0.05  # [s] of wall time between two looks while waiting for publishers
 STATE_WAIT = 0.3  # [s] of wall time for which a tick waits for the state of its time
 
@@ -74,9 +69,9 @@ class TopicScene:
         self._air = self._feed(JointState, "pneumaticbox/state", DRIVER, read_air_state)
         self.feeds = (self._wrist, self._object, self._force, self._contacts, self._air)
         self._wrist_target = node.create_publisher(PoseStamped, "wrist/target_pose", 10)
-        self._object_command = ObjectCommand(node, full_name(node, REPORTERS[SIMULATOR][0]))
+        self._reports = Reports(node)
+        self._object_command = ObjectCommand(node, self._reports.names[SIMULATOR])
         self._air_command = AirCommand(node)
-        self._reports: dict[str, NodeReport] = {}
         node.create_subscription(DiagnosticArray, "/diagnostics", self._hear_others, 10)
         self._driver = DriverCalls(node)
         self._target = AirTarget(np.zeros(0), np.zeros(0))
@@ -135,44 +130,25 @@ class TopicScene:
             on_wait(what)
             if self._clock.interrupted.is_set():
                 raise SceneError(f"aborted while waiting: {what}")
-            if self._preparing():
+            if self._reports.preparing:
                 end = time.monotonic() + time_out
             if time.monotonic() > end:
                 raise SceneError(f"after {time_out:g} s of waiting: {what}")
 
     def _standing_fault(self) -> str:
         """A fault that still stands after a moment, in which the simulator stands as well."""
-        if fault := self._fault:
+        if fault := self._reports.fault:
             self._clock.tell()
             self._clock.wait(LOOK_PERIOD)
         return fault
 
-    def _preparing(self) -> bool:
-        reports = filter(None, map(self._last_report, REPORTERS))
-        return any(report.preparing for report in reports)
-
-    def _last_report(self, source: str) -> NodeReport | None:
-        """What a node has said of itself last, if it was of late."""
-        report = self._reports.get(source)
-        recent = report is not None and time.monotonic() - report.heard < FAULT_MEMORY
-        return report if recent else None
-
     def _hear_others(self, message: DiagnosticArray) -> None:
-        for source, (name, _) in REPORTERS.items():
-            report = read_report(message, full_name(self._node, name), time.monotonic())
-            if report is not None:
-                self._reports[source] = report
-        if modes := read_modes(message, full_name(self._node, REPORTERS[DRIVER][0])):
+        self._reports.hear(message)
+        if modes := read_modes(message, self._reports.names[DRIVER]):
             self._told_modes = modes
         self._object_command.hear(message)
-        if self._fault:
+        if self._reports.fault:
             self._clock.wake()  # a strategy that sleeps ends at once
-
-    @property
-    def _fault(self) -> str:
-        """What driver and simulator report; empty when all is well."""
-        told = ((who, self._reports.get(source)) for source, (_, who) in REPORTERS.items())
-        return "; ".join(f"{who} reports: {r.fault}" for who, r in told if r and r.fault)
 
     def _missing(self) -> str:
         """What is not there yet, by who should provide it; empty when all is there."""
@@ -190,7 +166,8 @@ class TopicScene:
             if feed.arrived is None:
                 absent.setdefault(feed.source, []).append(_complaint(feed))
         return "; ".join(
-            f"{', '.join(parts)} ({self._reason(source)})" for source, parts in absent.items()
+            f"{', '.join(parts)} ({self._reports.reason(source)})"
+            for source, parts in absent.items()
         )
 
     def _missing_listeners(self) -> dict[str, list[str]]:
@@ -203,13 +180,6 @@ class TopicScene:
         if service := self._driver.missing():
             absent.setdefault(DRIVER, []).append(service)
         return absent
-
-    def _reason(self, source: str) -> str:
-        """Why something of a node is missing: what it says of itself, or a guess."""
-        report = self._last_report(source)
-        if report is None:
-            return f"is {source} running, and not paused?"
-        return f"{source} reports: {report.worst}"
 
     # ---------------------------------------------------------------- time
     @property
@@ -298,7 +268,7 @@ class TopicScene:
 
     def go_on_holding(self) -> bool:
         """After a strategy: keep the air in the hand, if there is any; whether there is."""
-        return self._air_command.hold(obeyed=not self._fault)
+        return self._air_command.hold(obeyed=not self._reports.fault)
 
     def vent(self) -> None:
         """Call the driver's vent.
@@ -346,7 +316,7 @@ class TopicScene:
         )
 
     def _refuse_fault(self) -> None:
-        if fault := self._fault:
+        if fault := self._reports.fault:
             raise SceneError(fault)
 
     def _catch_up(self) -> None:

@@ -13,7 +13,8 @@ from geometry_msgs.msg import Transform, TransformStamped
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from pneuflex_sim.simulation import Array, Simulation
+from pneuflex_sim.simulation import Simulation
+from softhand_model.numerics.arrays import Array
 from softhand_ros.topics import full_name
 
 try:

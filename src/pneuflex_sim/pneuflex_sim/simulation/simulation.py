@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,82 +13,26 @@ from scipy.spatial.transform import Rotation
 
 from pneuflex_sim.hand.air import BEND, AirCoupling
 from pneuflex_sim.hand.bodies import HandBodies
-from pneuflex_sim.hand.collision import PIECES, Touch, check_kind
+from pneuflex_sim.hand.collision import Touch
 from pneuflex_sim.hand.joint_stops import JointStops
 from pneuflex_sim.hand.kinematics import HandShape, TipSensors
 from pneuflex_sim.hand.layout import build_layout
-from pneuflex_sim.hand.wrist import Wrist, WristParameters
+from pneuflex_sim.hand.wrist import Wrist
 from pneuflex_sim.scene.contacts import OBJECT, Contact, ContactNames
-from pneuflex_sim.scene.friction import BodyFriction, FrictionTable, load_friction
+from pneuflex_sim.scene.friction import BodyFriction
 from pneuflex_sim.scene.object_body import ObjectBody
 from pneuflex_sim.scene.object_spring import MASS as HOLDING_MASS
 from pneuflex_sim.scene.object_spring import ObjectSpring
-from pneuflex_sim.scene.objects import ObjectDescription, load_object
-from pneuflex_sim.scene.scenes import SceneDescription, build_scene, load_scene
-from pneuflex_sim.world import BulletState, SolverSettings, World
+from pneuflex_sim.scene.scenes import build_scene
+from pneuflex_sim.simulation.config import SimulationConfig
+from pneuflex_sim.world import BulletState, World
 from softhand_model.effects.load import STANDARD_GRAVITY
 from softhand_model.gas import ROOM_TEMPERATURE
-from softhand_model.hand.hand import HandDescription, load_hand
-from softhand_model.model_file import Model, load_model
 from softhand_model.pneumatics.plant import PneumaticPlant
 
 Array = NDArray[np.float64]
 
-LARGEST_STEP = 0.05  # [s]; contacts are missed there, see docs/understand/simulator.md
 STATE = ("steps", "wrist", "pressures_abs", "_volumes", "_imposed", "tip_sensors", "_spring")
-
-
-@dataclass(frozen=True)
-class SimulationConfig:
-    """What is simulated: names or files of hand, object, scene and model, or their descriptions,
-    step [s], segments an actuator, seed, offsets [m], collision shapes of the links (`pieces` along
-    the outline, or `boxes`), inclination of the wall [deg] (None: the scene's),
-    table or file of friction (None: the shipped one), whether neighbouring fingers touch, whether
-    the Python files of effects that the model names are run. `object_rpy` [rad] is how the object
-    rests (None: as it is described), `object_yaw` [rad] turns it about the vertical,
-    `friction_scale` is a factor on the friction of all pairs, `modulus_scale` one on the shear
-    modulus of the hand's rubber.
-
-    Raises ValueError for a step, a number of segments, a scale or shapes that cannot be used.
-    """
-
-    hand: str | HandDescription = "rbo_hand_2"
-    object: str | ObjectDescription = "cylinder"
-    scene: str | SceneDescription = "table"
-    model: str | Path | Model | None = None
-    step: float = 0.001
-    segments: int = 5
-    seed: int = 0
-    gui: bool = False
-    object_offset: tuple[float, ...] = (0.0, 0.0)
-    object_mass_scale: float = 1.0
-    object_rpy: tuple[float, float, float] | None = None
-    object_yaw: float = 0.0
-    friction_scale: float = 1.0
-    modulus_scale: float = 1.0
-    collision: str = PIECES
-    wrist: WristParameters = field(default_factory=WristParameters)
-    solver: SolverSettings = field(default_factory=SolverSettings)
-    wall_inclination: float | None = None
-    friction: FrictionTable | str | Path | None = None
-    finger_contact: bool = False
-    allow_effect_files: bool = False
-
-    def __post_init__(self) -> None:
-        if not 1e-4 <= self.step <= LARGEST_STEP:
-            raise ValueError(f"step: expected 0.0001 to {LARGEST_STEP} s, got {self.step}")
-        if self.segments < 1:
-            raise ValueError(f"segments: expected 1 or more, got {self.segments}")
-        if not 2 <= len(self.object_offset) <= 3 or not np.isfinite(self.object_offset).all():
-            raise ValueError(
-                f"object_offset: expected two or three finite numbers, got {self.object_offset}"
-            )
-        check_kind(self.collision)
-        if not np.isfinite(self.object_yaw):
-            raise ValueError(f"object_yaw: expected a finite number, got {self.object_yaw}")
-        for name in ("object_mass_scale", "friction_scale", "modulus_scale"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
 
 
 class Simulation:
@@ -99,21 +42,10 @@ class Simulation:
 
     def __init__(self, config: SimulationConfig | None = None) -> None:
         self.config = config = config or SimulationConfig()
-        hand, friction = config.hand, config.friction
-        self.hand = hand if isinstance(hand, HandDescription) else load_hand(hand)
-        self.friction = friction if isinstance(friction, FrictionTable) else load_friction(friction)
-        self.scene = self._described_scene()
-        self.object = self._described_object()
-        model = config.model
-        if not isinstance(model, Model):
-            model = load_model(model, allow_effect_files=config.allow_effect_files)
-        if model.base != "pneuflex":
-            raise ValueError(f"{config.model}: base: expected pneuflex, got {model.base}")
-        for effect in model.effects:
-            if effect.not_simulated:
-                file = "model" if isinstance(config.model, Model) else config.model
-                raise ValueError(f"{file}: effects: {effect.name}: {effect.not_simulated}")
-        model = model.stiffened(config.modulus_scale)
+        self.hand, self.friction = config.described_hand(), config.friction_table()
+        self.scene = config.described_scene(self.friction)
+        self.object = config.described_object(self.friction) if self.scene.has_object else None
+        model = config.described_model()
         layout = build_layout(self.hand, config.segments, model)
         self.channels: tuple[str, ...] = tuple(self.hand.channels)
         self.step_size, self.temperature = config.step, ROOM_TEMPERATURE
@@ -155,20 +87,6 @@ class Simulation:
     def _new_wrist(self) -> Wrist:
         orientation = Rotation.from_euler("xyz", self.scene.wrist_rpy).as_quat()
         return Wrist(self.config.wrist, np.array(self.scene.wrist_position), orientation)
-
-    def _described_object(self) -> ObjectDescription | None:
-        found = self.config.object
-        if not self.scene.has_object:
-            return None
-        if not isinstance(found, ObjectDescription):
-            found = load_object(found, self.friction)
-        rpy = self.config.object_rpy
-        return found if rpy is None else replace(found, rpy=tuple(rpy))
-
-    def _described_scene(self) -> SceneDescription:
-        found, inclination = self.config.scene, self.config.wall_inclination
-        scene = found if isinstance(found, SceneDescription) else load_scene(found, self.friction)
-        return scene.inclined(inclination)
 
     def _object_body(self) -> ObjectBody | None:
         if self.object is None:
@@ -253,11 +171,10 @@ class Simulation:
         on a wrong shape, and for a model with flow effects, which could not act.
         """
         if self._flow_effects:
-            file = "model" if isinstance(self.config.model, Model) else self.config.model
             names = ", ".join(effect.name for effect in self._flow_effects)
             raise ValueError(
-                f"{file}: effects: {names}: act on pulses of the valves, and imposed air masses "
-                "pass none; command the valves, or leave them out"
+                f"{self.config.model_name}: effects: {names}: act on pulses of the valves, and "
+                "imposed air masses pass none; command the valves, or leave them out"
             )
         masses = np.asarray(masses, float)
         if masses.shape != (len(self.channels),) or not np.isfinite(masses).all():
