@@ -30,7 +30,7 @@ NEEDED = {"key", "object", "cell", "replicate", "settings", "placement"}  # of a
 MAPS = Path("out/thesis")
 USUAL_BAG, STORY = Path("out/demo/bag"), Path("out/lab-demo")
 FINGERS = {"before": (150, 150, 160), "after": (240, 140, 60)}
-MEASURED = (30, 30, 30)
+MEASURED, LINE, IN_FRONT = (30, 30, 30), 0.003, (0.0, -0.015, 0.0)  # thickness and place [m]
 ASIDE, SIDEWAYS = (-0.12, -0.12, -0.12), np.array([0.0, 0.0, 0.383, 0.924])  # seen from the front
 
 
@@ -194,9 +194,9 @@ class ResultsTab:
         )
         self._page.server.scene.add_spline_catmull_rom(
             "/fingers/measured",
-            fingers.measured_line(number) + fingers.before.states[number].wrist_position,
+            fingers.measured_line(number) + fingers.before.states[number].wrist_position + IN_FRONT,
             color=MEASURED,
-            thickness=4.0,
+            thickness=LINE,
             visible=bool(np.isfinite(measured)),
         )
 
