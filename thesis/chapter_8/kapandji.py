@@ -12,7 +12,7 @@ and 25.1 with CMA-ES, after 130 18.1 and 18.0.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -54,6 +54,7 @@ SMALL = {
     "cases": (FOUR,),
     "evaluations": 8,
     "segments": 5,
+    "fine_step": 0.0025,
     "points": 2,
     "jobs": 0,
 }
@@ -70,6 +71,7 @@ class Parameters:
     repeats: int = option(3, "judged postures of each winner [-]")
     spread: float = option(0.02, "largest change of a pressure in a repeat, as a share [-]")
     step: float = option(0.005, "of the physics [s]")
+    fine_step: float = option(0.001, "of another verdict on the first case's winners [s]")
     segments: int = option(8, "an actuator [-]")
     points: int = option(6, "pressures a channel of the thumb base's workspace [-]")
     seed: int = option(2000, "of searches and repeats [-]")
@@ -120,7 +122,22 @@ def run(given: Parameters, job: Job) -> Results:
                 "repeats": repeats(search, result.values, given),
             }
     job.progress("postures and workspace", len(wanted) / (len(wanted) + 1))
-    return {"cases": found, **postures(found, given), **workspace(given)}
+    fine = finely(found[given.cases[0]], given)
+    return {"cases": found, "fine": fine, **postures(found, given), **workspace(given)}
+
+
+def finely(found: Mapping[str, Any], given: Parameters) -> dict[str, Any]:
+    """The winners of the first case by place, each repeated with the finer step: with the coarse
+    one, fingers that press on each other may tremble (joints are then not at rest).
+    """
+    given = replace(given, step=given.fine_step)
+    return {
+        place: {
+            **one,
+            "repeats": repeats(problem(given, given.cases[0], int(place)), one["values"], given),
+        }
+        for place, one in found.items()
+    }
 
 
 def repeats(search: SearchProblem, values: Mapping[str, float], given: Parameters) -> list[Any]:
@@ -203,6 +220,9 @@ def report(results: Results, given: Parameters) -> Report:
     if FOUR in cases:
         findings += _counted(cases[FOUR])
         findings += [_first(cases[FOUR])] if "1" in cases[FOUR] else []
+    fine = results["fine"]
+    ours = f"{sum(map(reached, fine.values()))} of {len(fine)}: {_numbers(fine)}"
+    findings.append(Finding(f"winners at steps of {1e3 * given.fine_step:g} ms", "-", ours))
     if SEVEN in cases:
         ours = f"{counts[SEVEN]} of {len(cases[SEVEN])}: {_numbers(cases[SEVEN])}"
         findings.append(Finding("with seven channels", "-", ours))

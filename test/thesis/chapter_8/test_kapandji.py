@@ -24,7 +24,8 @@ def one(distance, pressure=40e3, touched=None):
 def results(**cases):
     line = {"twists": np.array([-0.5, 0.0]), "places": np.zeros((2, 3))}
     axes = {f"{name}_{key}": v for name in ("equal", "differing") for key, v in line.items()}
-    return {"cases": {n: {str(p): o for p, o in c.items()} for n, c in cases.items()}, **axes}
+    found = {n: {str(p): o for p, o in c.items()} for n, c in cases.items()}
+    return {"cases": found, "fine": next(iter(found.values())), **axes}
 
 
 def reached(*far, near=0.004):
@@ -64,6 +65,7 @@ def test_a_place_counts_when_every_repeat_touches():
     table = report(results(**{FOUR: twice}), Parameters()).table
     assert "6 of 8: 2, 3, 4, 6, 7, 8" in table
     assert "place 5: ring, tip | reached | 2 of 3" in table
+    assert "winners at steps of 1 ms | - | 6 of 8" in table
 
 
 def test_places_within_other_radii_are_listed():
