@@ -222,7 +222,7 @@ def refused_sets():
         ),
         "strain_for_stretch": Nasty(
             [_with(bench.pull(np.linspace(1.0, 2.0, 20)), stretch=np.linspace(0.0, 1.0, 20))],
-            **pull, specimens=BAR, refused="column stretch: expected a number above 0",
+            **pull, specimens=BAR, refused="column stretch: expected a number from 0.1 to 50",
         ),
         "no_modulus": Nasty(
             [bench.pull(np.linspace(1.0, 2.0, 20))], **pull, specimens={"f": {}},

@@ -40,7 +40,7 @@ Told = Callable[[float], None]  # with the part of a bag that has been read
 TOP_KEYS = ("format", "experiment", "specimens", "runs")
 RUN_KEYS = ("temperature", "protocol", "file", "bag", "topics", "virgin", "initial")
 TEMPERATURES = (200.0, 500.0)  # [K] between which a run is believed
-STRETCHES = (0.1, 20.0)  # that rubber bears
+STRETCHES = (0.1, 50.0)  # what could be one: strains start at 0, per cent end above
 WORDS = {"direction": {"inflate": INFLATE, "deflate": DEFLATE}}
 # by column: which values (in SI units) are wrong, what was expected, the mend
 _RANGES: dict[str, tuple[Callable[[Array], Mask], str, str]] = {
