@@ -34,8 +34,7 @@ SOFTWARE = (
 PICTURES, PACE = 16, 3.0  # of the film, and how many a second
 CAMERA, LOOK_AT = (0.5, -0.45, 0.3), (0.0, 0.0, 0.14)  # [m]
 FRAMES = "() => window.__viserTestpoints.rendererInfo.render.frame"
-CLOSE = """() => document.querySelectorAll(".mantine-Notification-root button")
-  .forEach(button => button.click())"""
+HIDDEN = ".mantine-Notifications-root { display: none }"  # what the client says of the browser
 LIMIT = 180e3  # for a picture [ms]
 
 
@@ -74,14 +73,15 @@ def _film(page: Page, tab: Tab) -> None:
     page.player.paused = True
     while not tab.evaluate("() => !!window.__viserTestpoints"):
         time.sleep(0.5)
+    tab.add_style_tag(content=HIDDEN)
     film = open_film(OUT, PACE, (WINDOW["width"], WINDOW["height"]), force=True)
     shots = page.player.track.shots
     for number in np.linspace(0, len(shots) - 1, PICTURES).round().astype(int):
         page.strategies.look_at(number)
+        tab.get_by_text(f"{shots[number].time:.1f} s, recorded").wait_for()
         before = tab.evaluate(FRAMES)
         while tab.evaluate(FRAMES) < before + 2:
             time.sleep(0.2)
-        tab.evaluate(CLOSE)
         picture = Path(OUT).with_suffix(".png")
         tab.screenshot(path=picture)
         film.add(np.asarray(Image.open(picture).convert("RGB")))
