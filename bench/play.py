@@ -1,7 +1,7 @@
 """The page to play with, in the machine's chromium that draws by software: `python -m bench.play`.
 
 Start to a hand that moves, pictures a second at 800 x 600 while a grasp is simulated beside it, and
-memory over ten minutes in which a grasp begins each minute (`--minutes 2` is quicker).
+memory over ten minutes in which a grasp begins each minute (`--minutes 4` is quicker).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ ROUND = 60.0  # from grasp to grasp while memory is looked at [s]
 PATIENCE = 120.0  # [s]
 
 
-def run(minutes: float = 1.0) -> list[dict[str, Any]]:
+def run(minutes: float) -> list[dict[str, Any]]:
     """Rows of all that is measured."""
     with _page() as (server, browser, began):
         _wait(lambda: browser.evaluate(SLIDER), "sliders")

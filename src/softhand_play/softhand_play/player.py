@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
 from queue import Empty, SimpleQueue
@@ -83,7 +84,7 @@ class Pace:
         return self.measured < 0.9 * min(self.speed, 1.0)
 
 
-class Source:
+class Source(ABC):
     """What a page shows and commands: a simulation, or nodes that run.
 
     Args:
@@ -113,9 +114,9 @@ class Source:
         """Forget what was before a first instant."""
         self.now = Track(deque([shot], maxlen=round(SPAN / INTERVAL)), stage)
 
+    @abstractmethod
     def _work(self) -> None:
         """The thread, until `_closing` is set."""
-        raise NotImplementedError
 
     def close(self) -> None:
         """End the thread."""
