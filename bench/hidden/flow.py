@@ -12,6 +12,7 @@ AMBIENT = 101.3e3
 GAS_CONSTANT, ROOM = 287.05, 293.15
 BOTTLE = 0.5e-3  # [m3]
 NODES = 9  # of Simpson's rule over a pulse
+LEAST = 2e3  # [Pa] of the bottle above the ambient
 PASSES = 4  # pulse's mass and the pressure it leaves
 
 
@@ -82,7 +83,11 @@ class Commands:
 
 
 def drive(valve: Valve, commands: Commands) -> dict[str, Array]:
-    """Columns (runs, pulses) of a bottle that is driven through all pulses."""
+    """Columns (runs, pulses) of a bottle that is driven through all pulses.
+
+    Between pulses it is brought back to where a supply and a vent can take it, if a strong law has
+    led out of there.
+    """
     runs, pulses = commands.duration.shape
     bottle = np.full(runs, AMBIENT + 20e3)
     supply = commands.supply + AMBIENT
@@ -95,6 +100,7 @@ def drive(valve: Valve, commands: Commands) -> dict[str, Array]:
         )
         before = inflating
         bottle = bottle + _rise(np.where(inflating, mass, -mass))
+        bottle = np.clip(bottle, AMBIENT + LEAST, supply)
         for reading in valve.reading:
             mass = reading(pulse, mass)
         for name, values in _columns(pulse, mass).items():
@@ -170,7 +176,7 @@ def _planned(
         durations[k] = length if inflating[k] else max(0.02, length / 4)
         pressure = supply + AMBIENT if inflating[k] else bottle
         moved = conductance * pressure * durations[k] * (1 if inflating[k] else -1)
-        bottle = max(bottle + float(_rise(np.array(moved))), AMBIENT + 2e3)
+        bottle = max(bottle + float(_rise(np.array(moved))), AMBIENT + LEAST)
     return Commands(inflating[None], durations[None], np.array([supply]))
 
 

@@ -12,7 +12,8 @@ from bench.hidden import balance, flow, rubber, sensing
 from bench.hidden.case import visible
 from bench.hidden.cases import all_cases
 from bench.hidden.design import PlannedRun, Scene, specimen
-from bench.hidden.laws.registry import build
+from bench.hidden.flow import Valve, drive, joined, planned
+from bench.hidden.laws.registry import LAWS, build
 from bench.hidden.measure import measure
 from bench.hidden.plant import Plant
 from bench.hidden.protocols import Protocol, standard, through, triangles
@@ -267,6 +268,18 @@ def test_pulses_move_air_by_the_naive_law_and_the_bottle_follows(tmp_path):
     assert friction == pytest.approx(drop * duration, rel=1e-4)
     choked = inflating & (np.maximum(p_out, p_out + change) / p_in < 0.52)
     assert injector[choked] == pytest.approx((0.484 * p_in * duration)[choked], rel=2e-3)
+
+
+def test_a_strong_law_leads_the_bottle_neither_below_the_ambient_nor_above_the_supply():
+    rows = planned(np.random.default_rng(3), ["low_long", "high_long"], 150, Valve(1.5e-10, 6e-10))
+    for bias in (-2e-5, 2e-5):
+        valve = Valve(1.5e-10, 6e-10)
+        LAWS["pulse_bias"].act(valve, c0_inflate=bias, deflate_over=0.5)
+        columns = drive(valve, joined(list(rows.values())))
+        inflating = columns["direction"]
+        bottle = np.where(inflating, columns["p_out"], columns["p_in"])
+        assert bottle.min() >= 101.3e3 + 2e3
+        assert (columns["p_out"] <= columns["p_in"]).all()
 
 
 def test_the_flow_function_is_constant_below_the_critical_ratio():
