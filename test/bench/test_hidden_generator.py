@@ -138,6 +138,16 @@ def test_a_lag_follows_a_ramp_late_by_its_time_constant():
         assert shown[0, -1] == pytest.approx(9.6, abs=1e-4)
 
 
+def test_a_reading_creeps_until_the_drive_moves_and_not_before():
+    time = np.linspace(0.0, 4.0, 41)[None]
+    drive = np.interp(time, [0.0, 1.0, 3.0, 4.0], [0.0, 1.0, 1.0, 2.0])
+    plant = build([("creeping_reading", {"share": 0.1, "time": 0.5})], 1.0)
+    shown = plant.sensors[0](time, np.ones_like(time), drive)[0]
+    rests = (time[0] > 1.05) & (time[0] < 3.05)
+    assert shown[rests] == pytest.approx(1 + 0.1 * np.log1p((time[0][rests] - 1.0) / 0.5))
+    assert shown[time[0] > 3.05] == pytest.approx(1.0)
+
+
 def test_a_hanging_finger_is_straightened_by_the_moment_of_its_weight():
     """At small bend: fixed point of curvature and weight moment on a fine grid."""
     scene = Scene(

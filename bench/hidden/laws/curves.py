@@ -20,8 +20,9 @@ def _rate(time: Array, value: Array) -> Array:
 
 
 def _since(time: Array, drive: Array) -> Array:
-    """Time [s] since the drive last moved."""
-    moving = np.abs(_rate(time, drive)) > 0.02 * drive.max()
+    """Time [s] since the drive last moved; that it is about to move, nothing knows."""
+    moved = np.abs(np.diff(drive, axis=1, prepend=drive[:, :1]))
+    moving = moved > 0.02 * drive.max() * np.diff(time, axis=1, prepend=time[:, :1])
     last = np.maximum.accumulate(np.where(moving, time, time[:, :1]), axis=1)
     return time - last
 
