@@ -45,6 +45,21 @@ def test_each_candidate_does_nothing_as_it_starts_and_something_otherwise(scene)
         assert not np.array_equal(found[0], found[1]), shape
 
 
+def test_times_since_a_step_end_with_the_longest_rest_and_the_slowest_run_is_no_rest(scene):
+    longest, slowest = 0.0, np.inf
+    for run in scene.data.runs:
+        time, moved = run.columns["time"], np.abs(np.diff(scene.data.driving(run)))
+        last = np.maximum.accumulate(np.where(np.append(1.0, moved) > 1e-9, time, -np.inf))
+        longest = max(longest, float(np.max(time - last)))
+        pace = moved[moved > 1e-9] / np.diff(time)[moved > 1e-9]
+        slowest = min(slowest, float(np.median(pace)))
+    shapes = [one for one in scene.shapes(5) if one.against == "time_since_step"]
+    assert shapes
+    for shape in shapes:
+        assert shape.places[-1] == pytest.approx(longest, rel=0.15)
+    assert scene.slow[0] < 0.7 * slowest
+
+
 def test_a_file_with_values_passes_the_rehearsal_of_own_effects(scene, tmp_path):
     shape = next(one for one in scene.shapes(4) if one.stage == "output" and one.form == "factor")
     path = tmp_path / "seen.py"

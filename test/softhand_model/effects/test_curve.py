@@ -69,3 +69,15 @@ def test_a_course_knows_rate_direction_and_rest():
     assert seen[-1].direction == pytest.approx(0.0, abs=1e-3)
     assert 4.0 < seen[-1].since < 5.0
     assert seen[-1].time == pytest.approx(9.9)
+
+
+def test_a_course_tells_at_once_that_a_value_rests_or_moves_again():
+    memory, time = {}, np.arange(0.0, 10.0, 0.1)
+    values = np.interp(time, [0.0, 2.0, 7.0, 10.0], [0.0, 20.0, 20.0, 50.0])
+    steps = np.diff(time, prepend=0.0)
+    seen = [course(np.array(v), memory, dt, 0.07, 0.5) for v, dt in zip(values, steps, strict=True)]
+    since = [float(one.since) for one in seen]
+    assert since[20] == 0.0
+    assert since[21] == pytest.approx(0.1)
+    assert since[70] == pytest.approx(5.0)
+    assert since[71] == 0.0

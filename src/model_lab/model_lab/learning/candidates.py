@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ from model_lab.experiments.forward import Forward, inapplicable
 from model_lab.fitting.fit import Fit
 from model_lab.fitting.problem import FitProblem
 from model_lab.learning.effect_file import NAMED_AXES, NOUNS, RUN_AXES, Shape, effect_of
-from model_lab.localisation.axes import DRIVING, RESTING, input_rate
+from model_lab.localisation.axes import DRIVING, RESTING, axes_of, input_rate
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.bending.balance import rough_stretch
 from softhand_model.effects import ElasticEffect, LoadEffect, SectionShape
@@ -23,6 +23,7 @@ from softhand_model.effects.stages import Memory, Strain
 FEWEST_RUNS = 4  # for what changes from run to run
 MOST_NAMES = 6
 SAMPLES_SMOOTHED = 0.7  # steps over which a rate is smoothed: more would come late
+SLOWER = 0.5  # of the pace of the slowest run, below which a value rests
 MARGIN = 1.05  # of the largest value, up to which knots go
 
 # stage: (form, against) in the order in which they are tried
@@ -48,8 +49,8 @@ KINDS = {
 class Scene:
     """Ranges of what a curve may be a function of, in a set under a model.
 
-    driving, predicted, rates: of all runs; step [s]: usual time between samples; load: largest load
-    [-] and the height [m] there.
+    driving, predicted, rates: of all runs; slow: rates of input and output below which they rest;
+    step [s]: usual time between samples; load: largest load [-] and the height [m] there.
     """
 
     data: MeasurementSet
@@ -58,6 +59,7 @@ class Scene:
     measured: Array
     rates: Array
     output_rates: Array
+    slow: tuple[float, float]
     step: float
     largest: tuple[float, float]
 
@@ -68,8 +70,10 @@ class Scene:
         driving = [data.driving(run) for run in data.runs]
         table = data.table
         outputs = [table.of_run(table.value, index)[0] for index in range(len(data.runs))]
-        pairs = zip(data.runs, driving, outputs, strict=True)
-        rates = [(input_rate(run, into), input_rate(run, out)) for run, into, out in pairs]
+        rates = [
+            [input_rate(run, values) for run, values in zip(data.runs, of_runs, strict=True)]
+            for of_runs in (driving, outputs)
+        ]
         predicted = table.value - base.residual
         steps = [np.diff(run.columns["time"]) for run in data.runs if "time" in run.columns]
         return cls(
@@ -77,8 +81,9 @@ class Scene:
             problem.base,
             np.concatenate(driving),
             np.concatenate([table.value, predicted]),
-            np.concatenate([rate for rate, _ in rates]),
-            np.concatenate([rate for _, rate in rates]),
+            np.concatenate(rates[0]),
+            np.concatenate(rates[1]),
+            (_slow(rates[0]), _slow(rates[1])),
             float(np.median(np.concatenate(steps))) if steps else 1.0,
             _largest_load(problem, base),
         )
@@ -124,8 +129,7 @@ class Scene:
             return None
         unit, size = self._quantity(stage)
         over = SAMPLES_SMOOTHED * self.step
-        rates = self.output_rates if stage == "output" else self.rates
-        slow = RESTING * float(np.quantile(np.abs(rates), 0.9)) or 1.0
+        slow = self.slow[stage == "output"]
         return Shape(
             experiment, self.base, stage, form, against, places, unit,
             self._abscissa(stage, against), size, over, slow, names,
@@ -162,7 +166,7 @@ class Scene:
         if against == "direction":
             return (-1.0, 0.0, 1.0) if self.data.has_time else None
         if against in ("time_since_step", "time_in_run"):
-            return self._times(knots)
+            return self._times(against, knots)
         if against == "pressure_rate":
             rates = self.output_rates if stage == "output" else self.rates
             return self._signed(rates, knots) if self.data.has_time else None
@@ -202,10 +206,15 @@ class Scene:
             return _even(float(values[0]), float(values[-1]), knots)
         return tuple(values.tolist())
 
-    def _times(self, knots: int) -> tuple[float, ...] | None:
+    def _times(self, against: str, knots: int) -> tuple[float, ...] | None:
         if not self.data.has_time:
             return None
-        longest = max(float(np.ptp(run.columns["time"])) for run in self.data.runs)
+        times = [np.ptp(run.columns["time"]) for run in self.data.runs]
+        if against == "time_since_step":
+            times = [axis.values for axis in axes_of(self.data) if axis.name == against]
+        if not times:
+            return None  # the input never rests
+        longest = float(np.nanmax(times))
         return tuple((longest * np.linspace(0.0, 1.0, knots) ** 2).tolist())
 
     def _signed(self, rates: Array, knots: int) -> tuple[float, ...] | None:
@@ -215,6 +224,17 @@ class Scene:
             return None
         steps = np.linspace(-1.0, 1.0, knots + 1 - knots % 2)
         return tuple((largest * np.sign(steps) * steps**2).tolist())
+
+
+def _slow(rates: Sequence[Array]) -> float:
+    """Rate below which a value rests: a tenth of its large rates, and less where some run is slow.
+
+    rates (samples,) of every run.
+    """
+    sizes = [np.abs(rate) for rate in rates]
+    large = RESTING * float(np.quantile(np.concatenate(sizes), 0.9))
+    paces = [np.median(size[size > RESTING * size.mean()]) for size in sizes if size.any()]
+    return min([large, *(SLOWER * float(pace) for pace in paces)]) or 1.0
 
 
 def _even(low: float, high: float, knots: int) -> tuple[float, ...] | None:

@@ -92,7 +92,8 @@ def course(value: Array, memory: Memory, dt: Array | float, over: float, slow: f
     slope = (value - before) / np.where(step > 0.0, step, 1.0)
     rate = rate + (slope - rate) * -np.expm1(-step / over)
     direction = np.clip(rate / slow, -1.0, 1.0)
-    since = np.where(np.abs(direction) < 1.0, since + step, 0.0)
+    rests = np.minimum(np.abs(rate), np.abs(slope)) < slow  # which the smoothed rate tells late
+    since = np.where(rests, since + step, 0.0)
     time = time + step
     memory["course"] = value, rate, since, time
     return Course(rate, direction, since, np.broadcast_to(time, np.shape(rate)))
