@@ -225,6 +225,28 @@ def test_the_same_holds_where_the_interval_of_a_parameter_reaches_a_bound(share,
     assert verdict(said, [GENT], base, dof=EXACT) == answer
 
 
+@pytest.mark.parametrize(
+    ("effect", "modulus", "answer"),
+    [
+        ("viscoelasticity", 1.15, MISSING),
+        ("creep", 1.15, MISSING),
+        ("viscoelasticity", 0.85, UNEXPLAINED),
+        ("hysteresis", 1.15, UNEXPLAINED),
+        (GENT, 1.15, UNEXPLAINED),
+    ],
+)
+def test_a_modulus_at_its_upper_bound_is_what_relaxes_too_slowly(effect, modulus, answer):
+    problem = made_up_problem(level=FLOOR, dof=EXACT)
+    base, final = (model(problem, e, Said(beyond(x))) for e, x in (((), 8.0), ((effect,), 2.4)))
+    parameters = final.fit.likelihood.parameters
+    parameters[0] = replace(parameters[0], name="modulus_scale[A]", low=0.85, high=1.15)
+    limits = np.array([True] + [False] * (len(parameters) - 1))
+    values = np.array([modulus] + [1.0] * (len(parameters) - 1))
+    final = replace(final, fit=replace(final.fit, values=values, at_limit=limits))
+    chosen = Selection(base, (), (), Growth((), final), {}, 0.0, ())
+    assert verdict_of(problem, chosen, [black_box(problem, 1.2, MEMORY)]) == answer
+
+
 @pytest.mark.parametrize(("error", "answer"), [(3.7, True), (3.8, False)])
 @pytest.mark.parametrize("excess", [20.0, 40.0])
 def test_nothing_is_explained_far_above_the_floor(error, answer, excess):

@@ -30,6 +30,7 @@ from model_lab.fitting.problem import FitProblem
 from model_lab.localisation.axes import axes_of
 from model_lab.localisation.localise import Localisation
 from model_lab.measurements.measurement_set import MeasurementSet
+from softhand_model.effects import Effect
 
 LEFT_OVER_OF_KIND = 0.4  # as OF_ANOTHER_FORM, where memory has the same part in rest and effect
 LEFT_OVER_MENDED = 0.45  # the same where a black box of its kind explains the rest
@@ -62,7 +63,7 @@ def _another_form(
     error = error_of(problem, final)
     if share <= MERE_REST and error <= STILL_NEAR * floor:
         return True
-    if error > STILL_NEAR * floor or _at_a_bound(final):
+    if error > STILL_NEAR * floor or _at_a_bound(problem, final):
         return False
     if _of_the_session(problem, final, black_boxes):
         return False
@@ -73,17 +74,26 @@ def _another_form(
     return share <= (LEFT_OVER_MENDED if mended else LEFT_OVER_OF_KIND)
 
 
-def _at_a_bound(scored: Scored) -> bool:
+def _at_a_bound(problem: FitProblem, scored: Scored) -> bool:
     """Whether a parameter lies on a bound, or the interval of an effect's reaches one: for all that
     the data tell it would go on beyond.
+
+    A modulus at its upper one is none beside a rubber that relaxes: it stands for the stress that
+    relaxes too slowly for these runs, which an equation with another course of time would have.
     """
-    if np.any(scored.fit.at_limit):
-        return True
+    relaxes = any(_relaxes(problem.classes[name]) for name in scored.effects)
     for index, parameter in enumerate(scored.fit.likelihood.parameters):
         low, high = estimate(scored, index).interval  # which ends at the bounds
         if parameter.effect and (isclose(low, parameter.low) or isclose(high, parameter.high)):
             return True
+        stiff = parameter.name.startswith("modulus_scale") and scored.fit.values[index] > 1.0
+        if scored.fit.at_limit[index] and not (relaxes and stiff):
+            return True
     return False
+
+
+def _relaxes(effect: type[Effect]) -> bool:
+    return effect.stage == "elastic" and any(p.unit == "s" for p in effect.parameters)
 
 
 def _of_the_session(problem: FitProblem, final: Scored, black_boxes: Sequence[BlackBox]) -> bool:
