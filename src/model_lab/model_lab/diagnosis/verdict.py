@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isclose
 
-import numpy as np
-
 from model_lab.diagnosis.black_boxes import BlackBox
 from model_lab.diagnosis.errors import (
     NEAR_FLOOR,

@@ -209,12 +209,12 @@ class Scene:
     def _times(self, against: str, knots: int) -> tuple[float, ...] | None:
         if not self.data.has_time:
             return None
-        times = [np.ptp(run.columns["time"]) for run in self.data.runs]
+        longest = max(float(np.ptp(run.columns["time"])) for run in self.data.runs)
         if against == "time_since_step":
-            times = [axis.values for axis in axes_of(self.data) if axis.name == against]
-        if not times:
-            return None  # the input never rests
-        longest = float(np.nanmax(times))
+            rests = [axis.values for axis in axes_of(self.data) if axis.name == against]
+            if not rests:
+                return None
+            longest = float(np.nanmax(rests))
         return tuple((longest * np.linspace(0.0, 1.0, knots) ** 2).tolist())
 
     def _signed(self, rates: Array, knots: int) -> tuple[float, ...] | None:
