@@ -22,7 +22,8 @@ from softhand_model.effects.stages import Memory, Strain
 
 FEWEST_RUNS = 4  # for what changes from run to run
 MOST_NAMES = 6
-SAMPLES_SMOOTHED = 0.7  # steps over which a rate is smoothed: more would come late
+SMOOTHED = 0.3  # steps over which a rate is smoothed: more would come late ...
+SMOOTHED_FOR_LAG = 0.7  # ... where nothing follows late anyway
 SLOWER = 0.5  # of the pace of the slowest run, below which a value rests
 MARGIN = 1.05  # of the largest value, up to which knots go
 
@@ -128,7 +129,7 @@ class Scene:
         if places is None:
             return None
         unit, size = self._quantity(stage)
-        over = SAMPLES_SMOOTHED * self.step
+        over = (SMOOTHED_FOR_LAG if form == "lag" else SMOOTHED) * self.step
         slow = self.slow[stage == "output"]
         return Shape(
             experiment, self.base, stage, form, against, places, unit,
