@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from bench.hidden import make_set
+from bench.hidden.people import scarce
+from bench.lab.store import first_seed
 from model_lab.diagnosis.diagnose import diagnose, diagnose_folder
 from model_lab.measurements.load import load_measurements
 from softhand_model.effects import effect_classes
@@ -126,6 +128,15 @@ def test_what_no_effect_explains_is_called_so_with_what_it_depends_on(tmp_path, 
     assert not answer["effects"] and not answer["story"] and not answer["helps"]
     assert answer["unexplained"]["against"]
     assert answer["unexplained"]["rms"] > 2.0 * answer["noise_floor"]
+
+
+def test_of_two_runs_no_effect_is_named_that_does_not_predict_the_other(tmp_path):
+    """A zero that steps in one of two runs, to which a drift fits and says nothing of the other."""
+    case = next(case for case in scarce() if case.name == "two_runs/free_bending/clamp_slip")
+    case.make(tmp_path, first_seed(118), 0.006)
+    answer = diagnose_folder(tmp_path)
+    assert answer["verdict"] == "unexplained"
+    assert answer["effects"] == ()
 
 
 @pytest.fixture(scope="module")
