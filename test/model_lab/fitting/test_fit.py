@@ -72,7 +72,7 @@ def test_parameters_are_fitted_anew_to_the_folds_that_are_kept():
     likelihood, _ = problem_of(data, Saturating(x, measured, (ToyParameter("a"),)))
     found = fit(likelihood, np.array([[1.0]]))
     for fold, rate in enumerate((0.4, 6.0)):
-        [residual] = _refitted(found, fold_of == fold)
+        residual = _refitted(found, fold_of == fold)
         assert residual == pytest.approx(measured - 1.0 + np.exp(-rate * x), abs=1e-4)
     assert hold_out(found, anew=True).rmse <= hold_out(found).rmse
 

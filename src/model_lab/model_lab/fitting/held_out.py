@@ -1,10 +1,10 @@
 """Held-out errors: every fold is predicted by parameters fitted to the others.
 
 Around the fit of all data these follow from one Gauss-Newton step, shortened where the whole
-non-linear model says that it went too far, or, where that is asked for, from as many steps as it
-takes: of few folds each is much of the data. The predictions are those of the whole model.
-Two weights are tried, that of the banded noise and none: the first is right for a model that
-explains the data, the second for one that does not; the one that predicts better counts.
+non-linear model says that it went too far; where that is asked for, as of few folds each is much of
+the data, from as many steps as it takes, too. The predictions are those of the whole model. Two
+weights are tried, that of the banded noise and none: the first is right for a model that explains
+the data, the second for one that does not. What predicts better counts.
 """
 
 from __future__ import annotations
@@ -40,19 +40,22 @@ class HeldOut:
 def hold_out(fit: Fit, anew: bool = False) -> HeldOut:
     """Predict every fold without its own data.
 
-    anew: with parameters that are fitted to the others anew, not by a step.
+    anew: also by parameters that are fitted to the others anew, not by a step.
     """
     table = fit.likelihood.spectrum.table
     fold_of, folds = table.fold, len(table.folds)
     count = np.maximum(np.bincount(fold_of, minlength=folds), 1)
     if not len(fit.values):
         return HeldOut(fit.residual, np.bincount(fold_of, fit.residual**2, folds) / count)
-    found = _held_out(fit, anew)
+    found = [*_held_out(fit)]
+    if anew:
+        each = [_refitted(fit, fold_of != fold) for fold in range(folds)]
+        found.append(np.choose(fold_of, each))
     residual = min(found, key=lambda rest: float(np.sum(rest**2)))
     return HeldOut(residual, np.bincount(fold_of, residual**2, folds) / count)
 
 
-def _held_out(fit: Fit, anew: bool) -> tuple[Array, Array]:
+def _held_out(fit: Fit) -> tuple[Array, Array]:
     """Held-out residuals (samples,) by steps without, and with, the weights of banded noise."""
     table = fit.likelihood.spectrum.table
     fold_of, folds = table.fold, len(table.folds)
@@ -65,8 +68,6 @@ def _held_out(fit: Fit, anew: bool) -> tuple[Array, Array]:
     for fold in range(folds):
         mine = fold_of == fold
         tried = np.concatenate([residuals[fold, :-1], fit.residual[None]])
-        if anew:
-            tried = np.concatenate([tried, _refitted(fit, ~mine)])
         errors = np.mean(tried[:, ~mine] ** 2, axis=1)
         plain[mine] = tried[int(np.argmin(errors)), mine]
         weighted[mine] = residuals[fold, -1, mine]
@@ -74,7 +75,7 @@ def _held_out(fit: Fit, anew: bool) -> tuple[Array, Array]:
 
 
 def _refitted(fit: Fit, kept: Mask) -> Array:
-    """Residual (1, samples) by parameters fitted to the kept samples alone, without weights."""
+    """Residual (samples,) by parameters fitted to the kept samples alone, without weights."""
     likelihood, scales, scale = fit.likelihood, fit.likelihood.scales, fit.rmse or 1.0
 
     def left(lanes: Array) -> Array:
@@ -97,7 +98,7 @@ def _refitted(fit: Fit, kept: Mask) -> Array:
         x_scale=scales.width,
         max_nfev=MOST_STEPS,
     )
-    return likelihood.residuals(scales.outward(found.x[None]))
+    return np.asarray(likelihood.residuals(scales.outward(found.x[None]))[0])
 
 
 def _values_without(fit: Fit, systems: Sequence[tuple[Array, Array]], kept: Mask) -> Array:
