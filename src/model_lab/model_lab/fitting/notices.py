@@ -51,8 +51,9 @@ class Notice:
 
     value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
     unit of the outputs; number of jumps; longest gap [s]; times the readings; smallest pressure
-    [Pa]; median duration [s]; number of runs. size: root mean square, or mean of absolute values, in that unit. text: a clause that says
-    it. x, y: the points that show it; marked: indices of those that stand out.
+    [Pa]; median duration [s]; number of runs. size: root mean square, or mean of absolute values,
+    in that unit. text: a clause that says it. x, y: the points that show it; marked: indices of
+    those that stand out.
     """
 
     kind: str
@@ -332,7 +333,7 @@ def _timed(run: Run) -> bool:
 
 
 def _single_sample(data: MeasurementSet) -> Notice | None:
-    """Runs of a single sample, though a course was recorded: there is a time, or others have one."""
+    """Runs of a single sample, though others have a course, or a time was recorded."""
     samples = np.array([run.samples for run in data.runs])
     marked = np.flatnonzero(samples == 1)
     if data.experiment == "valve_pulse" or not len(marked):
@@ -341,6 +342,6 @@ def _single_sample(data: MeasurementSet) -> Notice | None:
         return None
     names = ", ".join(data.runs[index].name for index in marked[:3])
     more = f" and {len(marked) - 3} more" if len(marked) > 3 else ""
-    text = f"a single sample is all there is of {names}{more}: it has no course, as of a recording cut short"
+    text = f"a single sample is all there is of {names}{more}, as of a recording cut short"
     order = np.arange(len(samples), dtype=float)
     return Notice("single_sample", float(len(marked)), 0.0, text, order, 1.0 * samples, marked)
