@@ -6,6 +6,7 @@ import numpy as np
 import pybullet
 import pytest
 
+from pneuflex_sim.hand.collision import Touch
 from softhand_model.hand.hand import load_hand
 
 INWARD = np.radians(25.0)  # of each finger about its length: they bend towards each other
@@ -65,6 +66,38 @@ def test_fingers_that_touch_stay_on_their_sides_and_come_to_rest(
         *simulation.bodies.ids, physicsClientId=simulation.world.client
     )
     assert 0.1 < sum(point[9] for point in points) < 1.0  # [N]
+
+
+def test_two_skins_that_meet_yield_in_series():
+    """A ball that rests on another one sinks in by its weight over half of a skin's stiffness."""
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+        pybullet.setTimeStep(0.005, physicsClientId=client)
+        ball = pybullet.createCollisionShape(
+            pybullet.GEOM_SPHERE, radius=0.02, physicsClientId=client
+        )
+        under, upon = (
+            pybullet.createMultiBody(
+                mass, ball, basePosition=(0.0, 0.0, height), physicsClientId=client
+            )
+            for mass, height in ((0.0, 0.0), (0.05, 0.04))
+        )
+        for body in (under, upon):
+            pybullet.changeDynamics(body, -1, **Touch(neighbours=True).skin, physicsClientId=client)
+        for _ in range(400):
+            pybullet.stepSimulation(physicsClientId=client)
+        (x, y, z), _ = pybullet.getBasePositionAndOrientation(upon, physicsClientId=client)
+    finally:
+        pybullet.disconnect(client)
+    assert 0.04 - np.linalg.norm([x, y, z]) == pytest.approx(0.05 * 9.81 / 750.0, abs=2e-5)
+
+
+def test_the_skin_yields_as_much_as_rubber_does_by_hertz():
+    """Two balls of rubber, 3 G and 8 mm, at 1 N: as far as two skins in series."""
+    modulus = 3.0 * 67e3 / (2.0 * (1.0 - 0.5**2))
+    depth = (0.75 / (modulus * np.sqrt(0.004))) ** (2.0 / 3.0)
+    assert 2.0 / Touch(neighbours=True).skin["contactStiffness"] == pytest.approx(depth, rel=0.4)
 
 
 def test_outcome_does_not_depend_on_the_step(simulate, hold_pressure):

@@ -38,9 +38,15 @@ def told(results: Results, run: Sequence[int]) -> Report:
     findings = [_row(types[int(number)], one) for number, one in found.items()]
     held, right = counted(found, "held"), counted(found, "held", "typed")
     power = [n for n in of if types[n].opposition == PALM_TYPE]
+    to_the_letter = counted(found, "by_thirds")
     wrapped = [number for number in held if number in power]
     findings += [
         _count("held", "31 of 33", held, of, HELD, whole),
+        Finding(
+            "held, no contact past the border of its third",
+            "-",
+            f"{len(to_the_letter)} of {len(of)}",
+        ),
         _count("held by the right parts", "31 of 33", right, of, RIGHT, whole),
         _count("power grasps against the palm held", "9 of 10", wrapped, power, POWER, whole),
         *(_control(case, results["cases"], of, whole) for case in results["cases"] if case != FOUR),

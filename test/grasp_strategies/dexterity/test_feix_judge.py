@@ -16,9 +16,9 @@ from grasp_strategies.dexterity.feix_judge import (
 )
 
 FORWARD, BACKWARD = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
-PALM = Touch("palm", 0, "", BACKWARD, 4.0)
-THUMB = Touch("thumb", 0, "pad", BACKWARD, 1.0)
-INDEX = Touch("index", 1, "pad", FORWARD, 1.0)
+PALM = Touch("palm", 0.0, "", BACKWARD, 4.0)
+THUMB = Touch("thumb", 0.0, "pad", BACKWARD, 1.0)
+INDEX = Touch("index", 0.5, "pad", FORWARD, 1.0)
 MIDDLE, RING, LITTLE = (replace(INDEX, part=part) for part in ("middle", "ring", "little"))
 WRAP = [PALM, INDEX, MIDDLE, RING, LITTLE]
 PINCH = [THUMB, INDEX]
@@ -53,13 +53,20 @@ def test_what_does_not_move_is_held():
         (shaken(turn=math.radians(20.1)), "turns by 20 deg"),
         (shaken(after=[PALM, INDEX, MIDDLE, RING]), "loses little's middle third"),
         (shaken(after=[]), "loses index's middle third, little's middle third"),
-        (shaken(after=[*WRAP[:4], replace(LITTLE, third=2)]), "loses little's middle third"),
+        (shaken(after=[*WRAP[:4], replace(LITTLE, along=0.9)]), "loses little's middle third"),
         (shaken(after=[INDEX, MIDDLE, RING, LITTLE]), "loses palm"),
     ],
 )
 def test_what_moves_or_loses_contacts_is_not_held(seen, reason):
     verdict = judge_held(seen)
     assert not verdict.good and reason in verdict.reason
+
+
+def test_a_contact_may_pass_the_border_of_its_third_by_the_resolution_of_its_place():
+    near, far = (replace(LITTLE, along=2.0 / 3.0 + past) for past in (0.16, 0.17))
+    assert judge_held(shaken(after=[*WRAP[:4], near])).good
+    assert not judge_held(shaken(after=[*WRAP[:4], near]), resolution=0.0).good
+    assert not judge_held(shaken(after=[*WRAP[:4], far])).good
 
 
 def test_just_within_the_limits_is_held():

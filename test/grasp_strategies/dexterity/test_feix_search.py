@@ -24,8 +24,8 @@ from grasp_strategies.dexterity.grasping import FAR, Grasped
 from pneuflex_sim.scene.objects import load_object
 
 TYPES = grasp_types()
-THUMB = Touch("thumb", 0, "pad", (-1.0, 0.0, 0.0), 1.0)
-INDEX = Touch("index", 1, "pad", (1.0, 0.0, 0.0), 1.0)
+THUMB = Touch("thumb", 0.0, "pad", (-1.0, 0.0, 0.0), 1.0)
+INDEX = Touch("index", 0.5, "pad", (1.0, 0.0, 0.0), 1.0)
 PINCH = Grasped(0.0, [THUMB, INDEX], [THUMB, INDEX], 0.002, 0.0, {"thumb": 0.0, "index": 0.0})
 STILL = Moved(0.0, 0.0)
 
@@ -100,7 +100,7 @@ def test_a_finger_that_is_nearer_lacks_less():
 
 def test_all_that_the_judge_asks_for_lacks_when_it_is_missing():
     middle = replace(INDEX, part="middle")
-    palm = Touch("palm", 0, "", (-1.0, 0.0, 0.0), 0.2)
+    palm = Touch("palm", 0.0, "", (-1.0, 0.0, 0.0), 0.2)
     both = [THUMB, INDEX]
     assert lacking(TYPES[9], both, {}) == 0.0
     assert lacking(TYPES[9], [*both, middle], {}) > 0.0

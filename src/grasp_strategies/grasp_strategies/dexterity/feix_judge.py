@@ -19,10 +19,14 @@ from grasp_strategies.dexterity.feix import FINGERS, PAD_TYPE, PALM, SIDE_TYPE, 
 
 Array = NDArray[np.float64]
 Region = tuple[str, int]  # part of the hand, and third of a finger from its base on (else 0)
+THIRDS = 3
 
 MOST_DRIFT, MOST_TURN = 0.010, math.radians(20.0)  # of the object in the wrist frame [m], [rad]
 PRESENT = 0.05  # least share of the force of a region that has to be there after the shaking [-]
 TOUCHING = 0.01  # least share of the force of what counts as touching [-]
+# of a contact's place, as a share of the finger's length: a finger of 6 rigid segments touches a
+# round thing at an end of one of them, and the least turn moves that by a whole segment [-]
+RESOLUTION = 1.0 / 6.0
 MOST_EXCLUDED = 0.20  # share of the force that an excluded finger may carry [-]
 LEAST_OPPOSITION = math.radians(120.0)  # between the mean normals of the virtual fingers [rad]
 LEAST_ON_SIDE = 0.5  # share of a finger's force that has to be on its flanks in side types [-]
@@ -30,13 +34,13 @@ LEAST_ON_SIDE = 0.5  # share of a finger's force that has to be on its flanks in
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact of the object with a part of the hand: third of a finger from its base on (0 to 2;
-    0 for palm and thumb), side of the skin (`pad`, `back`, `+y`, `-y`; empty for the palm), unit
-    normal (3,) in the wrist frame, and normal force [N].
+    """A contact of the object with a part of the hand: where along a finger, as a share of its
+    length from its base on (0 to 1; 0 for palm and thumb), side of the skin (`pad`, `back`, `+y`,
+    `-y`; empty for the palm), unit normal (3,) in the wrist frame, and normal force [N].
     """
 
     part: str
-    third: int
+    along: float
     side: str
     normal: tuple[float, ...]
     force: float
@@ -44,7 +48,7 @@ class Touch:
     @property
     def region(self) -> Region:
         """Part and third."""
-        return self.part, self.third
+        return self.part, min(THIRDS - 1, int(THIRDS * self.along))
 
     @property
     def on_flank(self) -> bool:
@@ -72,8 +76,11 @@ class Verdict:
     reason: str = ""
 
 
-def judge_held(seen: Shaken) -> Verdict:
-    """Whether the object stayed where it was in the hand, with the contacts that it had."""
+def judge_held(seen: Shaken, resolution: float = RESOLUTION) -> Verdict:
+    """Whether the object stayed where it was in the hand, with the contacts that it had: in each
+    region, or next to it by no more than the resolution of a contact's place (share of a finger's
+    length).
+    """
     reasons = []
     if not seen.before:
         return Verdict(False, "nothing touches the object")
@@ -81,7 +88,11 @@ def judge_held(seen: Shaken) -> Verdict:
         reasons.append(f"drifts by {1e3 * seen.drift:.0f} mm")
     if seen.turn > MOST_TURN:
         reasons.append(f"turns by {math.degrees(seen.turn):.0f} deg")
-    lost = regions(seen.before, PRESENT) - regions(seen.after, TOUCHING)
+    lost = [
+        region
+        for region in regions(seen.before, PRESENT)
+        if share_near(seen.after, region, resolution) < TOUCHING
+    ]
     if lost:
         reasons.append("loses " + ", ".join(name_of(region) for region in sorted(lost)))
     return Verdict(not reasons, "; ".join(reasons))
@@ -154,6 +165,13 @@ def regions(touches: Sequence[Touch], least: float) -> set[Region]:
     """Regions that carry at least this share of the force."""
     found = shares(touches, lambda touch: touch.region)
     return {region for region, share in found.items() if share >= least}  # type: ignore[misc]
+
+
+def share_near(touches: Sequence[Touch], region: Region, margin: float) -> float:
+    """Share of the normal force in a region that is wider by a margin at both of its ends."""
+    part, third = region
+    low, high = third / THIRDS - margin, (third + 1) / THIRDS + margin
+    return shares(touches, lambda touch: touch.part == part and low <= touch.along <= high)[True]
 
 
 def name_of(region: Region) -> str:

@@ -91,9 +91,11 @@ class PatternTrial:
         markers, pose = hand.markers(), hand.object_in_wrist()
         joints = hand.simulation.bodies.q.tolist()
         robust = {"robust": hand.robust()} if self.robust else {}
-        held = judge_held(hand.shaken(self.strength))
+        seen = hand.shaken(self.strength)
+        held = judge_held(seen)
         return {
             "held": held.good,
+            "by_thirds": judge_held(seen, resolution=0.0).good,
             "typed": typed.good,
             "held_reason": held.reason,
             "typed_reason": typed.reason,

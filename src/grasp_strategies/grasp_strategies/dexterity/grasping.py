@@ -31,7 +31,6 @@ Array = NDArray[np.float64]
 UNTURNED = "thumb_unturned"  # the thumb's mount at 0 deg
 STEP, SEGMENTS = 0.005, 6
 AWAY = (0.6, 0.0, 0.1)  # in the wrist frame, where the object waits [m]
-THIRDS = 3
 LOOKS, BETWEEN = 5, 0.02  # moments of which contacts are averaged, and the time between them [s]
 PULL, PULL_TIME = 2.0, 0.2  # net pull in each direction, in weights of the object [-], [s]
 MOST_FORCE, FORCE_RATE, MOVED = 20.0, 10.0, 0.010  # [N], [N/s], [m]
@@ -230,15 +229,15 @@ class GraspingHand:
         to_wrist, skin = Rotation.from_quat(orientation).inv(), self.scene.skin
         found = []
         for contact in self.simulation.object_contacts():
-            part, third, side = PALM, 0, ""
+            part, along, side = PALM, 0.0, ""
             if contact.first in skin.chains:
                 point = to_wrist.apply(np.array(contact.position) - position)
                 place = skin.locate(contact.first, point, self.simulation.bodies.q)
                 part, side = contact.first, place.side
                 if part in FINGERS:
-                    third = min(THIRDS - 1, int(THIRDS * place.along / place.length))
+                    along = float(place.along / place.length)
             normal = to_wrist.apply(contact.normal)
-            found.append(Touch(part, third, side, tuple(normal.tolist()), contact.force))
+            found.append(Touch(part, along, side, tuple(normal.tolist()), contact.force))
         return found
 
     def markers(self) -> dict[str, list[float]]:

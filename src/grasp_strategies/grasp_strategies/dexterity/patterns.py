@@ -36,6 +36,7 @@ FORMAT = "softhand-grasp-patterns/1"
 FILE = Path(__file__).parents[1] / "data" / "dexterity" / "feix_patterns.yaml"
 TRIAL = {
     "held": "whether the object was held through all that the judge does",
+    "by_thirds": "whether it was, were no contact allowed past the border of its third",
     "typed": "whether the right parts of the hand held it in the right way",
     "held_reason": "why not, in words; empty if it was",
     "typed_reason": "the same of the type",

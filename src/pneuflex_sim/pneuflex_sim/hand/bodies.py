@@ -219,6 +219,7 @@ class HandBodies:
                 angularDamping=0,
                 jointDamping=0,
                 lateralFriction=self.touch.friction,
+                **self.touch.skin,
                 physicsClientId=client,
             )
             set_margin(base, link, self.touch.kind, client)

@@ -32,6 +32,9 @@ ENVIRONMENT, FINGER, THUMB, PALM = 1, 2, 4, 8  # collision groups
 FACING = 16  # and its doubles: fingers that face those of the group FINGER, and one another
 # [-], cosine of 60 deg; no more than 12 directions are that far apart, so there are bits enough
 SAME_SIDE = 0.5
+# skin of a finger, two of them in series where fingers meet: half-spaces of rubber with a shear
+# modulus of 67 kPa and radii of 8 mm yield by 2 mm at 1 N (Hertz); [N/m], [N s/m]
+SKIN_STIFFNESS, SKIN_DAMPING = 1500.0, 1.5
 
 
 def collision_groups(layout: HandLayout, body: Body) -> list[int]:
@@ -146,12 +149,20 @@ def inset(ring: Array, distances: Array) -> Array:
 @dataclass(frozen=True)
 class Touch:
     """How a hand touches: kind of its collision shapes, PyBullet's coefficient of its friction [-],
-    whether neighbouring fingers meet.
+    whether neighbouring fingers meet; their skin yields then.
     """
 
     kind: str = PIECES
     friction: float = 1.0
     neighbours: bool = False
+
+    @property
+    def skin(self) -> dict[str, float]:
+        """PyBullet's stiffness [N/m] and damping [N s/m] of a finger's contacts; none where it is
+        rigid.
+        """
+        yielding = {"contactStiffness": SKIN_STIFFNESS, "contactDamping": SKIN_DAMPING}
+        return yielding if self.neighbours else {}
 
 
 def check_kind(kind: str) -> None:
