@@ -13,7 +13,7 @@ import numpy as np
 from model_lab.aliases import Tell, tell_nobody
 from model_lab.diagnosis.black_boxes import BlackBox, fit_black_boxes
 from model_lab.diagnosis.confidence import confidence_of
-from model_lab.diagnosis.errors import excess, has_few_folds
+from model_lab.diagnosis.errors import excess
 from model_lab.diagnosis.evidence import evidence_of
 from model_lab.diagnosis.next_experiment import proposal
 from model_lab.diagnosis.result import (
@@ -46,7 +46,7 @@ from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model, load_model
 
 WORTH_FINER = 2.0  # error after over the noise floor
-EXTRAPOLATED = 0.94  # most confidence in effects that leave so much of one of two protocols
+NOT_ALL = 0.94  # most confidence in effects that leave LEFT_OVER floors of what was held out
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ def _judged(
         for axis in localised.failures
     )
     evidence = evidence_of(problem, selection, black_boxes, len(odd))
-    most = EXTRAPOLATED if left_over and has_few_folds(problem) else 1.0
+    most = NOT_ALL if left_over else 1.0
     sure = confidence_of(problem.data.experiment, verdict, evidence, most)
     diagnosis = Diagnosis(
         experiment=problem.data.experiment,
