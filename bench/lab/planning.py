@@ -45,8 +45,7 @@ def _extra(planned: Mapping[str, Any]) -> ExtraRun:
     inputs = planned["inputs"]
     drive = inputs["pressure"] if "pressure" in inputs else np.array(inputs["stretch"]) - 1.0
     changes = {"mount": planned["mount"]}
-    if planned["wall"] is not None:
-        changes["wall"] = planned["wall"]
+    changes |= {key: planned[key] for key in ("wall", "length") if planned[key] is not None}
     return ExtraRun(
         planned["protocol"],
         planned["specimen"],

@@ -14,8 +14,9 @@ from toy_forward import toy_set
 from model_lab.diagnosis.search import Scored, Signature, Unseen
 from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Scales
+from model_lab.fitting.held_out import HeldOut
 from model_lab.fitting.noise_floor import REPEATS, STATED, NoiseFloor, make_spectrum
-from model_lab.fitting.problem import FitProblem, HeldOut
+from model_lab.fitting.problem import FitProblem
 from softhand_model.effects import effect_classes
 
 CALIBRATION = 2  # parameters of every model beside one for each effect

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from bench.hidden import make_set
+from bench.hidden.people import scarce
+from bench.lab.store import first_seed
 from model_lab.diagnosis.diagnose import diagnose, diagnose_folder
 from model_lab.measurements.load import load_measurements
 from softhand_model.effects import effect_classes
@@ -126,6 +128,27 @@ def test_what_no_effect_explains_is_called_so_with_what_it_depends_on(tmp_path, 
     assert not answer["effects"] and not answer["story"] and not answer["helps"]
     assert answer["unexplained"]["against"]
     assert answer["unexplained"]["rms"] > 2.0 * answer["noise_floor"]
+
+
+def of_two_runs(folder, law, seed):
+    """What the lab says of two runs of one finger without repeats or a stated noise."""
+    case = next(case for case in scarce() if case.name == f"two_runs/free_bending/{law}")
+    case.make(folder, first_seed(seed), 0.006)
+    return diagnose_folder(folder)
+
+
+def test_of_two_runs_no_effect_is_named_that_does_not_predict_the_other(tmp_path):
+    """A zero that steps in one of two runs, to which a drift fits and says nothing of the other."""
+    answer = of_two_runs(tmp_path, "clamp_slip", 118)
+    assert answer["verdict"] == "unexplained"
+    assert answer["effects"] == ()
+
+
+def test_of_two_runs_what_leaves_much_of_the_other_is_not_said_as_sure(tmp_path):
+    answer = of_two_runs(tmp_path, "sensor_drift", 4711)
+    assert [effect["name"] for effect in answer["effects"]] == ["sensor_drift"]
+    assert 2.0 < answer["rmse_after"] / answer["noise_floor"] < 3.0  # by one step from all: 4.2
+    assert answer["confidence"] <= 0.94
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,8 @@ from model_lab.diagnosis.diagnose import diagnose
 from model_lab.diagnosis.next_experiment import (
     BREAKS,
     _separation,
+    explanations,
+    next_experiment,
     proposal,
 )
 from model_lab.measurements.load import load_measurements
@@ -104,16 +106,53 @@ def test_nothing_is_proposed_where_nothing_is_tied(outcome):
     assert proposal(outcome.problem, final, ()) is None
 
 
-def test_readings_that_an_offset_rules_out_separate_nothing(tmp_path):
-    """A sensor that reads 5 kPa of an empty chamber never reads less: below, the dead zone and the
-    offset differ only on paper.
-    """
-    CASES["plan/free_bending/above/pressure_offset/4"].make(tmp_path / "set", 0, 0.006)
-    found = diagnose(load_measurements(tmp_path / "set"), load_model("base"))
-    assert names_of(found.diagnosis) >= {"pressure_offset", "dead_zone"}
+def tied_above(folder, name):
+    """A set whose pressure never falls below 0.3 of its peak, and what is said of it."""
+    CASES[name].make(folder, 4712 * 2**31, 0.006)
+    return diagnose(load_measurements(folder), load_model("base"))
+
+
+def measured_too(folder, name, planned, place):
+    """What is said of the set when the proposed experiment has been done twice."""
+    changes = {key: planned[key] for key in ("mount", "wall", "length")}
+    course = [np.array(planned["inputs"][column]) for column in ("time", "pressure")]
+    about = (planned["protocol"], planned["specimen"], planned["temperature"])
+    extra = ExtraRun(*about, *course, changes)
+    CASES[name].make(place, 4712 * 2**31, 0.006, (extra, extra))
+    append_runs(folder, place)
+    return diagnose(load_measurements(folder), load_model("base"))
+
+
+def test_a_blocked_tip_tells_a_gauges_zero_by_an_open_chamber_and_a_shorter_finger(tmp_path):
+    """A zero of either gauge shifts the same force; a finger of another length pushes otherwise."""
+    name = "plan/blocked_tip/above/pressure_offset/4"
+    found = tied_above(tmp_path / "set", name)
+    assert names_of(found.diagnosis) == {"pressure_offset", "force_offset"}
     best = found.diagnosis.next_experiment
-    assert best["separation"] < BREAKS
-    assert not best["breaks"]
+    assert best["breaks"] and best["floors"] > 1.0
+    assert best["length"] < 0.09 and "mm long" in best["changes"][0]
+    [offset] = found.diagnosis.effects
+    assert best["at_rest"]["force_offset"] == 0.0
+    read = offset.parameters["offset"].value
+    assert best["at_rest"]["pressure_offset"] == pytest.approx(read, rel=0.2)
+    assert "with the chamber open: the gauge reads" in plan_text(found.diagnosis)
+    after = measured_too(tmp_path / "set", name, best, tmp_path / "longer")
+    assert names_of(after.diagnosis) == {"pressure_offset"}
+
+
+def test_an_open_chamber_that_has_been_read_tells_nothing_more(tmp_path):
+    """Readings that an offset rules out separate nothing, if what is read of an open chamber has
+    not parted it from a dead zone either.
+    """
+    found = tied_above(tmp_path / "set", "plan/free_bending/above/pressure_offset/4")
+    assert names_of(found.diagnosis) >= {"pressure_offset", "dead_zone"}
+    groups = explanations(found.problem, found.selection.final, found.selection.ties)
+    best = next_experiment(found.problem, groups)
+    assert best.separation > BREAKS and best.at_rest["dead_zone"] == 0.0
+    first = found.problem.data.runs[0]
+    first.columns["pressure"][0] = best.at_rest["pressure_offset"]
+    known = next_experiment(found.problem, groups)
+    assert known.separation < BREAKS and known.at_rest == {}
 
 
 def test_the_template_becomes_runs_of_the_set(one_rate, outcome, planned, tmp_path):

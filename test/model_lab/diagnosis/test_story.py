@@ -9,7 +9,7 @@ from made_up_fits import Said, made_up_model, made_up_problem
 from model_lab.diagnosis import story as module
 from model_lab.diagnosis.growth import Growth
 from model_lab.diagnosis.story import helping, is_missed
-from model_lab.fitting.problem import HeldOut
+from model_lab.fitting.held_out import HeldOut
 
 STIFFENING, MEMORY, DRIFT = "yeoh_stiffening", "hysteresis", "sensor_drift"
 

@@ -154,6 +154,21 @@ def test_the_scatter_is_asked_about_what_the_fit_leaves():
     assert verdict(Said(3.5, fitted=3.5), [GENT], base, dof=EXACT) == UNEXPLAINED
 
 
+@pytest.mark.parametrize(
+    ("held_out", "answer"), [(3.0, MISSING), (3.7, MISSING), (3.8, UNEXPLAINED), (6.2, UNEXPLAINED)]
+)
+def test_of_two_folds_what_is_held_out_must_be_predicted_too(held_out, answer):
+    """A drift may be fitted to the slip of a clamp in one of two runs."""
+    base, said = Said(8.0, fitted=6.0), Said(held_out, fitted=1.2)
+    assert verdict(said, [GENT], base, folds=2) == answer
+
+
+def test_of_two_folds_effects_must_remove_half_of_what_is_held_out():
+    base = Said(5.0, fitted=5.0)
+    assert verdict(Said(2.5, fitted=1.2), [GENT], base, folds=2) == MISSING
+    assert verdict(Said(2.9, fitted=1.2), [GENT], base, folds=2) == UNEXPLAINED
+
+
 @pytest.mark.parametrize(("shape", "answer"), [(1.24, True), (1.26, False)])
 def test_without_repeats_the_shape_must_come_near_the_floor(shape, answer):
     base = Said(1.3, gain=3.2)

@@ -3,8 +3,8 @@ import pytest
 from toy_forward import ToyForward, ToyParameter, toy_forward, toy_set
 
 from model_lab.fitting.fit import Likelihood, fit
+from model_lab.fitting.held_out import _refitted, hold_out
 from model_lab.fitting.noise_floor import make_spectrum, noise_floor
-from model_lab.fitting.problem import hold_out
 from model_lab.fitting.scales import Scales
 
 
@@ -56,6 +56,25 @@ def test_held_out_predictions_equal_refits_for_a_linear_model():
         refit = np.linalg.lstsq(design[kept], likelihood.forward.measured[kept], rcond=None)[0]
         left = likelihood.forward.measured - design @ refit
         assert held.residual[~kept] == pytest.approx(left[~kept], abs=1e-6)
+
+
+class Saturating(ToyForward):
+    """y = 1 - exp(-a*x), of which one step from the fit of all does not reach the fit of half."""
+
+    def predict(self, values):
+        return 1.0 - np.exp(-values * self.x)
+
+
+def test_parameters_are_fitted_anew_to_the_folds_that_are_kept():
+    data = toy_set(np.random.default_rng(6), runs=4, samples=40)
+    x, fold_of = toy_forward(data).x, data.table.fold
+    measured = 1.0 - np.exp(-np.where(fold_of == 0, 0.4, 6.0) * x)
+    likelihood, _ = problem_of(data, Saturating(x, measured, (ToyParameter("a"),)))
+    found = fit(likelihood, np.array([[1.0]]))
+    for fold, rate in enumerate((0.4, 6.0)):
+        residual = _refitted(found, fold_of == fold)
+        assert residual == pytest.approx(measured - 1.0 + np.exp(-rate * x), abs=1e-4)
+    assert hold_out(found, anew=True).rmse <= hold_out(found).rmse
 
 
 def test_noise_floor_has_its_two_parts():

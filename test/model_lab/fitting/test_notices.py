@@ -102,6 +102,38 @@ def test_pressures_that_look_absolute_are_said():
     assert "gauge pressure" in noticed(data=data)["absolute"].text
 
 
+@pytest.mark.parametrize("share", [0.5, 1.0, 2.0])
+def test_gauge_pressures_like_that_of_the_air_at_which_the_actuator_bends_are_not_absolute(share):
+    """Recorded from 90 kPa on, as of a stiff actuator that is never emptied; a bend that grows
+    as the square of the pressure is no rest either.
+    """
+    data = toy_set(np.random.default_rng(0))
+    for run in data.runs:
+        run.columns["pressure"] = 90e3 + 2e4 * run.columns["pressure"]
+        run.columns["tip_angle"] = (run.columns["pressure"] / 1e5) ** share
+    assert "absolute" not in noticed(data=data)
+
+
+@pytest.mark.parametrize(("factor", "other"), [(1e3, "milliseconds"), (1e-3, "seconds")])
+def test_times_that_look_like_another_unit_are_said(factor, other):
+    data = toy_set(np.random.default_rng(0))
+    assert "duration" not in noticed(data=data)
+    for run in data.runs:
+        run.columns["time"] = factor * run.columns["time"]
+    found = noticed(data=data)["duration"]
+    assert found.value == pytest.approx(9.9 * factor)
+    assert f"times are {other}" in found.text
+
+
+def test_a_run_of_a_single_sample_is_said_by_its_name():
+    data = toy_set(np.random.default_rng(0))
+    short = {name: values[:1] for name, values in data.runs[4].columns.items()}
+    runs = (*data.runs[:4], replace(data.runs[4], columns=short), *data.runs[5:])
+    found = noticed(data=replace(data, runs=runs))["single_sample"]
+    assert found.value == 1.0 and found.marked.tolist() == [4]
+    assert "r4" in found.text
+
+
 def test_what_a_model_misses_where_its_input_jumps_is_not_wild():
     """A lag that it lacks makes a spike of the error at every step."""
     data = toy_set(np.random.default_rng(0))

@@ -27,6 +27,7 @@ USUAL_RISE = 1.0
 WARMER = 20.0  # [K]
 THICKER = 1.6  # wall of another specimen
 THICKEST = 0.9  # of half the height
+SHORTER = 0.6  # length of another specimen
 HELD_SAMPLES, HELD_PEAKS = 60, (1.0, 0.5)
 SEED = 0  # of the pulses
 
@@ -130,6 +131,8 @@ def _settings(data: MeasurementSet, base: str) -> Iterator[tuple[Specimen, float
             yield replace(first, name=named, mount=mount), usual, (words,)
     if not data.stretched and base == "pneuflex":
         yield from ((other, usual, words) for other, words in _other_wall(used))
+    if data.experiment == "blocked_tip" and base == "pneuflex":
+        yield from ((other, usual, words) for other, words in _other_length(used))
 
 
 def _unlike(specimens: list[Specimen]) -> list[Specimen]:
@@ -153,6 +156,23 @@ def _other_wall(used: list[Specimen]) -> Iterator[tuple[Specimen, tuple[str, ...
     values = {**first.values, "wall": other}
     words = f"another specimen, like {first.name} with a wall of {1e3 * other:.3g} mm"
     yield replace(first, name=f"{first.name}_wall_{1e3 * other:.3g}_mm", values=values), (words,)
+
+
+def _other_length(used: list[Specimen]) -> Iterator[tuple[Specimen, tuple[str, ...]]]:
+    """A new specimen that is shorter, where the set has only one length: its blocked tip pushes
+    harder at the same pressure.
+    """
+    first = used[0]
+    if len({float(s.values["length"]) for s in used}) > 1 or any(
+        map(np.ndim, first.values.values())
+    ):
+        return
+    length = SHORTER * float(first.values["length"])
+    values = {**first.values, "length": length}
+    if "mass" in values:
+        values["mass"] = SHORTER * values["mass"]
+    words = f"another specimen, like {first.name} but {1e3 * length:.3g} mm long"
+    yield replace(first, name=f"{first.name}_{1e3 * length:.3g}_mm_long", values=values), (words,)
 
 
 # ---------------------------------------------------------------------- held tips

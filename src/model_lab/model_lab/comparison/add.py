@@ -30,7 +30,8 @@ from model_lab.diagnosis.search import (
 )
 from model_lab.experiments.forward import inapplicable
 from model_lab.fitting.fit import Likelihood, fit
-from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
+from model_lab.fitting.held_out import hold_out
+from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.documents.output_file import check_new, plain, write_new
 from softhand_model.effects import Effect

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from model_lab.aliases import Array
 from model_lab.fitting.fit import Fit
 from model_lab.measurements.measurement_set import MeasurementSet
 from softhand_model.effects import Effect
@@ -13,6 +14,7 @@ from softhand_model.effects import Effect
 UNRESOLVED = 0.5  # of the time between samples, beside another parameter
 NOTHING = 0.1  # the same of a time alone, beside other effects
 GAUGE_ZERO = "pressure_offset.offset"
+FARTHEST_ZERO = 2.0  # times a zero, beyond which a first reading is no open chamber's
 AGREES = 0.05  # of the readings at rest, to which they tell the gauge's zero
 
 
@@ -36,15 +38,23 @@ def seen_at_rest(data: MeasurementSet, fit: Fit) -> float:
     A dead zone, or a zero of the output, draws the same curve and lets the gauge read nothing.
     """
     names = fit.likelihood.names
-    first = [
-        r.columns["pressure"][0] for r in data.runs if "pressure" in r.columns and not r.steady
-    ]
-    if GAUGE_ZERO not in names or not np.any(first):
+    zero = fit.values[names.index(GAUGE_ZERO)] if GAUGE_ZERO in names else 0.0
+    first = read_at_rest(data, zero)
+    if not np.any(first):
         return 0.0
     least = AGREES**2 * np.mean(np.square(first))
-    zero = fit.values[names.index(GAUGE_ZERO)]
     about = np.mean(np.square(first - zero)) + least
     return float(max(len(first) * np.log((np.mean(np.square(first)) + least) / about), 0.0))
+
+
+def read_at_rest(data: MeasurementSet, zero: float) -> Array:
+    """First readings [Pa] of runs that began with an open chamber, for all that a gauge whose zero
+    reads so much [Pa] can tell.
+    """
+    first = np.array(
+        [r.columns["pressure"][0] for r in data.runs if "pressure" in r.columns and not r.steady]
+    )
+    return first[np.abs(first) <= FARTHEST_ZERO * abs(zero)]
 
 
 def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect], beside: bool = False) -> bool:

@@ -31,13 +31,15 @@ class Confidence:
     guess: bool = False
 
 
-def confidence_of(experiment: str, verdict: str, evidence: Mapping[str, float]) -> Confidence:
-    """How sure a verdict is."""
+def confidence_of(
+    experiment: str, verdict: str, evidence: Mapping[str, float], most: float = 1.0
+) -> Confidence:
+    """How sure a verdict is, `most` at the most."""
     known = calibration()
     model = known["verdicts"][verdict]
     if min(model["sets"], known["experiments"].get(experiment, 0)) < FEWEST:
         return Confidence(None)
-    value = probability(model, evidence)
+    value = min(probability(model, evidence), most)
     return Confidence(round(value, 3), value < known["limit"])
 
 

@@ -46,6 +46,7 @@ from softhand_model.effects import Effect, effect_classes
 from softhand_model.model_file import Model, load_model
 
 WORTH_FINER = 2.0  # error after over the noise floor
+NOT_ALL = 0.94  # most confidence in effects that leave LEFT_OVER floors of what was held out
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,7 @@ def _judged(
     added = [name for name in named.effects if name not in base.effects]
     floor = problem.floor
     rest = excess(problem, named)
+    left_over = bool(added) and named.held_out.rmse > LEFT_OVER * floor.total
     odd = notices(problem.data, floor, named.held_out.residual)
     localised = localise(problem.data, base.held_out.residual, seed)
     against: tuple[str, ...] = ()
@@ -165,7 +167,7 @@ def _judged(
         against = depends_on(problem.data, rest_of, _black_boxes(problem, base, rest_of), left)
     elif verdict == UNEXPLAINED:
         against = depends_on(problem.data, final, black_boxes, localised)
-    elif added and named.held_out.rmse > LEFT_OVER * floor.total:
+    elif left_over:
         left = localise(problem.data, named.held_out.residual, seed)
         against = depends_on(problem.data, named, black_boxes, left)
     failures = tuple(
@@ -173,7 +175,8 @@ def _judged(
         for axis in localised.failures
     )
     evidence = evidence_of(problem, selection, black_boxes, len(odd))
-    sure = confidence_of(problem.data.experiment, verdict, evidence)
+    most = NOT_ALL if left_over else 1.0
+    sure = confidence_of(problem.data.experiment, verdict, evidence, most)
     diagnosis = Diagnosis(
         experiment=problem.data.experiment,
         verdict=verdict,

@@ -17,6 +17,7 @@ STILL_NEAR = 3.75  # held-out error over the floor beyond which nothing counts a
 SHAPE_MARGIN = 1.25  # held-out error but for gains over a floor that knows nothing of gains
 LIKELY = 0.02  # chance from which on errors are taken for the scatter of repeats
 SURE = 5e-3  # chance at which errors are taken to exceed the scatter of repeats
+REMOVED = 0.5  # share of the excess error that an effect must remove
 OF_ANOTHER_FORM = 0.35  # share of the excess error that an effect of another form may leave
 
 
@@ -64,6 +65,16 @@ def share_left(problem: FitProblem, after: Scored, before: Scored) -> float:
 
 def _beyond(error: float, floor: float) -> float:
     return float(np.sqrt(max(error**2 - floor**2, 0.0)))
+
+
+def foretells(problem: FitProblem, after: Scored, before: Scored) -> bool:
+    """Whether effects predict what was held out, though it is extrapolated: they remove of its
+    excess error what they must, and leave no more than effects may at all. A drift that is fitted
+    to a slip of one run says nothing of the other.
+    """
+    floor = problem.floor.total
+    rest, whole = (_beyond(scored.held_out.rmse, floor) for scored in (after, before))
+    return rest <= (1.0 - REMOVED) * whole and after.held_out.rmse <= STILL_NEAR * floor
 
 
 def lowers(problem: FitProblem, after: Scored, before: Scored) -> bool:

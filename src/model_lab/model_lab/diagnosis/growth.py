@@ -8,20 +8,23 @@ brings must be worth it, and what removes little beside the others is dropped ag
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from model_lab.diagnosis.errors import (
     NEAR_FLOOR,
     OF_ANOTHER_FORM,
+    REMOVED,
     STILL_NEAR,
     error_of,
     excess,
+    has_few_folds,
     is_noise,
     lowers,
     material,
     share_left,
 )
 from model_lab.diagnosis.search import Scored, Unseen, score_without
+from model_lab.fitting.held_out import hold_out
 from model_lab.fitting.problem import FitProblem
 
 Search = Callable[..., list[Scored | Unseen]]
@@ -29,7 +32,6 @@ Search = Callable[..., list[Scored | Unseen]]
 
 MOST_EFFECTS = 4
 PARAMETER_PENALTY = 3.0  # deviance that a parameter must bring when effects compete
-REMOVED = 0.5  # share of the excess error that an effect must remove
 BEAM = 3  # models of each size from which larger ones are tried
 WORTHWHILE = 0.2  # of the largest improvement, that such a model must bring
 FITTED = 5  # effects that are fitted beside each of them
@@ -74,7 +76,11 @@ def grow(
             break
         sizes.append(larger)
     chosen = _chosen(problem, base, sizes, threshold)
-    return Growth(tuple(map(tuple, sizes)), chosen if lowers(problem, chosen, base) else base)
+    if not lowers(problem, chosen, base):
+        return Growth(tuple(map(tuple, sizes)), base)
+    if has_few_folds(problem):  # which by a step from the fit of all are predicted too badly
+        chosen = replace(chosen, held_out=hold_out(chosen.fit, anew=True))
+    return Growth(tuple(map(tuple, sizes)), chosen)
 
 
 def _is_open(problem: FitProblem, base: Scored, sizes: Sequence[Sequence[Scored]]) -> bool:

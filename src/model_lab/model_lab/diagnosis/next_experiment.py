@@ -8,6 +8,10 @@ could be made (`bench.trial_runs`) the separation of a pair is
 with the difference D of their predictions, the noise C of a run, and what each explanation may
 still give way, its Jacobian J and the covariance S of its parameters. The experiment whose worst
 pair is furthest apart is proposed; where several are far enough, the one with the fewest changes.
+
+Every run begins with the chamber open to the air. Explanations that differ in what a gauge then
+reads are told apart by that, if no run has begun so yet: the reading is as one of them has it, or
+there are readings that rule the other out.
 """
 
 from __future__ import annotations
@@ -21,6 +25,7 @@ import numpy as np
 
 from model_lab.aliases import Array
 from model_lab.bench.trial_runs import TrialRun, run_of, trial_runs
+from model_lab.diagnosis.beforehand import AGREES, read_at_rest
 from model_lab.diagnosis.search import Scored, score_with, score_without
 from model_lab.fitting.fit import DIFFERENCE
 from model_lab.fitting.noise_floor import Spectrum, make_spectrum
@@ -37,13 +42,16 @@ READINGS = 400  # at which an explanation is asked for the pressure in the chamb
 
 @dataclass(frozen=True)
 class Experiment:
-    """A proposed run; separation: of the worst tied pair in units of noise; separates: the names
-    that it tells apart.
+    """A proposed run; separation: of the worst tied pair in units of noise; floors: their distance
+    over the noise floor (root mean square); separates: the names that it tells apart; at_rest: what
+    a gauge reads [Pa] of an open chamber, by these names, where that differs.
     """
 
     trial: TrialRun
     separation: float
+    floors: float
     separates: tuple[tuple[str, ...], ...]
+    at_rest: Mapping[str, float]
 
     def as_json(self) -> dict[str, Any]:
         """What the diagnosis and `plan --json` say of it; inputs by column, all in SI units."""
@@ -57,13 +65,16 @@ class Experiment:
             "specimen": trial.specimen.name,
             "mount": trial.specimen.mount,
             "wall": _number(trial.specimen.values.get("wall")),
+            "length": _number(trial.specimen.values.get("length")),
             "temperature": float(trial.temperature),
             **({"mode": trial.mode} if trial.mode else {}),
             "duration": _number(duration),
             "peak": _furthest(trial.columns[driving]) if driving else None,
             "separation": self.separation,
+            "floors": self.floors,
             "breaks": self.separation >= BREAKS,
             "separates": [list(group) for group in self.separates],
+            "at_rest": dict(self.at_rest),
             "inputs": {name: values.tolist() for name, values in trial.columns.items()},
         }
 
@@ -106,18 +117,68 @@ def next_experiment(
     trials = trial_runs(problem.data, problem.base)
     if not groups or not trials:
         return None
-    lowest = max(_lowest_reading(problem, s) for group in groups for s in group.values())
-    planned = _Planned(problem, [_from(trial, lowest) for trial in trials])
-    worst = np.min([planned.separations(list(group.values())) for group in groups], axis=0)
+    bank = _Bank(problem, trials)
+    pairs = [pair for group in groups for pair in combinations(group.values(), 2)]
+    apart = np.array([bank.apart(*pair) for pair in pairs])
+    worst = np.min(apart[:, 0], axis=0)
     cost = np.array([len(trial.changes) for trial in trials])
     reached = np.minimum(worst, ENOUGH)
     best = np.lexsort([-worst, cost, -np.round(reached / ENOUGH, 1)])[0]
-    names = tuple(tuple(group) for group in groups)
-    return Experiment(_named_anew(trials[best], problem.data), float(worst[best]), names)
+    return Experiment(
+        _named_anew(trials[best], problem.data),
+        float(worst[best]),
+        float(np.min(apart[:, 1, best])),
+        tuple(tuple(group) for group in groups),
+        bank.readings_at_rest(groups),
+    )
 
 
-def _lowest_reading(problem: FitProblem, scored: Scored) -> float:
-    """Pressure [Pa] that a sensor shows of an empty chamber, if the explanation holds: there are no
+class _Bank:
+    """All trials, in which pairs of explanations are compared over the readings that there are."""
+
+    def __init__(self, problem: FitProblem, trials: Sequence[TrialRun]) -> None:
+        self._problem, self._trials = problem, trials
+        self._from: dict[float, _Planned] = {}
+
+    def apart(self, first: Scored, second: Scored) -> Array:
+        """Separation, and distance over the noise floor, of two explanations: (2, trials).
+
+        There are no readings below that of an open chamber. If it differs for the two, lower ones
+        rule one of them out, and their absence the other.
+        """
+        low, high = sorted(_open_reading(self._problem, s) for s in (first, second))
+        surely = self._planned(high).apart(first, second)
+        if not self._is_told(low, high):
+            return surely
+        lower = self._planned(low).apart(first, second)
+        lower[0] = np.minimum(lower[0], 1.0 / AGREES)
+        return np.maximum(surely, lower)
+
+    def readings_at_rest(self, groups: Sequence[Mapping[str, Scored]]) -> dict[str, float]:
+        """What a gauge reads [Pa] of an open chamber, by explanation, where that tells a pair."""
+        found = {
+            name: _open_reading(self._problem, scored)
+            for group in groups
+            for name, scored in group.items()
+        }
+        low, high = min(found.values()), max(found.values())
+        return found if self._is_told(low, high) else {}
+
+    def _is_told(self, low: float, high: float) -> bool:
+        zero = max(abs(low), abs(high))
+        differ = high - low > AGREES * zero
+        return differ and not len(read_at_rest(self._problem.data, zero))
+
+    def _planned(self, lowest: float) -> _Planned:
+        lowest = max(lowest, 0.0)
+        if lowest not in self._from:
+            trials = [_from(trial, lowest) for trial in self._trials]
+            self._from[lowest] = _Planned(self._problem, trials)
+        return self._from[lowest]
+
+
+def _open_reading(problem: FitProblem, scored: Scored) -> float:
+    """Pressure [Pa] that a sensor shows of an open chamber, if the explanation holds: there are no
     lower readings that could tell it from others.
     """
     peaks = [
@@ -125,14 +186,14 @@ def _lowest_reading(problem: FitProblem, scored: Scored) -> float:
     ]
     if not peaks:
         return 0.0
-    reading = np.linspace(0.0, float(max(peaks)), READINGS)
+    reading = np.linspace(-1.0, 1.0, 2 * READINGS + 1) * float(max(peaks))
     chamber = reading
     fitted = scored.fit.likelihood.forward.effects_at(scored.fit.values[None])  # type: ignore[attr-defined]
     for effect in fitted:
         if isinstance(effect, InputEffect) and not effect.has_memory:
             chamber = np.ravel(effect.chamber_pressure(chamber[None, None], {}, 0.0))
     vented = reading[chamber < 0.0]
-    return float(vented[-1]) if len(vented) else 0.0
+    return float(vented[-1] + reading[READINGS + 1]) if len(vented) else 0.0
 
 
 def _from(trial: TrialRun, lowest: float) -> TrialRun:
@@ -157,6 +218,7 @@ class _Planned:
 
     def __init__(self, problem: FitProblem, trials: Sequence[TrialRun]) -> None:
         self._problem = problem
+        self._known: dict[tuple[str, ...], Array] = {}
         data = problem.data
         earlier = data.runs if problem.base == "linear" else ()
         specimens, runs = dict(data.specimens), list(earlier)
@@ -177,17 +239,23 @@ class _Planned:
             if run.name.startswith("trial ")
         ]
 
-    def separations(self, group: Sequence[Scored]) -> Array:
-        """Separation (trials,) of the worst pair of explanations."""
-        predicted = [self._predicted(scored) for scored in group]
-        spectrum = make_spectrum(self.data.table, predicted[0][0])
+    def apart(self, first: Scored, second: Scored) -> Array:
+        """Separation, and distance over the noise floor, of two explanations: (2, trials)."""
+        rows = [self._rows(scored) for scored in (first, second)]
+        spectrum = make_spectrum(self.data.table, rows[0][0])
         level = np.sqrt(self._levels(spectrum))
-        whitened = [spectrum.coefficients(rows) / level for rows in predicted]
-        pairs = [
-            [_separation(first[:, part], second[:, part]) for part in self._parts]
-            for first, second in combinations(whitened, 2)
-        ]
-        return np.min(pairs, axis=0)
+        white = [spectrum.coefficients(each) / level for each in rows]
+        return np.array(
+            [
+                [_separation(white[0][:, part], white[1][:, part]) for part in self._parts],
+                [_rms(rows[0][0, part] - rows[1][0, part]) for part in self._parts],
+            ]
+        ) / np.array([[1.0], [self._problem.floor.total]])
+
+    def _rows(self, scored: Scored) -> Array:
+        if scored.effects not in self._known:
+            self._known[scored.effects] = self._predicted(scored)
+        return self._known[scored.effects]
 
     def _predicted(self, scored: Scored) -> Array:
         """Rows (1 + k, samples): prediction, and Jacobian times the root of the covariance."""
@@ -214,6 +282,10 @@ class _Planned:
             seen = variance[known == output]
             of_band[mine] = seen[np.minimum(np.arange(len(mine)), len(seen) - 1)]
         return of_band[spectrum.bands]
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _separation(first: Array, second: Array) -> float:

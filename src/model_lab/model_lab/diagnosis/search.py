@@ -16,7 +16,8 @@ import numpy as np
 from model_lab.aliases import Array, Tell, tell_nobody
 from model_lab.diagnosis.beforehand import is_resolved, seen_at_rest, unusual
 from model_lab.fitting.fit import Fit, Likelihood, fit
-from model_lab.fitting.problem import FitProblem, HeldOut, base_starts, hold_out
+from model_lab.fitting.held_out import HeldOut, hold_out
+from model_lab.fitting.problem import FitProblem, base_starts
 from softhand_model.effects import Effect, Parameter
 
 GRID = {0: 1, 1: 7, 2: 4, 3: 3}  # trial values of each parameter, by their number

@@ -15,6 +15,7 @@ from model_lab.diagnosis.errors import (
     beyond_repeats,
     error_of,
     excess,
+    foretells,
     has_few_folds,
     is_noise,
     material,
@@ -45,6 +46,8 @@ def verdict_of(problem: FitProblem, selection: Selection, black_boxes: Sequence[
     if final is base:
         return UNEXPLAINED if _fails(problem, base, black_boxes) else ADEQUATE
     explained = is_noise(problem, final) or _another_form(problem, base, final, black_boxes)
+    if has_few_folds(problem):  # the error is that of the fit
+        explained = explained and foretells(problem, final, base)
     return EFFECTS_MISSING if explained else UNEXPLAINED
 
 

@@ -17,7 +17,7 @@ from scipy.stats import gamma, linregress
 from model_lab.aliases import Array, IntArray
 from model_lab.fitting.noise_floor import REPEATS, NoiseFloor
 from model_lab.measurements.held_input import jumps
-from model_lab.measurements.measurement_set import MeasurementSet
+from model_lab.measurements.measurement_set import MeasurementSet, Run
 from model_lab.measurements.preprocess import NORMAL_MEDIAN
 from model_lab.measurements.units import display_of
 
@@ -38,18 +38,22 @@ DRIFTED = 1.0  # change of the error's mean over the session, over the noise flo
 FEWEST_RUNS = 6
 ANOTHER_SIZE = 10.0  # times the model's values, or a part of them: no effect, but a unit
 ATMOSPHERE = (80e3, 110e3)  # [Pa] absolute, between high ground and high weather
+SOFTEST = 4.0  # by which rubber gives way more when it is stretched far: the slope of q at rest
+ENDS = 0.05  # of the range of pressures, that counts as its ends
+DURATIONS = (0.05, 2000.0)  # [s] between which an actuator's run is believed
 GAP = 5.0  # times between samples, over the usual one of their run
 
 
 @dataclass(frozen=True)
 class Notice:
-    """Something odd: `repeats`, `line`, `wild_samples`, `drift`, `held_input`, `gaps`, `size` or
-    `absolute`.
+    """Something odd: `repeats`, `line`, `wild_samples`, `drift`, `held_input`, `gaps`, `size`,
+    `absolute`, `duration` or `single_sample`.
 
     value: times the stated noise; frequency [Hz]; number of samples; change over the session in the
     unit of the outputs; number of jumps; longest gap [s]; times the readings; smallest pressure
-    [Pa]. size: root mean square, or mean of absolute values, in that unit. text: a clause that says
-    it. x, y: the points that show it; marked: indices of those that stand out.
+    [Pa]; median duration [s]; number of runs. size: root mean square, or mean of absolute values,
+    in that unit. text: a clause that says it. x, y: the points that show it; marked: indices of
+    those that stand out.
     """
 
     kind: str
@@ -76,6 +80,8 @@ def notices(data: MeasurementSet, floor: NoiseFloor, residual: Array) -> tuple[N
         _gaps(data),
         _size(data, residual),
         _absolute(data),
+        _duration(data),
+        _single_sample(data),
     )
     return tuple(notice for notice in found if notice is not None)
 
@@ -275,15 +281,67 @@ def _size(data: MeasurementSet, residual: Array) -> Notice | None:
 
 
 def _absolute(data: MeasurementSet) -> Notice | None:
-    """Pressures that never fall below about that of the air."""
+    """Pressures that never fall below about that of the air, though the actuator is at rest."""
     if data.experiment == "valve_pulse" or any("pressure" not in r.columns for r in data.runs):
         return None
     least = np.array([float(run.columns["pressure"].min()) for run in data.runs])
-    if not (ATMOSPHERE[0] < least.min() and least.max() < ATMOSPHERE[1]):
+    if not (ATMOSPHERE[0] < least.min() and least.max() < ATMOSPHERE[1] and _rests(data)):
         return None
     text = (
-        f"no pressure is below {least.min() / 1e3:.4g} kPa: expected is gauge pressure, 0 at rest; "
-        "take that of the air off if these are absolute"
+        f"no pressure is below {least.min() / 1e3:.4g} kPa, at which the actuator rests: expected "
+        "is gauge pressure, 0 at rest; take that of the air off if these are absolute"
     )
     order, marked = np.arange(len(least), dtype=float), np.zeros(0, np.int64)
     return Notice("absolute", float(least.min()), 0.0, text, order, least, marked)
+
+
+def _rests(data: MeasurementSet) -> bool:
+    """Whether the output at the least pressures is so small beside that at the largest that these
+    cannot be gauge pressures: of rubber it grows at most four times as fast as they do.
+    """
+    pressure = np.concatenate([run.columns["pressure"] for run in data.runs])
+    size = np.concatenate([_output_size(data, run) for run in data.runs])
+    low, high = float(pressure.min()), float(pressure.max())
+    near = ENDS * (high - low)
+    first, last = size[pressure <= low + near], size[pressure >= high - near]
+    return bool(np.nanmean(first) * SOFTEST < np.nanmean(last) * low / high)
+
+
+def _output_size(data: MeasurementSet, run: Run) -> Array:
+    """Size (rows,) of what was measured, over all outputs."""
+    return np.linalg.norm([run.columns[name] for name in data.outputs], axis=0)
+
+
+# ---------------------------------------------------------------------- times
+def _duration(data: MeasurementSet) -> Notice | None:
+    """Runs that last as long, or as short, as those of an actuator do in another unit of time."""
+    lasting = [float(np.ptp(r.columns["time"])) for r in data.runs if r.samples > 1 and _timed(r)]
+    usual = float(np.median(lasting)) if lasting else DURATIONS[0]
+    if DURATIONS[0] <= usual <= DURATIONS[1]:
+        return None
+    factor = "milliseconds" if usual > DURATIONS[1] else "seconds"
+    text = (
+        f"a run lasts {usual:.3g} s (median): if the times are {factor}, say so by the unit of the "
+        "column time; time constants and rates hang on it"
+    )
+    order, marked = np.arange(len(lasting), dtype=float), np.zeros(0, np.int64)
+    return Notice("duration", usual, 0.0, text, order, np.array(lasting), marked)
+
+
+def _timed(run: Run) -> bool:
+    return "time" in run.columns
+
+
+def _single_sample(data: MeasurementSet) -> Notice | None:
+    """Runs of a single sample, though others have a course, or a time was recorded."""
+    samples = np.array([run.samples for run in data.runs])
+    marked = np.flatnonzero(samples == 1)
+    if data.experiment == "valve_pulse" or not len(marked):
+        return None
+    if samples.max() == 1 and not data.has_time:
+        return None
+    names = ", ".join(data.runs[index].name for index in marked[:3])
+    more = f" and {len(marked) - 3} more" if len(marked) > 3 else ""
+    text = f"a single sample is all there is of {names}{more}, as of a recording cut short"
+    order = np.arange(len(samples), dtype=float)
+    return Notice("single_sample", float(len(marked)), 0.0, text, order, 1.0 * samples, marked)

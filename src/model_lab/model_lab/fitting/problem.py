@@ -1,11 +1,4 @@
-"""Fit problem of a diagnosis: data, base model, effects, noise floor, and held-out errors.
-
-Every fold is predicted by parameters fitted to the others. Around the fit of all data these follow
-from one Gauss-Newton step, shortened where the whole non-linear model says that it went too far;
-the predictions are those of the whole model. Two weights are tried, that of the banded noise and
-none: the first is right for a model that explains the data, the second for one that does not; the
-one that predicts better counts.
-"""
+"""Fit problem of a diagnosis: data, base model, effects and noise floor."""
 
 from __future__ import annotations
 
@@ -15,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from model_lab.aliases import Array, Mask
+from model_lab.aliases import Array
 from model_lab.experiments.forward import Forward
 from model_lab.fitting.between_samples import with_input_between
-from model_lab.fitting.fit import Fit, Likelihood, fit, inverse
+from model_lab.fitting.fit import Fit, Likelihood, fit
 from model_lab.fitting.noise_floor import NoiseFloor, Spectrum, make_spectrum, noise_floor
-from model_lab.fitting.scales import held
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import without_input_noise
 from model_lab.measurements.specimens import made_of
@@ -31,8 +23,6 @@ from softhand_model.hand.joint_stiffness import THESIS, SpringModel
 from softhand_model.model_file import Model
 
 LOWER = 0.9  # floor after an effect over the floor before, from which on the lower one holds
-STEP_SHARES = (1.0, 0.5)  # tried beside none; the one that fits the other folds best is taken
-SINGULAR = 1e-8
 SMALLEST = 1e-9  # of a largest value, where nothing was measured
 
 
@@ -166,85 +156,3 @@ def base_starts(parameters: Sequence[Any]) -> Array:
     if not scales.any():
         return start[None]
     return np.stack([np.where(scales, factor * start, start) for factor in (1.0, 0.9, 1.1)])
-
-
-# ---------------------------------------------------------------------- held out
-@dataclass(frozen=True)
-class HeldOut:
-    """Held-out residual (samples,), and for each fold its mean square (folds,)."""
-
-    residual: Array
-    mean_square: Array
-
-    @property
-    def rmse(self) -> float:
-        """Root mean square over all samples."""
-        return float(np.sqrt(np.mean(self.residual**2)))
-
-
-def hold_out(fit: Fit) -> HeldOut:
-    """Predict every fold without its own data."""
-    table = fit.likelihood.spectrum.table
-    fold_of, folds = table.fold, len(table.folds)
-    count = np.maximum(np.bincount(fold_of, minlength=folds), 1)
-    if not len(fit.values):
-        return HeldOut(fit.residual, np.bincount(fold_of, fit.residual**2, folds) / count)
-    found = _held_out(fit)
-    residual = min(found, key=lambda rest: float(np.sum(rest**2)))
-    return HeldOut(residual, np.bincount(fold_of, residual**2, folds) / count)
-
-
-def _held_out(fit: Fit) -> tuple[Array, Array]:
-    """Held-out residuals (samples,) by steps without, and with, the weights of banded noise."""
-    table = fit.likelihood.spectrum.table
-    fold_of, folds = table.fold, len(table.folds)
-    systems = [_equations(fit, weighted) for weighted in (False, True)]
-    values = np.concatenate(
-        [_values_without(fit, systems, fold_of != fold) for fold in range(folds)]
-    )
-    residuals = fit.likelihood.residuals(values).reshape(folds, len(STEP_SHARES) + 1, -1)
-    plain, weighted = np.empty_like(fit.residual), np.empty_like(fit.residual)
-    for fold in range(folds):
-        mine = fold_of == fold
-        tried = np.concatenate([residuals[fold, :-1], fit.residual[None]])
-        errors = np.mean(tried[:, ~mine] ** 2, axis=1)
-        plain[mine] = tried[int(np.argmin(errors)), mine]
-        weighted[mine] = residuals[fold, -1, mine]
-    return plain, weighted
-
-
-def _values_without(fit: Fit, systems: Sequence[tuple[Array, Array]], kept: Mask) -> Array:
-    """Parameters (n, k) fitted to the kept samples: by shares of the step without weights, and by
-    the step with them. systems: the equations of both.
-    """
-    scales = fit.likelihood.scales
-    center = scales.inward(fit.values)
-    plain, weighted = (_step(fit, center, rows[kept], rest[kept]) for rows, rest in systems)
-    tried = center + np.stack([*(share * plain for share in STEP_SHARES), weighted])
-    return scales.outward(np.clip(tried, scales.low, scales.high))
-
-
-def _step(fit: Fit, center: Array, rows: Array, rest: Array) -> Array:
-    """Step (k,) of Gauss and Newton by these equations."""
-    scales = fit.likelihood.scales
-    prior = 1.0 / fit.likelihood.prior**2
-    normal = rows.T @ rows + np.diag(prior)
-    gradient = rows.T @ rest - prior * (fit.values - 1.0)
-    free = ~held(scales, center, gradient)
-    move = np.zeros(len(gradient))
-    if free.any():
-        move[free] = inverse(normal[np.ix_(free, free)], SINGULAR) @ gradient[free]
-    return np.clip(move, -scales.width, scales.width)
-
-
-def _equations(fit: Fit, weighted: bool) -> tuple[Array, Array]:
-    """Jacobian (samples, k) and residual (samples,) over their errors; with weights those of the
-    coefficients, of which each fold has its own, as it is whole series.
-    """
-    if not weighted:
-        scale = fit.rmse or 1.0
-        return fit.jacobian / scale, fit.residual / scale
-    spectrum = fit.likelihood.spectrum
-    errors = np.sqrt(fit.variance)[spectrum.bands]
-    rows = spectrum.coefficients(np.ascontiguousarray(fit.jacobian.T)).T
-    return rows / errors[:, None], fit.coefficients / errors

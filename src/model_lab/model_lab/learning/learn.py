@@ -18,7 +18,8 @@ from model_lab.diagnosis.errors import MATERIAL, error_of, excess, material
 from model_lab.diagnosis.search import Scored, score_base
 from model_lab.experiments.forward import FreeParameter
 from model_lab.fitting.fit import Fit, Likelihood, fit
-from model_lab.fitting.problem import FitProblem, hold_out, pose_problem, with_lower_floor
+from model_lab.fitting.held_out import hold_out
+from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
 from model_lab.learning.candidates import Scene
 from model_lab.learning.courses import answer_of, where_it_bends
 from model_lab.learning.effect_file import (

@@ -37,6 +37,8 @@ ODD_TITLES = {
     "gaps": "Time between samples",
     "size": "Readings of another size than the model's",
     "absolute": "Smallest pressure of each run",
+    "duration": "Duration of each run",
+    "single_sample": "Samples of each run",
 }
 ODD_ABSCISSAS = {
     "line": "frequency [Hz]",
@@ -46,12 +48,16 @@ ODD_ABSCISSAS = {
     "gaps": "sample",
     "size": "sample",
     "absolute": "run",
+    "duration": "run",
+    "single_sample": "run",
 }
 ODD_ORDINATES = {  # the others are errors
     "line": "share [-]",
     "held_input": "share of the largest [-]",
     "gaps": "time [s]",
     "absolute": "pressure [Pa]",
+    "duration": "time [s]",
+    "single_sample": "samples [-]",
 }
 LEVELS = ("stated", "within runs", "with repeats")
 

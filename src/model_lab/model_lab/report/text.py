@@ -244,7 +244,8 @@ def _specimen(planned: Mapping[str, Any], data: MeasurementSet) -> Specimen:
     if name in data.specimens:
         return data.specimens[name]
     first = data.specimens[data.runs[0].specimen]
-    values = {**first.values, "wall": planned["wall"]}
+    new = {key: planned[key] for key in ("wall", "length") if planned.get(key) is not None}
+    values = {**first.values, **new}
     return replace(first, name=name, mount=planned["mount"], values=values)
 
 
@@ -269,12 +270,19 @@ def _facts(planned: Mapping[str, Any]) -> list[tuple[str, str]]:
     if planned["peak"] is not None:
         driving = next(name for name in ("pressure", "stretch") if name in inputs)
         rows.append((f"peak {driving}", shown_as(driving).shown(planned["peak"])))
+    if planned["at_rest"]:
+        reads = (
+            f"{shown_as('pressure').shown(value)} if {name}"
+            for name, value in planned["at_rest"].items()
+        )
+        rows.append(("begin", f"with the chamber open: the gauge reads {listed(list(reads))}"))
     return [*rows, ("what is new", "; ".join(planned["changes"]) or "the protocol alone")]
 
 
 def _promise(planned: Mapping[str, Any]) -> str:
     groups = "; ".join(listed(names) for names in planned["separates"])
     apart = f"It keeps {groups} {planned['separation']:.2g} sigma of the noise of a run apart"
+    apart += f" ({planned['floors']:.2g} noise floors)"
     if planned["breaks"]:
         return f"{apart}, and so breaks the tie. Do it twice."
     return (
