@@ -6,9 +6,12 @@ import numpy as np
 import pybullet
 import pytest
 
-from pneuflex_sim.hand.collision import Touch
+from pneuflex_sim.hand.collision import SKIN_PATCH, SKIN_STIFFNESS, SKIN_TWIST, Touch
+from pneuflex_sim.scene.friction import BodyFriction
+from pneuflex_sim.world import World
 from softhand_model.hand.hand import load_hand
 
+RADIUS, MASS = 0.02, 0.05  # of a ball [m], [kg]
 INWARD = np.radians(25.0)  # of each finger about its length: they bend towards each other
 
 
@@ -68,36 +71,60 @@ def test_fingers_that_touch_stay_on_their_sides_and_come_to_rest(
     assert 0.1 < sum(point[9] for point in points) < 1.0  # [N]
 
 
-def test_two_skins_that_meet_yield_in_series():
-    """A ball that rests on another one sinks in by its weight over half of a skin's stiffness."""
-    client = pybullet.connect(pybullet.DIRECT)
-    try:
-        pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
-        pybullet.setTimeStep(0.005, physicsClientId=client)
-        ball = pybullet.createCollisionShape(
-            pybullet.GEOM_SPHERE, radius=0.02, physicsClientId=client
+@pytest.fixture
+def on_a_finger():
+    """A ball of 50 g at rest on a fixed one, with the skins of fingers."""
+    world, touch = World(0.005, cone=True), Touch(friction=0.8, neighbours=True)
+    client = {"physicsClientId": world.client}
+    pybullet.setGravity(0.0, 0.0, -9.81, **client)
+    shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=RADIUS, **client)
+    balls = [
+        pybullet.createMultiBody(mass, shape, basePosition=(0.0, 0.0, height), **client)
+        for mass, height in ((0.0, 0.0), (MASS, 2.0 * RADIUS))
+    ]
+    for ball in balls:
+        pybullet.changeDynamics(
+            ball, -1, lateralFriction=0.8, angularDamping=0.0, **touch.skin, **client
         )
-        under, upon = (
-            pybullet.createMultiBody(
-                mass, ball, basePosition=(0.0, 0.0, height), physicsClientId=client
-            )
-            for mass, height in ((0.0, 0.0), (0.05, 0.04))
-        )
-        for body in (under, upon):
-            pybullet.changeDynamics(body, -1, **Touch(neighbours=True).skin, physicsClientId=client)
-        for _ in range(400):
-            pybullet.stepSimulation(physicsClientId=client)
-        (x, y, z), _ = pybullet.getBasePositionAndOrientation(upon, physicsClientId=client)
-    finally:
-        pybullet.disconnect(client)
-    assert 0.04 - np.linalg.norm([x, y, z]) == pytest.approx(0.05 * 9.81 / 750.0, abs=2e-5)
+    step(world, 400)
+    yield world, balls[1]
+    world.close()
+
+
+def step(world, count):
+    for _ in range(count):
+        pybullet.stepSimulation(physicsClientId=world.client)
+
+
+def test_two_skins_that_meet_yield_in_series(on_a_finger):
+    world, ball = on_a_finger
+    place, _ = pybullet.getBasePositionAndOrientation(ball, physicsClientId=world.client)
+    sunk = 2.0 * RADIUS - np.linalg.norm(place)
+    assert sunk == pytest.approx(MASS * 9.81 / (0.5 * SKIN_STIFFNESS), abs=2e-5)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.25])
+def test_friction_over_the_patch_stops_what_spins_on_a_skin(on_a_finger, factor):
+    """PyBullet lets both skins resist; the moment goes with friction as sliding does."""
+    world, ball = on_a_finger
+    friction = BodyFriction(world.client)
+    friction.scale(factor)
+    pybullet.resetBaseVelocity(ball, angularVelocity=(0, 0, 50.0), physicsClientId=world.client)
+    step(world, 10)
+    _, spin = pybullet.getBaseVelocity(ball, physicsClientId=world.client)
+    moment = 2.0 * factor * 0.8**2 * SKIN_TWIST * MASS * 9.81
+    slower = moment / (0.4 * MASS * RADIUS**2) * 10 * world.step_size
+    assert 50.0 - spin[2] == pytest.approx(slower, rel=0.02)
 
 
 def test_the_skin_yields_as_much_as_rubber_does_by_hertz():
-    """Two balls of rubber, 3 G and 8 mm, at 1 N: as far as two skins in series."""
-    modulus = 3.0 * 67e3 / (2.0 * (1.0 - 0.5**2))
-    depth = (0.75 / (modulus * np.sqrt(0.004))) ** (2.0 / 3.0)
-    assert 2.0 / Touch(neighbours=True).skin["contactStiffness"] == pytest.approx(depth, rel=0.4)
+    """Two balls of rubber, 3 G and 8 mm, at 1 N: the slope of force over depth is that of two skins
+    in series; and the patch that one of them makes with something rigid.
+    """
+    modulus = 3.0 * 67e3 / (1.0 - 0.5**2)
+    depth = (0.75 / (0.5 * modulus * np.sqrt(0.004))) ** (2.0 / 3.0)
+    assert 1.5 / depth == pytest.approx(0.5 * SKIN_STIFFNESS, rel=0.02)
+    assert (0.75 * 0.008 / modulus) ** (1.0 / 3.0) == pytest.approx(SKIN_PATCH, rel=0.02)
 
 
 def test_outcome_does_not_depend_on_the_step(simulate, hold_pressure):

@@ -71,10 +71,18 @@ class BulletState:
 
 
 class World:
-    """One physics client; every call names it, so several worlds can live in one process."""
+    """One physics client; every call names it, so several worlds can live in one process.
+
+    Friction is that of a cone, or of a pyramid around it: the cone lets light fingertips of rigid
+    skin diverge when they jam, the pyramid knows no resistance to twisting.
+    """
 
     def __init__(
-        self, step: float, gui: bool = False, settings: SolverSettings | None = None
+        self,
+        step: float,
+        gui: bool = False,
+        settings: SolverSettings | None = None,
+        cone: bool = False,
     ) -> None:
         settings = settings or SolverSettings()
         self.step_size = step
@@ -92,7 +100,7 @@ class World:
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
             collisionFilterMode=0,  # two bodies touch where the masks of both allow it
-            enableConeFriction=0,  # the cone let light fingertips diverge when they jam
+            enableConeFriction=cone,
             physicsClientId=self.client,
         )
 

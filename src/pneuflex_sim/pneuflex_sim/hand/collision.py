@@ -32,9 +32,11 @@ ENVIRONMENT, FINGER, THUMB, PALM = 1, 2, 4, 8  # collision groups
 FACING = 16  # and its doubles: fingers that face those of the group FINGER, and one another
 # [-], cosine of 60 deg; no more than 12 directions are that far apart, so there are bits enough
 SAME_SIDE = 0.5
-# skin of a finger, two of them in series where fingers meet: half-spaces of rubber with a shear
-# modulus of 67 kPa and radii of 8 mm yield by 2 mm at 1 N (Hertz); [N/m], [N s/m]
+# skin of a finger, two of them in series where fingers meet: as stiff as balls of rubber that 1 N
+# presses on each other, with a shear modulus of 67 kPa and radii of 8 mm (Hertz); [N/m], [N s/m]
 SKIN_STIFFNESS, SKIN_DAMPING = 1500.0, 1.5
+SKIN_PATCH = 0.0028  # radius of the patch that one of them makes with something rigid at 1 N [m]
+SKIN_TWIST = 3.0 * np.pi / 16.0 * SKIN_PATCH  # moment over friction and normal force [m]
 
 
 def collision_groups(layout: HandLayout, body: Body) -> list[int]:
@@ -158,11 +160,13 @@ class Touch:
 
     @property
     def skin(self) -> dict[str, float]:
-        """PyBullet's stiffness [N/m] and damping [N s/m] of a finger's contacts; none where it is
-        rigid.
+        """PyBullet's stiffness [N/m] and damping [N s/m] of a finger's contacts, and its resistance
+        to twisting on them [m]; none where it is rigid.
         """
+        if not self.neighbours:
+            return {}
         yielding = {"contactStiffness": SKIN_STIFFNESS, "contactDamping": SKIN_DAMPING}
-        return yielding if self.neighbours else {}
+        return {**yielding, "spinningFriction": SKIN_TWIST * self.friction}
 
 
 def check_kind(kind: str) -> None:

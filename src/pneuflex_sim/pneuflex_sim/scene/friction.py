@@ -86,23 +86,24 @@ class BodyFriction:
     def _body(self, index: int) -> int:
         return int(pybullet.getBodyUniqueId(index, physicsClientId=self._client))
 
-    def _coefficients_of(self, body: int, link: int) -> tuple[float, float]:
+    def _coefficients_of(self, body: int, link: int) -> tuple[float, float, float]:
         found = pybullet.getDynamicsInfo(body, link, physicsClientId=self._client)
-        return found[1], found[6]
+        return found[1], found[6], found[7]
 
     def scale(self, factor: float) -> None:
-        """Make the sliding friction of every pair `factor` times what it was at first; rolling
-        resistance, which PyBullet multiplies with it, stays.
+        """Make the sliding friction of every pair, and what twists against it, `factor` times what
+        it was at first; rolling resistance, which PyBullet multiplies with it, stays.
         """
         if factor == self._factor:
             return
         self._factor, root = factor, math.sqrt(factor)
-        for body, link, sliding, rolling in self._coefficients:
+        for body, link, sliding, rolling, twisting in self._coefficients:
             pybullet.changeDynamics(
                 body,
                 link,
                 lateralFriction=root * sliding,
                 rollingFriction=rolling / root,
+                spinningFriction=root * twisting,
                 physicsClientId=self._client,
             )
 
