@@ -5,6 +5,7 @@ the latter even over all frequencies.
 """
 
 from dataclasses import dataclass
+from string import ascii_lowercase
 from types import SimpleNamespace
 
 import numpy as np
@@ -30,7 +31,13 @@ def made_up_problem(folds=6, gain_known=True, dof=6.0, level=1.0, unrepeated=STA
     bands = np.ones(spectrum.band_count)
     seen, source = (dof, REPEATS) if gain_known else (0.0, unrepeated)
     floor = NoiseFloor(level, level, 0.0, level, level**2 * bands, seen * bands, source)
-    return FitProblem(data, "toy", (), effect_classes(), spectrum, floor, {})
+    classes = {**effect_classes(), **{letter: timeless(letter) for letter in ascii_lowercase}}
+    return FitProblem(data, "toy", (), classes, spectrum, floor, {})
+
+
+def timeless(name):
+    """What the selection asks of an effect's class, of one without parameters."""
+    return SimpleNamespace(name=name, parameters=(), endless=False)
 
 
 def residual(problem, shape, gain=0.0):

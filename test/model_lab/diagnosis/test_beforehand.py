@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from toy_forward import toy_set
 
-from model_lab.diagnosis.beforehand import is_resolved, seen_at_rest, unusual
+from model_lab.diagnosis.beforehand import is_between_samples, is_resolved, seen_at_rest, unusual
 from model_lab.fitting.fit import Likelihood
 from softhand_model.effects import effect_classes
 
@@ -97,3 +97,19 @@ def test_a_lag_that_is_nothing_between_samples_is_not_told_beside_other_effects(
     found = SimpleNamespace(likelihood=likelihood, values=np.array([time]))
     assert is_resolved(data, found, kind, beside=True) == answer
     assert is_resolved(data, found, kind)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "answer"),
+    [
+        ("tube_lag", {"time_constant": 0.09}, True),
+        ("tube_lag", {"time_constant": 0.11}, False),
+        ("clock_offset", {"offset": -0.09, "drift": 0.0}, True),
+        ("dead_zone", {"threshold": 0.01}, False),
+    ],
+)
+def test_times_below_that_between_samples_hang_on_what_nobody_has_seen(effect, values, answer):
+    data, kind = toy_set(np.random.default_rng(0)), effect_classes()[effect]  # sampled at 10 Hz
+    likelihood = SimpleNamespace(names=[f"{effect}.{name}" for name in values])
+    found = SimpleNamespace(likelihood=likelihood, values=np.array(list(values.values())))
+    assert is_between_samples(data, found, kind) == answer

@@ -424,6 +424,35 @@ def test_what_would_be_named_in_its_absence_is_tied_with_an_effect_of_another_fo
     assert choose(models, problem=made_up_problem(dof=1e6))[0].ties == (tied,)
 
 
+@pytest.mark.parametrize(("behind", "tied"), [(119.0, ("b",)), (121.0, ())])
+def test_what_lasts_for_less_than_a_sample_is_told_from_others_less_well(
+    choose, monkeypatch, behind, tied
+):
+    """How well it does hangs on what the input did between samples."""
+    base = Said(beyond(EXCESS), 1503.0)
+    models = {"": base, "a": leaves(0.1), "b": leaves(0.1, 500.0 + behind)}
+    assert choose(models)[0].ties == ((),)
+    monkeypatch.setattr(module, "is_between_samples", lambda data, fit, effect: effect.name == "a")
+    assert choose(models)[0].ties == (tied,)
+
+
+@pytest.mark.parametrize("apart", [0.9, 1.1])
+def test_unusual_ones_are_tied_where_there_are_few_others(choose, monkeypatch, apart):
+    models = {"": BASE, "a": leaves(0.0, 500.0)}
+    models |= {name: leaves(0.0, 501.0) for name in "bc"} | {"d": leaves(0.0, 500.5)}
+    made = Landscape._one
+
+    def unusual(landscape, before, effect):
+        scored = made(landscape, before, effect)
+        return replace(scored, unusual=apart) if effect == "d" else scored
+
+    monkeypatch.setattr(Landscape, "_one", unusual)
+    (tied,) = choose(models)[0].ties
+    assert set(tied) == ({"b", "c", "d"} if apart < 1.0 else {"b", "c"})
+    (tied,) = choose({name: said for name, said in models.items() if name != "c"})[0].ties
+    assert set(tied) == {"b", "d"}
+
+
 @pytest.mark.parametrize(("left", "tied"), [(0.2, ("b",)), (0.1, ())])
 def test_without_repeats_the_same_holds_for_what_leaves_more_than_the_floor(choose, left, tied):
     models = {"": BASE, "a": leaves(left), "b": leaves(0.34, 700.0)}

@@ -4,6 +4,8 @@ gauges at rest, times that the samples cannot tell.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from model_lab.aliases import Array
@@ -68,8 +70,26 @@ def is_resolved(data: MeasurementSet, fit: Fit, effect: type[Effect], beside: bo
     alone = len(effect.parameters) < 2
     if not times or effect.endless or not data.has_time or (alone and not beside):
         return True
+    least = NOTHING if alone else UNRESOLVED
+    return min(_steps(data, fit, effect, times)) >= least
+
+
+def is_between_samples(data: MeasurementSet, fit: Fit, effect: type[Effect]) -> bool:
+    """Whether an effect lasts for less than the time between samples: how well it does then hangs
+    on what the input did between them, which nobody has seen.
+    """
+    times = [p.name for p in effect.parameters if p.unit == "s"]
+    if not times or effect.endless or not data.has_time:
+        return False
+    return min(_steps(data, fit, effect, times)) < 1.0
+
+
+def _steps(
+    data: MeasurementSet, fit: Fit, effect: type[Effect], times: Sequence[str]
+) -> list[float]:
+    """Times of an effect over the usual time between samples [-]."""
     apart = [float(np.median(np.diff(run.columns["time"]))) for run in data.runs if run.samples > 1]
     values = dict(zip(fit.likelihood.names, fit.values.tolist(), strict=True))
-    least = NOTHING if alone else UNRESOLVED
-    shortest = least * float(np.median(apart or [0.0]))
-    return all(values[f"{effect.name}.{name}"] >= shortest for name in times)
+    step = float(np.median(apart)) if apart else 0.0
+    found = [abs(values[f"{effect.name}.{name}"]) for name in times]
+    return [time / step if step > 0.0 else np.inf for time in found]

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from model_lab.aliases import Array, Tell, tell_nobody
+from model_lab.diagnosis.beforehand import is_between_samples
 from model_lab.diagnosis.errors import (
     OF_ANOTHER_FORM,
     SURE,
@@ -42,7 +43,10 @@ SIGNIFICANCE = 0.01  # against the best of all candidates in mere noise
 TIE = 8.0  # deviance within which two explanations are not told apart
 TIE_SHARE = 0.02  # the same over what they gain: equations are no better than that
 OTHER_FORM = 0.06  # the same that another form of an equation may make up
+BETWEEN_SAMPLES = 0.12  # the same of what lasts for less than the time between samples
 FEW = 2  # names that are tied for that, besides
+UNUSUAL = 1.0  # deviance of parameters from which on they are unusual: those of an effect that has
+# become another one, as a load that is lost at low pressure and at the highest too
 
 
 @dataclass(frozen=True)
@@ -109,32 +113,36 @@ def _ties(
             tried = search(problem, without, names, limit=FITTED)
             instead = [s for s in tried if isinstance(s, Scored)]
         others = sorted((s for s in instead if s.added != effect), key=criterion)
-        result.append(_as_near(problem, others, final, without))
+        result.append(_as_near(problem, effect, others, final, without))
     return tuple(result)
 
 
 def _as_near(
-    problem: FitProblem, others: Sequence[Scored], final: Scored, without: Scored
+    problem: FitProblem, effect: str, others: Sequence[Scored], final: Scored, without: Scored
 ) -> tuple[str, ...]:
     """Names of models, nearest first, that explain as much as the final one beyond the one without
-    its effect; and of few that would but for the form of an equation. What is unlikely besides its
-    error is none of them.
+    an effect; and of few that would with unusual parameters, or but for the form of an equation.
+    What is unlikely besides its error is none of them.
     """
     gained = criterion(without) - criterion(final)
     likely = [s for s in others if s.unusual - final.unusual < TIE]
     behind = {s.added: criterion(s) - criterion(final) for s in likely}
-    tied = {
-        s.added
+    equal = [
+        s
         for s in likely
         if behind[s.added] < max(TIE, TIE_SHARE * gained) or _as_good(problem, s, final)
-    }
+    ]
+    tied = [s.added for s in equal if s.unusual - final.unusual < UNUSUAL]
+    tied += [s.added for s in equal if s.added not in tied][: max(0, FEW - len(tied))]
     of_another_form = _leaves_more_than_noise(problem, final)
+    unseen = is_between_samples(problem.data, final.fit, problem.classes[effect])
+    share = BETWEEN_SAMPLES if unseen else OTHER_FORM
     for scored in likely:
-        near = behind[scored.added] < OTHER_FORM * gained
+        near = behind[scored.added] < share * gained
         if of_another_form and not near:
             near = excess(problem, scored) <= OF_ANOTHER_FORM * excess(problem, without)
-        if len(tied) < FEW and scored.plausible and near:
-            tied.add(scored.added)
+        if len(tied) < FEW and scored.plausible and near and scored.added not in tied:
+            tied.append(scored.added)
     return tuple(name for name in behind if name in tied)
 
 
