@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import tempfile
+import threading
 import time
 import traceback
 from collections import defaultdict
@@ -107,13 +109,17 @@ def smaller(jobs: list[Job], seed: int) -> list[Job]:
 
 
 def finished(jobs: list[Job], workers: int, until: float) -> Iterator[dict[str, Any]]:
-    """Records of sets as they are done; none is started after `until` [s, monotonic]."""
+    """Records of sets as they are done; none is started after `until` [s, monotonic], or after a
+    SIGTERM.
+    """
+    ended = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: ended.set())
     context = multiprocessing.get_context("spawn")
     waiting = iter(jobs)
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
         running: set[Future[dict[str, Any]]] = set()
         while True:
-            while len(running) < 2 * workers and time.monotonic() < until:
+            while len(running) < 2 * workers and time.monotonic() < until and not ended.is_set():
                 job = next(waiting, None)
                 if job is None:
                     break
