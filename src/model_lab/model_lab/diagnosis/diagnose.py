@@ -38,7 +38,7 @@ from model_lab.diagnosis.verdict import depends_on, verdict_of
 from model_lab.experiments.forward import not_searched
 from model_lab.fitting.notices import Notice, notices
 from model_lab.fitting.problem import FitProblem, pose_problem, with_lower_floor
-from model_lab.localisation.localise import localise
+from model_lab.localisation.localise import Localisation, localise
 from model_lab.measurements.load import load_measurements
 from model_lab.measurements.measurement_set import MeasurementSet
 from model_lab.measurements.preprocess import thinned
@@ -170,10 +170,6 @@ def _judged(
     elif left_over:
         left = localise(problem.data, named.held_out.residual, seed)
         against = depends_on(problem.data, named, black_boxes, left)
-    failures = tuple(
-        Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
-        for axis in localised.failures
-    )
     evidence = evidence_of(problem, selection, black_boxes, len(odd))
     most = NOT_ALL if left_over else 1.0
     sure = confidence_of(problem.data.experiment, verdict, evidence, most)
@@ -193,7 +189,7 @@ def _judged(
         rmse_before=base.held_out.rmse,
         rmse_after=named.held_out.rmse,
         unit=problem.data.unit,
-        failures=failures,
+        failures=_failures(localised),
         next_experiment=proposal(problem, named, selection.ties) if added else None,
         correlation=correlation_of(named),
         modulus=modulus_of(named, problem.data),
@@ -206,6 +202,14 @@ def _judged(
         evidence=evidence,
     )
     return Outcome(diagnosis, problem, selection, black_boxes, odd)
+
+
+def _failures(localised: Localisation) -> tuple[Failure, ...]:
+    """Where the model fails, as the diagnosis says it."""
+    return tuple(
+        Failure(axis.against, axis.where, axis.p_value, axis.share_of_error)
+        for axis in localised.failures
+    )
 
 
 def _black_boxes(problem: FitProblem, base: Scored, scored: Scored) -> tuple[BlackBox, ...]:

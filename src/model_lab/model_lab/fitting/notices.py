@@ -319,9 +319,9 @@ def _duration(data: MeasurementSet) -> Notice | None:
     usual = float(np.median(lasting)) if lasting else DURATIONS[0]
     if DURATIONS[0] <= usual <= DURATIONS[1]:
         return None
-    factor = "milliseconds" if usual > DURATIONS[1] else "seconds"
+    unit = "milliseconds" if usual > DURATIONS[1] else "seconds"
     text = (
-        f"a run lasts {usual:.3g} s (median): if the times are {factor}, say so by the unit of the "
+        f"a run lasts {usual:.3g} s (median): if the times are {unit}, say so by the unit of the "
         "column time; time constants and rates hang on it"
     )
     order, marked = np.arange(len(lasting), dtype=float), np.zeros(0, np.int64)
