@@ -84,6 +84,7 @@ class Parameters:
     segments: int = option(6, "an actuator [-]")
     seed: int = option(3000, "of searches and trials [-]")
     jobs: int = option(2, "processes [-]")
+    patterns: str = option("", "file of winners with four channels; empty: they are searched [-]")
 
     def __post_init__(self) -> None:
         known = {"types": ALL, "cases": CASES, "checks": CHECKS}
@@ -150,26 +151,44 @@ def _share(found: Mapping[str, Any], given: Parameters) -> float:
 def _one_type(
     crew: Processes | Cluster, given: Parameters, folder: Path, case: str, number: int
 ) -> dict[str, Any]:
-    """The winner of a search and its trials."""
+    """A winner, from the file or of a search, and its trials."""
+    if given.patterns and case == FOUR:
+        winner = _read(Path(given.patterns), number)
+    else:
+        winner = _searched(crew, given, folder, case, number)
+    settings, pattern = _settings(given, case, number), winner["pattern"]
+    own = fresh_trials(case, number, pattern, Times(), settings, given.seed, given.trials)
+    place = _trials(folder, case, number, winner["evaluation"])
+    return {**winner, "trials": _judged(crew, own, place)}
+
+
+def _read(path: Path, number: int) -> dict[str, Any]:
+    """A winner as it is stored."""
+    grasps = load_patterns(path).grasps
+    if number not in grasps:
+        raise ValueError(f"{path}: expected a grasp of type {number}, got {sorted(grasps)}")
+    own = {key: getattr(grasps[number], key) for key in ("pattern", "seed", "evaluation", "cost")}
+    return {**own, "evaluations": 0, "failed": 0, "cpu_time": 0.0}
+
+
+def _searched(
+    crew: Processes | Cluster, given: Parameters, folder: Path, case: str, number: int
+) -> dict[str, Any]:
+    """The winner of a search."""
     search, place = problem(given, case, number), folder / "searches" / case / str(number)
     result = search_with(crew, search, place)
     tried = _tried(crew, given, search, result, place / "tried")
     winner = min(tried, key=lambda one: (one.worst, one.record["cost"]))
-    key, pattern = winner.record["key"], pattern_of(number, winner.record["values"])
-    own = fresh_trials(
-        case, number, pattern, Times(), _settings(given, case, number), given.seed, given.trials
-    )
     times = [record["cpu_time"] for record in result.records]
     times += [record["cpu_time"] for one in tried for record in one.records]
     return {
-        "pattern": pattern,
+        "pattern": pattern_of(number, winner.record["values"]),
         "seed": search.seed,
-        "evaluation": key,
+        "evaluation": winner.record["key"],
         "cost": winner.worst,
         "evaluations": len(times),
         "failed": result.failed,
         "cpu_time": sum(times),
-        "trials": _judged(crew, own, _trials(folder, case, number, key)),
     }
 
 

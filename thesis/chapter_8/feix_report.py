@@ -52,7 +52,7 @@ def told(results: Results, run: Sequence[int]) -> Report:
         *(_control(case, results["cases"], of, whole) for case in results["cases"] if case != FOUR),
         *_checked(results, whole),
         _human(results["human"]),
-        _times(results),
+        *_times(results),
     ]
     sentence = f"{len(held)} of {len(of)} types are held, {len(right)} of them "
     return Report(findings, sentence + "by the parts of the hand that the type asks for.")
@@ -133,9 +133,12 @@ def _human(verdicts: Mapping[str, Mapping[str, str]]) -> Finding:
     return Finding("by a person, from the pictures", "31 of 33", ours)
 
 
-def _times(results: Results) -> Finding:
+def _times(results: Results) -> list[Finding]:
+    """Of the searches, if there were any."""
     searches = [one for own in results["cases"].values() for one in own.values()]
     seconds = sum(one["cpu_time"] for one in searches)
     count = sum(one["evaluations"] for one in searches)
+    if not count:
+        return []
     ours = f"{count} evaluations, {seconds / 3600:.2f} h of CPU, {count / seconds:.2f} a second"
-    return Finding("searches", "-", ours, None, count / seconds, "1/s")
+    return [Finding("searches", "-", ours, None, count / seconds, "1/s")]

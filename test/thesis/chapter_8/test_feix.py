@@ -161,3 +161,22 @@ def test_a_small_run_is_taken_up_with_the_same_outcome_and_another_type_added(tm
     assert replace(given, types=(2,)).continued(tmp_path).types == (2, 9)
     save_figure(feix, first, report(first, given), tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 20_000
+
+
+@pytest.mark.timeout(300)  # 4 s on an idle machine
+def test_winners_come_from_a_file_with_the_same_trials_and_without_a_search(tmp_path):
+    searched, stored = (Job(tmp_path / name, lambda what, share: None) for name in ("one", "two"))
+    first = feix.run(Parameters(**feix.SMALL), searched)
+    path = str(tmp_path / "one" / feix.PATTERNS)
+    given = Parameters(**feix.SMALL, patterns=path)
+    found = feix.run(given, stored)
+    taken, own = (one["cases"][FOUR]["9"] for one in (found, first))
+    assert taken["final"] == own["final"] and taken["evaluations"] == 0
+    assert without_times(taken["trials"]) == without_times(own["trials"])
+    assert "searches" not in [finding.what for finding in report(found, given).findings]
+    with pytest.raises(ValueError, match=r"expected a grasp of type 3, got \[9\]"):
+        feix.run(replace(given, types=(3,)), stored)
+
+
+def without_times(trials):
+    return [{k: v for k, v in trial.items() if not k.endswith("_time")} for trial in trials]

@@ -80,14 +80,12 @@ class SkinPlaces:
     def locate(self, chain: str, point: Array, q: Array) -> SkinPlace:
         """The place on a chain's skin that is next to a point."""
         outline, nearest = self._outlines[chain], (np.inf, 0.0, 0, 0.0, np.empty((0, 2)))
-        for bone, origin, axes in self._bones(chain, q):
-            x, y, z = axes.T @ (point - origin)
-            low, high = np.array(outline.range(bone)) - outline.joint(bone)
-            inside = float(np.clip(z, low, high))
-            along = outline.joint(bone) + inside
+        for beyond, along, flat in self._beside(chain, point, q):
+            if beyond >= nearest[0]:
+                break
             ring = _ring(outline, along)
-            gap, edge, around = _nearest(ring, np.array([x, y]))
-            far = float(np.hypot(gap, z - inside))
+            gap, edge, around = _nearest(ring, flat)
+            far = float(np.hypot(gap, beyond))
             if far < nearest[0]:
                 nearest = (far, along, edge, around, ring)
         _, along, edge, around, ring = nearest
@@ -127,6 +125,18 @@ class SkinPlaces:
                 z = np.full((len(flat), 1), along - outline.joint(bone))
                 return origin + np.hstack([flat, z]) @ axes.T
         raise ValueError(f"along: expected at most {outline.length} m, got {along}")
+
+    def _beside(self, chain: str, point: Array, q: Array) -> list[tuple[float, float, Array]]:
+        """Of each bone, the least first: how far [m] a point is beyond its ends, the place along
+        the chain next to it, and the point (2,) [m] in the section there.
+        """
+        outline, found = self._outlines[chain], []
+        for bone, origin, axes in self._bones(chain, q):
+            x, y, z = axes.T @ (point - origin)
+            low, high = np.array(outline.range(bone)) - outline.joint(bone)
+            inside = float(np.clip(z, low, high))
+            found.append((abs(z - inside), outline.joint(bone) + inside, np.array([x, y])))
+        return sorted(found, key=lambda one: one[0])
 
     def _bones(self, chain: str, q: Array) -> list[tuple[int, Array, Array]]:
         """Number, origin and axes of each bone of a chain that has rubber."""
