@@ -41,3 +41,10 @@ def without_cost(values, settings):
 def not_marked(values, settings):
     """A function that no problem may name."""
     raise AssertionError
+
+
+@objective
+def ledge(values, settings):
+    """Falls towards x = 1, beyond which it is high; `draw`: x is moved by thousandths."""
+    x = values["x"] + 1e-3 * sum(settings.get("draw", ()))
+    return {"cost": 1.0 - x if x < 1.0 else 50.0}

@@ -36,8 +36,7 @@ from grasp_strategies.dexterity.patterns import (
     write_patterns,
 )
 from grasp_strategies.dexterity.posture import FOUR, HAND, RIGID
-from grasp_strategies.search import SearchProblem, SearchResult, search_with
-from grasp_strategies.search.problem import Evaluation
+from grasp_strategies.search import SearchProblem, search_with, try_again
 from grasp_strategies.sweep.cluster import Cluster
 from grasp_strategies.sweep.pool import Processes
 from grasp_strategies.sweep.results import Results as Lines
@@ -50,7 +49,6 @@ __all__ = ["SIZE", "draw"]
 
 CASES = (FOUR, RIGID, UNTURNED)  # hands that are searched; all but the first are controls
 CHECKS = (AGAIN, HALF, SLIPPERY)  # the stored patterns, run from their file
-IN_ERROR = 1e3  # cost [mm] of a try that ended in an error
 NO_FRICTION = 1e-6  # factor on the friction of all pairs
 OBJECTIVE = "grasp_strategies.dexterity.feix_search:grasp"
 PATTERNS = "patterns.yaml"
@@ -177,8 +175,10 @@ def _searched(
     """The winner of a search."""
     search, place = problem(given, case, number), folder / "searches" / case / str(number)
     result = search_with(crew, search, place)
-    tried = _tried(crew, given, search, result, place / "tried")
-    winner = min(tried, key=lambda one: (one.worst, one.record["cost"]))
+    draws = [(search.seed, (1 + k // 2) * (-1) ** k) for k in range(given.tries)]  # in pairs
+    named = {str(draw[1]): draw for draw in draws}  # not those of the trials
+    tried = try_again(crew, search, result, named, given.candidates, place / "tried")
+    winner = tried[0]
     times = [record["cpu_time"] for record in result.records]
     times += [record["cpu_time"] for one in tried for record in one.records]
     return {
@@ -190,49 +190,6 @@ def _searched(
         "failed": result.failed,
         "cpu_time": sum(times),
     }
-
-
-@dataclass(frozen=True)
-class Tried:
-    """One of the best evaluations of a search, and its records when it was tried with jitter."""
-
-    record: Mapping[str, Any]
-    records: Sequence[Mapping[str, Any]]
-
-    @property
-    def worst(self) -> float:
-        """Its greatest cost [mm]; that of the search when it was not tried."""
-        costs = [record.get("cost", IN_ERROR) for record in self.records]
-        return float(max(costs, default=self.record["cost"]))
-
-
-def _tried(
-    crew: Processes | Cluster,
-    given: Parameters,
-    search: SearchProblem,
-    result: SearchResult,
-    folder: Path,
-) -> list[Tried]:
-    """The best evaluations of a search, each tried and shaken with the same draws of jitter, which
-    are not those of the trials.
-    """
-    valid = [record for record in result.records if "error" not in record]
-    best = sorted(valid, key=lambda record: float(record["cost"]))[: given.candidates]
-    draws = [[search.seed, (1 + k // 2) * (-1) ** k] for k in range(given.tries)]  # in pairs
-    problems = [
-        replace(search, name=f"{search.name}_{draw[1]}", settings={**search.settings, "draw": draw})
-        for draw in draws
-    ]
-    lines = [
-        Evaluation(one, int(record["key"].rpartition("/")[2]), record["values"])
-        for one in problems
-        for record in best
-    ]
-    with Lines(folder) as results:
-        for record in crew.run(results.left(lines)):
-            results.append(record)
-        found = [results.records[line.key] for line in lines]
-    return [Tried(record, found[rank :: len(best)]) for rank, record in enumerate(best)]
 
 
 def _trials(folder: Path, name: str, number: int, evaluation: str) -> Path:

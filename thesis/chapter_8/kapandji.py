@@ -1,8 +1,10 @@
 """Kapandji test of RBO Hand 2's thumb (8.2.1, Figs 7.7, 8.7, 8.8).
 
 Pressures are searched for by TPE where the thesis chose them by hand; places and judge are those of
-`grasp_strategies.dexterity.kapandji`. The best posture of each place is judged again, with
-pressures that differ, and counts as reached when all of these repeats touch it.
+`grasp_strategies.dexterity.kapandji`. Of the best postures of each place, that one is taken whose
+worst of four tries with pressures that differ costs least: without this, three of the places that a
+search touched were lost in the repeats. It is judged again, with other draws, and counts as reached
+when all of these repeats touch it.
 
 Chosen on place 8 alone, before all others (seed 1, 5 segments): the cost, in which a contact
 elsewhere is no worse than none, and the sampler; after 60 evaluations the cost was 21.8 with TPE
@@ -13,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,7 +32,9 @@ from grasp_strategies.dexterity.posture import (
     hand_variant,
     touch_place,
 )
-from grasp_strategies.search import SearchProblem, Variable, search_with
+from grasp_strategies.search import SearchProblem, Variable, search_with, try_again
+from grasp_strategies.sweep.cluster import Cluster
+from grasp_strategies.sweep.pool import Processes
 from grasp_strategies.sweep.run import workers
 from pneuflex_sim.pictures.render import Camera, HandState, Renderer
 from softhand_model.hand.hand import load_hand
@@ -53,6 +58,8 @@ SMALL = {
     "places": (4,),
     "cases": (FOUR,),
     "evaluations": 8,
+    "candidates": 1,
+    "tries": 1,
     "segments": 5,
     "fine_step": 0.0025,
     "points": 2,
@@ -66,10 +73,11 @@ class Parameters:
 
     places: tuple[int, ...] = option(tuple(range(1, 9)), "by their numbers [-]")
     cases: tuple[str, ...] = option(tuple(CASES), "hands and channels that are searched [-]")
-    evaluations: int = option(400, "of a search, its budget [-]")
+    evaluations: int = option(360, "of a search, its budget [-]")
+    candidates: int = option(10, "best of a search, tried with other pressures [-]")
+    tries: int = option(4, "of each candidate [-]")
     generation: int = option(8, "evaluations a generation [-]")
     repeats: int = option(3, "judged postures of each winner [-]")
-    spread: float = option(0.02, "largest change of a pressure in a repeat, as a share [-]")
     step: float = option(0.005, "of the physics [s]")
     fine_step: float = option(0.001, "of another verdict on the first case's winners [s]")
     segments: int = option(8, "an actuator [-]")
@@ -113,17 +121,28 @@ def run(given: Parameters, job: Job) -> Results:
     with workers(given.jobs) as crew:
         for number, (case, place) in enumerate(wanted):
             job.progress(f"{case}, place {place}", number / (len(wanted) + 1))
-            search = problem(given, case, place)
-            result = search_with(crew, search, job.folder / case / str(place))
-            found[case][str(place)] = {
-                "values": dict(result.values),
-                "found": {key: result.best[key] for key in ("cost", "touched", "reason", "gap")},
-                "failed": result.failed,
-                "repeats": repeats(search, result.values, given),
-            }
+            found[case][str(place)] = _searched(crew, given, case, place, job.folder)
     job.progress("postures and workspace", len(wanted) / (len(wanted) + 1))
     fine = finely(found[given.cases[0]], given)
     return {"cases": found, "fine": fine, **postures(found, given), **workspace(given)}
+
+
+def _searched(
+    crew: Processes | Cluster, given: Parameters, case: str, place: int, folder: Path
+) -> dict[str, Any]:
+    """The winner of a search and its repeats."""
+    search, folder = problem(given, case, place), folder / case / str(place)
+    result = search_with(crew, search, folder)
+    draws = {str(k): (search.seed, 100 + k) for k in range(given.tries)}  # not those of the repeats
+    tried = try_again(crew, search, result, draws, given.candidates, folder / "tried")
+    best = tried[0].record
+    return {
+        "values": dict(best["values"]),
+        "found": {key: best[key] for key in ("cost", "touched", "reason", "gap")},
+        "worst": tried[0].worst,
+        "failed": result.failed,
+        "repeats": repeats(search, best["values"], given),
+    }
 
 
 def finely(found: Mapping[str, Any], given: Parameters) -> dict[str, Any]:
@@ -142,16 +161,8 @@ def finely(found: Mapping[str, Any], given: Parameters) -> dict[str, Any]:
 
 def repeats(search: SearchProblem, values: Mapping[str, float], given: Parameters) -> list[Any]:
     """Verdicts on a winner with pressures that differ, each by its own draw."""
-    limits = {variable.name: variable.high for variable in search.variables}
-    found = []
-    for number in range(given.repeats):
-        draw = np.random.default_rng([search.seed, 1 + number]).uniform(-1.0, 1.0, len(limits))
-        changed = {
-            name: min(limits[name], values[name] * (1.0 + given.spread * float(share)))
-            for name, share in zip(limits, draw, strict=True)
-        }
-        found.append(touch_place(changed, search.settings))
-    return found
+    draws = [[search.seed, 1 + number] for number in range(given.repeats)]
+    return [touch_place(values, {**search.settings, "draw": draw}) for draw in draws]
 
 
 def postures(found: Mapping[str, Any], given: Parameters) -> Results:

@@ -7,7 +7,7 @@ import pytest
 
 from grasp_strategies.dexterity.patterns import load_patterns
 from thesis.chapter_8 import feix
-from thesis.chapter_8.feix import FOUR, RIGID, Parameters, Tried, problem, report
+from thesis.chapter_8.feix import FOUR, RIGID, Parameters, problem, report
 from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, NOT_COUNTED, SLIPPERY
 from thesis.chapter_8.feix_sheet import FILE, human_verdicts, write_verdicts
 from thesis.frame import Job, save_figure
@@ -129,13 +129,6 @@ def test_searches_have_the_budget_and_seeds_of_their_own():
     assert first.seed == 3003 != other.seed
     assert len(first.variables) == 8 + 1 + 3 + 2
     assert problem(given, RIGID, 3).settings["hand"] == RIGID
-
-
-def test_of_those_that_were_tried_with_jitter_the_worst_run_counts():
-    tried = Tried({"cost": 1.0}, [{"cost": 2.0}, {"cost": 70.0}])
-    assert tried.worst == 70.0
-    assert Tried({"cost": 1.0}, [{"cost": 2.0}, {"error": "diverged"}]).worst == 1e3
-    assert Tried({"cost": 1.0}, []).worst == 1.0
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,7 @@ PALM = "palm"
 STIFF = 1e3  # factor on the shear modulus of actuators that are as good as rigid
 RAMP, SETTLE, LASTING = 1.0, 0.5, 1.0  # of each of two ramps, before closing, and closed [s]
 STEP, SEGMENTS = 0.005, 8
+SPREAD = 0.02  # largest change of a pressure when a posture is repeated, as a share
 RING_COUNT = 5  # outlines of the thumb's end of which the distance to a place is taken
 
 # cost [mm]: what is not touched costs at least as much as the radius
@@ -175,7 +176,8 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
 
     Args:
         values: gauge pressure [Pa] by channel; a channel that is not named stays empty.
-        settings: `place` (1 to 8), `hand` (see `hand_variant`), `step` [s], `segments`.
+        settings: `place` (1 to 8), `hand` (see `hand_variant`), `step` [s], `segments`, `draw`:
+            seeds of a change of each pressure by up to `SPREAD`.
 
     Returns:
         `cost` [mm]: see `cost`; verdicts at all radii by radius [mm], others, joint speed [rad/s].
@@ -186,8 +188,12 @@ def touch_place(values: Mapping[str, float], settings: Mapping[str, Any]) -> dic
         float(settings.get("step", STEP)),
         int(settings.get("segments", SEGMENTS)),
     )
+    pressures = np.array([values.get(name, 0.0) for name in hand.channels])
+    if "draw" in settings:
+        share = np.random.default_rng(settings["draw"]).uniform(-SPREAD, SPREAD, len(pressures))
+        pressures = np.minimum((1.0 + share) * pressures, hand.limits)
     try:
-        closed, later = hand.take(np.array([values.get(name, 0.0) for name in hand.channels]))
+        closed, later = hand.take(pressures)
     except RuntimeError:
         posed_hand.cache_clear()  # the engine has diverged
         raise

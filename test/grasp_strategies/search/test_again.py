@@ -1,0 +1,38 @@
+"""The best evaluations are tried again with jitter, and what can be repeated wins."""
+
+import pytest
+
+from grasp_strategies.search import SearchProblem, Tried, Variable, search_with, try_again
+from grasp_strategies.sweep.run import workers
+
+LEDGE = SearchProblem(  # the cost falls towards x = 1, beyond which it is high
+    "ledge",
+    "search_objectives:ledge",
+    (Variable("x", 0.0, 2.0),),
+    evaluations=100,
+    sampler="random",
+    seed=1,
+    allow_any=True,
+)
+
+
+def test_what_can_be_repeated_wins_over_what_was_best_once(tmp_path):
+    draws = {"left": (-100,), "right": (100,)}  # thousandths that x is moved by
+    with workers(0) as crew:
+        result = search_with(crew, LEDGE, tmp_path)
+        tried = try_again(crew, LEDGE, result, draws, 20, tmp_path / "again")
+        taken_up = try_again(crew, LEDGE, result, draws, 20, tmp_path / "again")
+    assert result.values["x"] > 0.9  # too near to the ledge
+    best = tried[0]
+    assert 0.7 < best.record["values"]["x"] < 0.9
+    assert best.worst == pytest.approx(1.0 - best.record["values"]["x"] + 0.1)
+    assert [one.worst for one in tried] == sorted(one.worst for one in tried)
+    assert taken_up == tried
+    assert len((tmp_path / "again" / "results.jsonl").read_text().splitlines()) == 40
+
+
+def test_of_the_tries_the_worst_counts():
+    tried = Tried({"cost": 1.0}, [{"cost": 2.0}, {"cost": 70.0}])
+    assert tried.worst == 70.0
+    assert Tried({"cost": 1.0}, [{"cost": 2.0}, {"error": "diverged"}]).worst == 1e3
+    assert Tried({"cost": 1.0}, []).worst == 1.0
