@@ -167,7 +167,8 @@ def _cost(records: Sequence[Record], before: int, spent: float, jobs: int) -> di
     times: dict[bool, list[float]] = {True: [], False: []}
     for record in records:
         coarse = record["physics"]["step"] >= Physics().step
-        times[coarse].append(record["cpu_time"])
+        if "cpu_time" in record:  # not where its worker was lost
+            times[coarse].append(record["cpu_time"])
     found = {
         "trials": len(records),
         "broken": sum(map(broke, records)),

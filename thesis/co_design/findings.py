@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from scipy.stats import spearmanr
@@ -13,6 +15,7 @@ from thesis.co_design.statistics import Interval, gain, interval
 from thesis.frame import Finding, Results
 
 SHIPPED_PAIR, BEST = "shipped", "best"
+CLUSTER = 2000  # cores, in the thesis
 LEAST_RANKED = 5  # designs, for a rank correlation that is judged
 Shares = Mapping[str, Sequence[float]]
 
@@ -27,6 +30,7 @@ def findings(results: Results) -> Iterator[Finding]:
     yield from _checked(results)
     yield from _controls(results, shares)
     yield from _costs(results["cost"])
+    yield _model(results["plan"], sum(s["trials"] > 0 for s in results["searches"].values()))
 
 
 def shares_of(results: Results, kind: str = "held_out") -> dict[str, list[float]]:
@@ -79,6 +83,8 @@ def _checked(results: Results) -> Iterator[Finding]:
     moulds, best = results["moulds"], results[BEST]
     ours = "; ".join(moulds) or f"all pass ({best})"
     yield Finding("moulds of the best hand", "-", ours, not moulds)
+    refused = sum(len(one["refused"]) for one in results["searches"].values())
+    yield Finding("better designs that cannot be cast, of all searches", "-", str(refused))
     held = results["postures"]
     ours = f"best {held[BEST]} of 6, shipped {held[SHIPPED_PAIR]} of 6"
     yield Finding("postures in which 0.5 kg stays in the hand", "-", ours)
@@ -149,3 +155,22 @@ def _costs(cost: Mapping[str, float]) -> Iterator[Finding]:
         f"{cost['trials']:,.0f} trials, {cost['cpu_hours']:.2f} core-hours, {cost['broken']} broken"
     )
     yield Finding("cost of all", "-", ours)
+
+
+def _model(plan: Mapping[str, Any], searches: int) -> Finding:
+    """How busy a cluster would be if trials took equally long and dispatch no time: rungs wait for
+    the one before, so a search has no more trials at once than its widest rung.
+    """
+    counts = (plan["generation"], *plan["kept"])
+    more = np.diff([0, *plan["rungs"]])
+    rungs = [count * int(trials) for count, trials in zip(counts, more, strict=True)]
+    alone, together = (
+        sum(n * rung for rung in rungs)
+        / (CLUSTER * sum(math.ceil(n * rung / CLUSTER) for rung in rungs))
+        for n in (1, searches)
+    )
+    ours = (
+        f"{100 * alone:.1f} %, as searches run one after the other; {100 * together:.0f} % were "
+        f"all {searches} run side by side (a model, not measured)"
+    )
+    return Finding(f"share of {CLUSTER:,} cores that would be busy", "100 %", ours)

@@ -25,7 +25,7 @@ from thesis.co_design.arms import Arm
 from thesis.co_design.hands import broken
 from thesis.co_design.plan import Plan
 from thesis.co_design.trials import SHIPPED, Design, design_of
-from thesis.co_design.worlds import score, trials_of
+from thesis.co_design.worlds import HIGHEST, score, trials_of
 
 Crew = Processes | Cluster
 MakeTrials = Callable[[str, Design, Sequence[int]], Sequence[Line]]
@@ -74,7 +74,7 @@ def run_search(
         for _ in range(plan.generations):
             generation = _feasible(study, arm, plan.generation)
             if arm.labels == "noise":
-                found = _noise(generation, seed, plan)
+                found = _noise(generation, seed)
             else:
                 found = _halved(crew, arm, seed, plan, generation, results, make)
             if arm.labels == "shuffled":
@@ -82,7 +82,7 @@ def run_search(
                 found = [found[k] for k in order]
             spent = (tried[-1].spent if tried else 0) + sum(count for _, count in found)
             for (number, values), (label, count) in zip(generation, found, strict=True):
-                study.tell_cost(number, -label)
+                study.tell_cost(number, -(label + count))  # by trials first, as they were kept
                 tried.append(Tried(number, values, label, count, spent))
     return tried
 
@@ -113,10 +113,10 @@ def _feasible(study: Study, arm: Arm, count: int) -> list[tuple[int, dict[str, f
     return found
 
 
-def _noise(generation: Sequence[tuple[int, Any]], seed: int, plan: Plan) -> list[tuple[float, int]]:
+def _noise(generation: Sequence[tuple[int, Any]], seed: int) -> list[tuple[float, int]]:
     """Scores that say nothing, without a trial; each counts as that of a whole course."""
-    draws = [np.random.default_rng([seed, number]).uniform() for number, _ in generation]
-    return [(float(draw), 0) for draw in draws]
+    draws = [np.random.default_rng([seed, number]) for number, _ in generation]
+    return [(float(draw.uniform(0.0, HIGHEST)), 0) for draw in draws]
 
 
 def _halved(
@@ -150,8 +150,10 @@ def _key(arm: Arm, seed: int, number: int) -> str:
 
 
 def finish(crew: Crew, lines: Sequence[Line], results: Results) -> list[Record]:
-    """Run what has no result yet; the records of all of them."""
-    for record in crew.run(results.left(lines)):
+    """Run what has no result yet; the records of all of them. An error stays one when the run is
+    started again: what the search asked for next followed from it.
+    """
+    for record in crew.run(results.left(lines, again=False)):
         results.append(record)
     return [results.records[line.key] for line in lines]
 

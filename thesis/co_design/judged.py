@@ -13,6 +13,7 @@ import numpy as np
 from grasp_strategies.sweep.line import Record
 from grasp_strategies.sweep.results import Results
 from pneuflex_sim.mould.report import make_mould, refusal
+from pneuflex_sim.world import Diverged
 from softhand_model.hand.actuator import Actuator
 from softhand_model.hand.hand import load_hand
 from thesis.chapter_3_and_5.payload import DRIFT, GRASPS, JUDGED_HAND, drift, held_up
@@ -114,11 +115,14 @@ def fine_held_out(
 
 def postures(hand: Path) -> int:
     """In how many of six postures a hand holds 0.5 kg, as in the experiment `payload`, at pressures
-    that it bears.
+    that it bears; none when its simulation diverges.
     """
     usual, limits = GRASPS[JUDGED_HAND], load_hand(hand).max_pressures()
     pressures = tuple(np.minimum(usual.pressures, limits).tolist())
-    found = held_up(replace(usual, hand=str(hand), pressures=pressures), PAYLOAD)
+    try:
+        found = held_up(replace(usual, hand=str(hand), pressures=pressures), PAYLOAD)
+    except Diverged:
+        return 0
     return sum(drift(hold) <= DRIFT for hold in found["holds"].values())
 
 

@@ -18,6 +18,7 @@ from thesis.co_design.trials import Design, DesignTrial, Physics, Shared
 
 USUAL = Physics()
 WORST, WEIGHT = 0.25, 0.25  # share of the objects, and weight of their mean
+HIGHEST = 1.0 + WEIGHT  # of scores
 LOST_COUNTS = 0.01  # of a trial that took the object off the ground: it breaks ties
 
 

@@ -1,5 +1,6 @@
 """A killed worker, and a killed sweep, lose no finished line and do none twice."""
 
+import multiprocessing
 import os
 
 import pytest
@@ -7,7 +8,7 @@ from killed_sweep import killed_and_run_again
 
 from grasp_strategies.sweep import SweepPlan, TrialLine, load_plan, run_lines
 from grasp_strategies.sweep.plan import SweptObject
-from grasp_strategies.sweep.pool import MOST_LOSSES
+from grasp_strategies.sweep.pool import MOST_LOSSES, Processes
 from grasp_strategies.trials import TrialSettings
 
 WAIT = """
@@ -64,6 +65,17 @@ class Deadly(TrialLine):
     @property
     def home(self):
         return int(os.environ["SWEEP_HOME"])
+
+
+def test_a_worker_that_was_lost_between_two_lists_is_replaced():
+    plan = SweepPlan("bad", TrialSettings(step=7.0), (SweptObject("marker"),), ((0, 0), (1, 0)))
+    with Processes(1) as crew:
+        first = list(crew.run(plan.lines()))
+        (worker,) = multiprocessing.active_children()
+        worker.kill()
+        worker.join()
+        second = list(crew.run(plan.lines()))
+    assert [r["error"] for r in second] == [r["error"] for r in first] != []
 
 
 def test_a_trial_that_kills_every_worker_is_a_line_with_that_error(tmp_path, monkeypatch):

@@ -5,12 +5,13 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
+from pneuflex_sim.world import Diverged
 from thesis import frame
 from thesis.co_design import co_design, judged
 from thesis.co_design.arms import ARMS, NOISE, SHUFFLED
 from thesis.co_design.halving import Tried
 from thesis.co_design.plan import NIGHT
-from thesis.co_design.trials import HAND, SHIPPED
+from thesis.co_design.trials import HAND, SHIPPED, write_design
 from thesis.co_design.worlds import trials_of
 
 HELD = {
@@ -87,7 +88,9 @@ def test_searches_as_hoped_meet_every_criterion_and_the_sentence_says_so(results
     report = co_design.report(results, GIVEN)
     assert missed(results) == []
     assert len(report.judged) >= 9
-    assert report.conclusion.startswith("Co-design helps at this budget (1,936 trials a search")
+    assert report.conclusion.startswith(
+        f"Co-design helps at this budget ({NIGHT.budget:,} trials a search"
+    )
     assert report["gain of co-design over motion, held out"] == pytest.approx(0.15)
 
 
@@ -173,3 +176,27 @@ def test_trials_that_broke_are_failures_and_counted():
     assert found["broken"] == 2
     assert found["success"] == pytest.approx(1 / 3)
     assert np.isfinite(found["score"])
+
+
+def test_a_hand_whose_simulation_diverges_holds_nothing(monkeypatch, tmp_path):
+    def diverge(*_given):
+        raise Diverged("joints")
+
+    monkeypatch.setattr(judged, "held_up", diverge)
+    write_design(SHIPPED, tmp_path)
+    assert judged.postures(tmp_path / HAND) == 0
+
+
+def test_a_trial_whose_worker_was_lost_counts_as_broken_and_takes_no_time():
+    usual = {"physics": {"step": 0.005}}
+    records = [{**usual, "cpu_time": 0.5}, {**usual, "error": "its worker was lost 3 times"}]
+    cost = co_design._cost(records, 0, 2.0, 1)
+    assert (cost["trials"], cost["broken"], cost["cpu_time"]) == (2, 1, 0.5)
+
+
+def test_how_busy_a_cluster_would_be_follows_from_the_rungs(results):
+    count = sum(one["trials"] > 0 for one in results["searches"].values())
+    found = co_design.report(results, GIVEN).findings
+    ours = next(one.ours for one in found if "2,000 cores" in one.what)
+    assert ours.startswith("1.5 %")  # rungs of 32, 24 and 32 trials
+    assert f"{100 * 88 * count / 6000:.0f} % were all {count}" in ours

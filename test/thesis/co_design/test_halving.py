@@ -2,15 +2,17 @@
 
 from collections import Counter
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from made_up_designs import GOOD, PLAN, made_up, search
 
 from grasp_strategies.sweep import read_results
+from grasp_strategies.sweep.results import Results
 from thesis.co_design import motions
 from thesis.co_design.arms import ARMS, CO_DESIGN, NOISE, RANDOM, SHUFFLED, SINGLE
-from thesis.co_design.halving import best_first, course
+from thesis.co_design.halving import best_first, course, finish
 from thesis.co_design.hands import broken
 from thesis.co_design.trials import SHIPPED
 from thesis.co_design.worlds import score
@@ -98,6 +100,19 @@ def test_the_course_never_falls_and_counts_whole_courses_alone(tmp_path):
     assert (
         scores[-1] == best_first(tried, 8)[0].score == max(o.score for o in tried if o.trials == 8)
     )
+
+
+def test_a_trial_that_ended_in_an_error_is_not_run_again(tmp_path):
+    class Failing:
+        key, digest, settings = "one", "d", None
+
+    def run(lines):
+        return [{"key": line.key, "digest": line.digest, "error": "lost"} for line in lines]
+
+    crew, line = Mock(run=Mock(side_effect=run)), Failing()
+    with Results(tmp_path) as results:
+        assert finish(crew, [line], results) == finish(crew, [line], results)
+    assert [len(call.args[0]) for call in crew.run.call_args_list] == [1, 0]
 
 
 def test_results_of_another_seed_are_refused(tmp_path):

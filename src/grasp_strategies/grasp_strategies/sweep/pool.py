@@ -86,15 +86,23 @@ class Processes:
             self._start(worker, line)
 
     def _start(self, worker: int, line: Line) -> None:
-        self._running[self._executors[worker].submit(run_line, line)] = (worker, line)
+        try:
+            future = self._executors[worker].submit(run_line, line)
+        except BrokenProcessPool:  # lost while it had nothing to do
+            self._replace(worker)
+            future = self._executors[worker].submit(run_line, line)
+        self._running[future] = (worker, line)
+
+    def _replace(self, worker: int) -> None:
+        self._executors[worker].shutdown(wait=False)
+        self._executors[worker] = _executor()
 
     def _outcome(self, future: Future[Record], worker: int, line: Line) -> Record | None:
         """The record of a line, or None when it runs again as its worker was lost."""
         try:
             return future.result()
         except BrokenProcessPool:
-            self._executors[worker].shutdown(wait=False)
-            self._executors[worker] = _executor()
+            self._replace(worker)
             self._losses[line.key] += 1
             if self._losses[line.key] < MOST_LOSSES:
                 self._start(worker, line)
@@ -103,6 +111,8 @@ class Processes:
 
 
 def _executor() -> ProcessPoolExecutor:
+    for library in ("OMP", "OPENBLAS", "MKL"):  # one thread a worker, before it loads numpy
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     return ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_end_with_parent)
 
 
