@@ -15,7 +15,7 @@ class Arm:
     """A way to search.
 
     `sampler`: of the searches. CMA-ES about the shipped pair was chosen before any run, on a
-    made-up problem of 18 numbers with this budget: true success of what two seeds ended with was
+    made-up problem of 18 numbers with 22 generations: true success of what two seeds ended with was
     0.81 and 0.81 from 0.54, of CMA-ES about the middle of the ranges 0.79 and 0.48, of TPE 0.54 and
     0.70. `labels`: what the search is told: `true` scores, those of a generation `shuffled`, or
     `noise`.
