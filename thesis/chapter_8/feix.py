@@ -35,7 +35,7 @@ from grasp_strategies.dexterity.patterns import (
     load_patterns,
     write_patterns,
 )
-from grasp_strategies.dexterity.posture import FOUR, HAND, RIGID
+from grasp_strategies.dexterity.posture import FOUR, HAND
 from grasp_strategies.search import SearchProblem, search_with, try_again
 from grasp_strategies.sweep.cluster import Cluster
 from grasp_strategies.sweep.pool import Processes
@@ -47,7 +47,7 @@ from thesis.frame import Job, Report, Results, option
 
 __all__ = ["SIZE", "draw"]
 
-CASES = (FOUR, RIGID, UNTURNED)  # hands that are searched; all but the first are controls
+CASES = (FOUR, UNTURNED)  # hands that are searched; all but the first are controls
 CHECKS = (AGAIN, HALF, SLIPPERY)  # the stored patterns, run from their file
 NO_FRICTION = 1e-6  # factor on the friction of all pairs
 OBJECTIVE = "grasp_strategies.dexterity.feix_search:grasp"
@@ -71,7 +71,7 @@ class Parameters:
     """Options of the experiment."""
 
     types: tuple[int, ...] = option(ALL, "by their numbers [-]")
-    cases: tuple[str, ...] = option((FOUR, RIGID), f"hands that are searched, of {CASES} [-]")
+    cases: tuple[str, ...] = option((FOUR, UNTURNED), f"hands that are searched, of {CASES} [-]")
     checks: tuple[str, ...] = option(CHECKS, "runs of the stored patterns [-]")
     evaluations: int = option(280, "of a search, its budget [-]")
     candidates: int = option(5, "best of a search, tried with jitter and shaken [-]")
@@ -253,7 +253,8 @@ def _check(
             strength=0.5 if name == HALF else 1.0,
             friction_scale=NO_FRICTION if name == SLIPPERY else 1.0,
         )
-        trials = [replace(trial, robust=False) for trial in trials]
+        if name != AGAIN:
+            trials = [replace(trial, robust=False) for trial in trials]
         records = _judged(crew, trials, _trials(job.folder, name, number, stored.evaluation))
         found[str(number)] = [_told_trial(record) for record in records]
     return found

@@ -7,7 +7,7 @@ import pytest
 
 from grasp_strategies.dexterity.patterns import load_patterns
 from thesis.chapter_8 import feix
-from thesis.chapter_8.feix import FOUR, RIGID, Parameters, problem, report
+from thesis.chapter_8.feix import FOUR, UNTURNED, Parameters, problem, report
 from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, NOT_COUNTED, SLIPPERY
 from thesis.chapter_8.feix_sheet import FILE, human_verdicts, write_verdicts
 from thesis.frame import Job, save_figure
@@ -42,7 +42,7 @@ def slow(found):
 
 
 def results(found=None, control=None, human=None, **other):
-    cases = {FOUR: found or grasped(), RIGID: control or grasped(held=ALL[:20])}
+    cases = {FOUR: found or grasped(), UNTURNED: control or grasped(held=ALL[:20])}
     return {"cases": cases, "checks": checks(**other), "human": human or {}}
 
 
@@ -128,11 +128,11 @@ def test_searches_have_the_budget_and_seeds_of_their_own():
     assert given.evaluations + given.candidates * given.tries == 300
     assert first.seed == 3003 != other.seed
     assert len(first.variables) == 8 + 1 + 3 + 2
-    assert problem(given, RIGID, 3).settings["hand"] == RIGID
+    assert problem(given, UNTURNED, 3).settings["hand"] == UNTURNED
 
 
 @pytest.mark.parametrize(
-    "given", [{"types": (34,)}, {"cases": (RIGID,)}, {"checks": ("twice",)}, {"cases": ("x",)}]
+    "given", [{"types": (34,)}, {"cases": (UNTURNED,)}, {"checks": ("twice",)}, {"cases": ("x",)}]
 )
 def test_what_there_is_not_is_refused(given):
     with pytest.raises(ValueError, match="expected"):

@@ -51,9 +51,10 @@ def try_again(
         draws: seeds of the tries, by the end of their keys.
         candidates: how many are tried.
         folder: of the results, from which a run goes on.
+
+    Raises ValueError when all evaluations of the search ended in errors.
     """
-    valid = [record for record in result.records if "error" not in record]
-    best = sorted(valid, key=lambda record: float(record[COST]))[:candidates]
+    best = result.best_first[:candidates]
     lines = [_try(problem, record, name, draw) for name, draw in draws.items() for record in best]
     with Results(folder) as results:
         for record in crew.run(results.left(lines)):

@@ -31,12 +31,19 @@ class SearchResult:
     records: Sequence[Record]
 
     @property
-    def best(self) -> Record:
-        """The first evaluation with the least cost; raises ValueError when all ended in errors."""
+    def best_first(self) -> list[Record]:
+        """Evaluations that did not end in an error, the least cost first, those of the same cost as
+        they were asked for; raises ValueError when there are none.
+        """
         valid = [record for record in self.records if "error" not in record]
         if not valid:
             raise ValueError(f"all evaluations ended in errors: {self.records[0]['error']}")
-        return min(valid, key=lambda record: float(record[COST]))
+        return sorted(valid, key=lambda record: float(record[COST]))
+
+    @property
+    def best(self) -> Record:
+        """The first of them."""
+        return self.best_first[0]
 
     @property
     def values(self) -> Mapping[str, float]:
