@@ -62,7 +62,7 @@ def test_a_hand_that_does_all_and_controls_that_fail_meet_all_criteria():
         ({"found": grasped(held=ALL[:23])}, "held"),
         ({"found": grasped(right=ALL[:19])}, "held by the right parts"),
         ({"found": grasped(held=ALL[5:])}, "power grasps against the palm held"),
-        ({"control": grasped(held=ALL[:26])}, "negative control: rigid palm"),
+        ({"control": grasped(held=ALL[:26])}, "negative control: thumb unturned"),
         ({"again": grasped(held=ALL[1:])}, "run again from the file"),
         ({"again": slow(grasped())}, "time of that"),
         ({"half": grasped(held=ALL[4:])}, "shaken with half the strength"),
