@@ -220,7 +220,8 @@ def _store(given: Parameters, found: Mapping[str, Any], path: Path) -> None:
 
 
 def _stored(one: Mapping[str, Any]) -> StoredGrasp:
-    keys = ("held", "by_thirds", "typed", "held_reason", "typed_reason", "markers", "object")
+    keys = ("held", "by_thirds", "at_rest", "typed", "held_reason", "typed_reason")
+    keys += ("markers", "object")
     trials = one["trials"]
     return StoredGrasp(
         one["pattern"],

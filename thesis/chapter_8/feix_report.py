@@ -13,6 +13,10 @@ AGAIN, HALF, SLIPPERY = "again", "half_strength", "no_friction"  # runs of the s
 ALL = tuple(sorted(grasp_types()))
 NOT_COUNTED = 19  # whether scissors cut is not judged
 FAILED = (5, 19)  # in the thesis
+APART = {  # other verdicts, beside the one that counts
+    "by_thirds": "no contact past the border of its third",
+    "at_rest": "by what is left of drift and turn at the end",
+}
 HELD, RIGHT, POWER, FEWER, MOST_SLIPPERY, MOST_CHANGED = 24, 20, 8, 8, 3, 3
 LONGEST = 300  # [s] that all stored grasps take
 
@@ -38,14 +42,12 @@ def told(results: Results, run: Sequence[int]) -> Report:
     findings = [_row(types[int(number)], one) for number, one in found.items()]
     held, right = counted(found, "held"), counted(found, "held", "typed")
     power = [n for n in of if types[n].opposition == PALM_TYPE]
-    to_the_letter = counted(found, "by_thirds")
     wrapped = [number for number in held if number in power]
     findings += [
         _count("held", "31 of 33", held, of, HELD, whole),
-        Finding(
-            "held, no contact past the border of its third",
-            "-",
-            f"{len(to_the_letter)} of {len(of)}",
+        *(
+            Finding(f"held, {words}", "-", f"{len(counted(found, key))} of {len(of)}")
+            for key, words in APART.items()
         ),
         _count("held by the right parts", "31 of 33", right, of, RIGHT, whole),
         _count("power grasps against the palm held", "9 of 10", wrapped, power, POWER, whole),

@@ -62,6 +62,14 @@ def test_what_moves_or_loses_contacts_is_not_held(seen, reason):
     assert not verdict.good and reason in verdict.reason
 
 
+def test_what_yields_and_springs_back_is_held_by_what_is_left_alone():
+    seen = replace(shaken(turn=0.6), left=(0.001, 0.1))
+    assert not judge_held(seen).good and judge_held(seen.at_rest).good
+    assert not judge_held(replace(seen, left=(0.001, 0.5)).at_rest).good
+    assert not judge_held(replace(seen, after=[]).at_rest).good
+    assert not judge_held(shaken(drift=0.1).at_rest).good, "lost on the way"
+
+
 def test_a_contact_may_pass_the_border_of_its_third_by_the_resolution_of_its_place():
     near, far = (replace(LITTLE, along=2.0 / 3.0 + past) for past in (0.16, 0.17))
     assert judge_held(shaken(after=[*WRAP[:4], near])).good

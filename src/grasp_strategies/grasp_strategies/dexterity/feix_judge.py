@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,13 +59,20 @@ class Touch:
 @dataclass(frozen=True)
 class Shaken:
     """What was seen of a grasp that was turned and shaken: contacts before and after, greatest
-    drift [m] and turn [rad] of the object in the wrist frame on the way.
+    drift [m] and turn [rad] of the object in the wrist frame on the way, and what is left of them
+    at the end, when all that yielded has sprung back.
     """
 
     before: Sequence[Touch]
     after: Sequence[Touch]
     drift: float
     turn: float
+    left: tuple[float, float] = (math.inf, math.inf)
+
+    @property
+    def at_rest(self) -> Shaken:
+        """The same with what is left for the greatest."""
+        return replace(self, drift=self.left[0], turn=self.left[1])
 
 
 @dataclass(frozen=True)

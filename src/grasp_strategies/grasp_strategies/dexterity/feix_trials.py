@@ -96,6 +96,7 @@ class PatternTrial:
         return {
             "held": held.good,
             "by_thirds": judge_held(seen, resolution=0.0).good,
+            "at_rest": judge_held(seen.at_rest).good,
             "typed": typed.good,
             "held_reason": held.reason,
             "typed_reason": typed.reason,

@@ -283,8 +283,8 @@ class GraspingHand:
                     if worst[0] > FAR:
                         return Shaken(before, [], *map(float, worst))
         self._run(REST)
-        after, worst = self.look(), np.maximum(worst, self._drift())
-        return Shaken(before, after, *map(float, worst))
+        after, left = self.look(), self._drift()
+        return Shaken(before, after, *map(float, np.maximum(worst, left)), left)
 
     def robust(self) -> float:
         """Least force [N], of six directions in the wrist frame, that moves the object by 10 mm;

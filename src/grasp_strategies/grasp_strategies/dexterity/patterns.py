@@ -37,6 +37,7 @@ FILE = Path(__file__).parents[1] / "data" / "dexterity" / "feix_patterns.yaml"
 TRIAL = {
     "held": "whether the object was held through all that the judge does",
     "by_thirds": "whether it was, were no contact allowed past the border of its third",
+    "at_rest": "whether it was, by drift and turn that are left when all has sprung back",
     "typed": "whether the right parts of the hand held it in the right way",
     "held_reason": "why not, in words; empty if it was",
     "typed_reason": "the same of the type",
@@ -104,7 +105,8 @@ def write_patterns(patterns: Patterns, path: Path) -> None:
         "grasps": {number: _plain(stored) for number, stored in patterns.grasps.items()},
     }
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(yaml.safe_dump(content, sort_keys=False, width=150), encoding="utf-8")
+    text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=150)
+    path.write_text(text, encoding="utf-8")
 
 
 def _plain(stored: StoredGrasp) -> dict[str, Any]:
