@@ -30,6 +30,7 @@ JOINTS_TOPIC = "/hand/joint_states"
 PHASE_TOPIC = "/grasp/phase"
 BETWEEN_GRASPS = ("idle", "done")  # what the sequencer publishes before and after a grasp
 
+HAND_LENGTH = 0.2  # [m], upright in the air
 FRAME_COUNT = 8
 FRAME_SIZE = (560, 420)  # [pixels]
 MARGIN = 0.5  # [s] shown before the first and after the last phase
@@ -171,11 +172,14 @@ def draw_frames(
     joints = bag.joints(JOINTS_TOPIC)
     marks = phases(bag.texts(PHASE_TOPIC), float(joints.time[-1]))
     times = frame_times(marks, float(joints.time[-1]))
-    path_seen = bag.poses(OBJECT_TOPIC).position
     segments = recorded_segments(hand, joints.names)
     shown = load_scene(scene).inclined(wall_inclination)
     yaw = 62.0 if shown.wall is None else -62.0  # on the free side of a wall
-    camera = Camera(target=_centre(path_seen), distance=0.55, yaw=yaw, pitch=-16.0)
+    if shown.table is None:  # the object is held out to a hand in the air
+        target = _middle(bag.poses(WRIST_TOPIC).position, HAND_LENGTH / 2)
+    else:
+        target = _centre(bag.poses(OBJECT_TOPIC).position)
+    camera = Camera(target=target, distance=0.55, yaw=yaw, pitch=-16.0)
     renderer = Renderer(hand, object_name, shown, segments)
     frames = [renderer.frame(state, FRAME_SIZE, camera) for state in recorded_states(bag, times)]
     _save_sheet(frames, [_caption(marks, time) for time in times], path)
@@ -207,7 +211,14 @@ def recorded_states(bag: Bag, times: Array) -> list[HandState]:
 def _centre(path: Array) -> tuple[float, float, float]:
     """Point to look at [m] in all pictures, so that the lift is seen: the middle of the way up."""
     x, y, _ = path[0].tolist()
-    return x, y, float(0.5 * (path[:, 2].min() + path[:, 2].max())) + 0.04
+    _, _, z = _middle(path, 0.04)
+    return x, y, z
+
+
+def _middle(path: Array, above: float) -> tuple[float, float, float]:
+    """The middle of a path (k, 3) [m], moved up."""
+    x, y, z = (0.5 * (path.min(axis=0) + path.max(axis=0))).tolist()
+    return x, y, z + above
 
 
 def recorded_segments(hand: str, joint_names: Sequence[str]) -> int:
@@ -259,6 +270,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         with Bag(options.bag) as bag:
+            options.folder.mkdir(parents=True, exist_ok=True)
             draw_grasp(bag, options.folder / "grasp.png")
             draw_frames(
                 bag,
@@ -268,7 +280,7 @@ def main(arguments: list[str] | None = None) -> int:
                 options.scene,
                 options.wall_inclination,
             )
-    except ValueError as error:
+    except (OSError, ValueError) as error:
         print(f"figures: {error}", file=sys.stderr)
         return 1
     return 0

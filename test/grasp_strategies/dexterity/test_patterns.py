@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from grasp_strategies.dexterity.feix import grasp_types
+from grasp_strategies.dexterity.feix_trials import HandSettings, fresh_trials
 from grasp_strategies.dexterity.patterns import (
     Pattern,
     Patterns,
@@ -49,3 +51,22 @@ def test_a_file_that_cannot_be_used_is_refused_with_the_place(tmp_path, old, new
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(ValueError, match=named):
         load_patterns(path)
+
+
+def test_a_pattern_of_every_type_is_shipped_with_the_object_of_its_type():
+    shipped, types = load_patterns().grasps, grasp_types()
+    assert sorted(shipped) == sorted(types)
+    for number, stored in shipped.items():
+        assert stored.pattern.object == types[number].object
+        assert len(stored.trials) == 3
+        assert stored.held == sum(trial["held"] for trial in stored.trials)
+
+
+@pytest.mark.timeout(300)  # 4 s on an idle machine
+def test_the_shipped_medium_wrap_holds_a_cylinder_by_the_right_parts():
+    stored = load_patterns()
+    settings = HandSettings("cylinder_45", step=stored.step, segments=stored.segments)
+    pattern = stored.grasps[3].pattern
+    (trial,) = fresh_trials("shipped", 3, pattern, stored.times, settings, 3000, 1)
+    found = replace(trial, robust=False).result()
+    assert found["held"] and found["typed"], (found["held_reason"], found["typed_reason"])
