@@ -2,7 +2,7 @@
 
 NIGHT is sized for a short night on two cores: 28,700 trials of 0.45 to 0.85 s of processor time
 each (idle and loaded, with the building of hands and scenes) and 560 fine ones of 3 to 6 s are 4 to
-8 core-hours. SMALL, 460 and 30 of them, takes five minutes or six.
+8 core-hours. SMALL, some 500 of them, takes four minutes.
 
 Criteria, all on the held-out trials of the seed at which an arm was run, which are the same for all
 arms: arms are compared by the difference of their shares of success, seed by seed, with the 95 %
