@@ -41,15 +41,15 @@ from grasp_strategies.sweep.cluster import Cluster
 from grasp_strategies.sweep.pool import Processes
 from grasp_strategies.sweep.results import Results as Lines
 from grasp_strategies.sweep.run import workers
-from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, SLIPPERY, told
+from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, SLIPPERY, STICKY, told
 from thesis.chapter_8.feix_sheet import SIZE, draw, human_verdicts, write_verdicts
 from thesis.frame import Job, Report, Results, option
 
 __all__ = ["SIZE", "draw"]
 
 CASES = (FOUR, UNTURNED)  # hands that are searched; all but the first are controls
-CHECKS = (AGAIN, HALF, SLIPPERY)  # the stored patterns, run from their file
-NO_FRICTION = 1e-6  # factor on the friction of all pairs
+CHECKS = (AGAIN, HALF, SLIPPERY, STICKY)  # the stored patterns, run from their file
+FRICTION = {SLIPPERY: 1e-6, STICKY: 1.5}  # factors on that of all pairs
 OBJECTIVE = "grasp_strategies.dexterity.feix_search:grasp"
 PATTERNS = "patterns.yaml"
 SMALL = {
@@ -252,7 +252,7 @@ def _check(
             given.seed,
             1 if name == AGAIN else given.trials,
             strength=0.5 if name == HALF else 1.0,
-            friction_scale=NO_FRICTION if name == SLIPPERY else 1.0,
+            friction_scale=FRICTION.get(name, 1.0),
         )
         if name != AGAIN:
             trials = [replace(trial, robust=False) for trial in trials]
