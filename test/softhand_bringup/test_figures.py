@@ -60,3 +60,14 @@ def test_a_bag_without_the_object_is_refused_by_topic(grasp_bag, tmp_path, monke
     monkeypatch.setattr(figures, "OBJECT_TOPIC", "/scene/nothing")
     with Bag(grasp_bag) as bag, pytest.raises(ValueError, match="/scene/nothing"):
         figures.draw_grasp(bag, tmp_path / "grasp.png")
+
+
+def test_pictures_of_a_lift_look_at_its_middle_from_where_it_began():
+    path = np.array([[0.1, 0.2, 0.0], [0.3, 0.4, 0.1]])
+    assert figures._centre(path) == pytest.approx((0.1, 0.2, 0.09))
+    assert figures._middle(path, 0.1) == pytest.approx((0.2, 0.3, 0.15))
+
+
+def test_a_bag_that_is_not_there_is_said(tmp_path, capsys):
+    assert figures.main([str(tmp_path / "none"), str(tmp_path / "new")]) == 1
+    assert "figures: " in capsys.readouterr().err

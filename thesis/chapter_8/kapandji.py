@@ -2,9 +2,8 @@
 
 Pressures are searched for by TPE where the thesis chose them by hand; places and judge are those of
 `grasp_strategies.dexterity.kapandji`. Of the best postures of each place, that one is taken whose
-worst of four tries with pressures that differ costs least: without this, three of the places that a
-search touched were lost in the repeats. It is judged again, with other draws, and counts as reached
-when all of these repeats touch it.
+worst of four tries with pressures that differ costs least. It is judged again, with other draws,
+and counts as reached when all of these repeats touch it.
 
 Chosen on place 8 alone, before all others (seed 1, 5 segments): the cost, in which a contact
 elsewhere is no worse than none, and the sampler; after 60 evaluations the cost was 21.8 with TPE

@@ -136,3 +136,12 @@ def test_a_contact_on_the_way_to_a_place_does_not_cost_more_than_none():
     behind = Verdict(False, "not within the radius", 0.035, 0.0, ())
     assert cost(behind, 0.010, 0.0) == cost(none, 0.010, 0.0)
     assert cost(none, 0.009, 0.0) < cost(none, 0.010, 0.0)
+
+
+def test_a_draw_changes_pressures_a_little_within_the_limits_and_the_same_each_time():
+    values = {"a": 60e3, "b": 80e3, "c": 40e3, "d": 60e3}  # b at its limit
+    usual = touch_place(values, SETTINGS)
+    first, again, other = (touch_place(values, {**SETTINGS, "draw": [1, k]}) for k in (2, 2, 3))
+    assert first == again
+    gaps = [found["gap"] for found in (usual, first, other)]
+    assert len(set(gaps)) == 3 and np.ptp(gaps) < 0.02

@@ -8,7 +8,7 @@ import pytest
 from grasp_strategies.dexterity.patterns import load_patterns
 from thesis.chapter_8 import feix
 from thesis.chapter_8.feix import FOUR, UNTURNED, Parameters, problem, report
-from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, NOT_COUNTED, SLIPPERY
+from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, NOT_COUNTED, SLIPPERY, STICKY
 from thesis.chapter_8.feix_sheet import FILE, human_verdicts, write_verdicts
 from thesis.frame import Job, save_figure
 
@@ -26,12 +26,13 @@ def grasped(held=ALL, right=ALL):
     return {str(number): one(number in held, number in right) for number in ALL}
 
 
-def checks(again=None, half=None, slippery=()):
+def checks(again=None, half=None, slippery=(), sticky=()):
     found = grasped()
     return {
         AGAIN: {n: o["trials"][:1] for n, o in (again or found).items()},
         HALF: {n: o["trials"] for n, o in (half or found).items()},
         SLIPPERY: {n: [trial(int(n) in slippery)] for n in found},
+        STICKY: {n: [trial(int(n) in sticky)] for n in found},
     }
 
 
@@ -71,6 +72,16 @@ def test_a_hand_that_does_all_and_controls_that_fail_meet_all_criteria():
 )
 def test_a_missed_criterion_is_said(given, what):
     assert row(results(**given), what).met is False
+
+
+def test_verdicts_beside_the_one_that_counts_are_told_and_not_judged():
+    found = grasped()
+    for number in ("3", "14"):
+        found[number]["trials"] = [{**trial(), "at_rest": True}] * 3
+    beside = results(found=found, sticky=(3, 4))
+    more, rest = row(beside, "the same patterns"), row(beside, "held, by what is left")
+    assert (more.ours, more.met) == ("2 held: 3, 4", None)
+    assert (rest.ours, rest.met) == ("2 of 32", None)
 
 
 def test_scissors_do_not_count():
