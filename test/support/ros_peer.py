@@ -44,9 +44,14 @@ class Peer:
         """Spin until `condition()`; fail the test with `what` when `limit` [s] is over."""
         end = time.monotonic() + limit
         while not (found := condition()):
-            assert time.monotonic() < end, f"not within {limit} s: {what}"
+            if time.monotonic() > end:
+                raise AssertionError(f"not within {limit} s: {what}{self.troubles()}")
             self._executor.spin_once(timeout_sec=0.05)
         return found
+
+    def troubles(self):
+        """What to add when something did not come."""
+        return ""
 
     def listen(self, kind, topic, qos=50):
         """The growing list of a topic's messages."""

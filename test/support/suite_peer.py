@@ -2,7 +2,7 @@
 
 import math
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from ros_peer import LATCHED, Peer, seconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -72,6 +72,14 @@ class SuitePeer(Peer):
     def trigger(self, service, limit=30.0):
         """Call a Trigger service and wait for its answer."""
         return self.call(Trigger, service, limit)
+
+    def troubles(self):
+        """Diagnostics that are not OK, as heard for two of their periods."""
+        arrays = self.listen(DiagnosticArray, "/diagnostics")
+        del arrays[:]
+        self.spin(2.0)
+        found = [s for array in arrays for s in array.status if s.level != DiagnosticStatus.OK]
+        return "; ".join(["", *sorted(set(map(status_text, found)))])
 
     def diagnosis(self, *words, limit=10.0, heard=False):
         """Wait for a diagnostic status in which all these words stand; its text. What was `heard`

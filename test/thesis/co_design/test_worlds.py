@@ -50,7 +50,7 @@ def test_trials_of_one_scene_follow_each_other():
 def test_the_night_fits_its_hours():
     searches = len(NIGHT.seeds) * 4 + len(NIGHT.control_seeds)
     judged = (searches + 2 * len(NIGHT.seeds)) * (40 + 80)
-    assert searches * NIGHT.budget + judged + 400 <= 28_700
+    assert searches * NIGHT.budget + judged + 200 <= 21_200
     assert set(PLANS) == {"night", "small"}
 
 
