@@ -17,7 +17,6 @@ from thesis.frame import Job, NoParameters
 TAKES = "seconds"
 REQUESTS = 50
 GRID = 20_000  # heights of the brute force
-SHORTER = 0.995
 
 
 def run(seed: int = 0) -> list[dict[str, Any]]:
@@ -29,9 +28,10 @@ def _tables() -> Iterator[dict[str, Any]]:
     given = NoParameters()
     results = materials.run(given, Job(Path("out"), lambda *told: None))
     found = materials.report(results, given).findings
-    printed = [one for one in found if one.what.endswith("radial stretch") or "index" in one.what]
+    lines = [one for one in found if one.what.endswith("radial stretch") or "index" in one.what]
+    printed = [one for one in lines if one.met is not None]  # errata left out
     yield at_least(
-        "lines of Tables 3.1 and 3.2 in the printed digits",
+        f"lines of Tables 3.1 and 3.2 in print, {len(lines) - len(printed)} erratum left out",
         sum(one.met is True for one in printed),
         "",
         len(printed),
@@ -67,5 +67,5 @@ def _brute(rubber: Rubber, curvature: float, stiffness: float) -> float:
 def _bound_does(choice: Choice, stiffness: float) -> bool:
     """Whether the curvature that a refusal names would do."""
     most = float(choice.refused.split("curvature at most ")[1].split(" ")[0])
-    found = choose(SHORTER * most, stiffness, rubbers=[choice.rubber])
+    found = choose(most, stiffness, rubbers=[choice.rubber])
     return found[0].suits

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
-from softhand_model.hand.profile import ConstantProfile, TableProfile
+from softhand_model.hand.profile import TableProfile
 from softhand_model.hand.profile_sizing import ProfileDesign, design_by_profiles
 from softhand_model.hand.profile_wish import ProfileWish
 from softhand_model.hand.sizing import WishError
@@ -18,8 +18,8 @@ MIDDLE = 0.15  # by which the ratio in the middle may lie off the line through i
 
 
 def requests(seed: int) -> Iterator[ProfileWish]:
-    """Requests without end, some of which nothing fulfils; every second has a section of a chosen
-    aspect, the others taper as P10.
+    """Requests without end, some of which nothing fulfils; about every second has a section of a
+    chosen aspect, which varies along it, the others taper as P10.
     """
     random = np.random.default_rng(seed)
     rubber = chosen_rubber(USUAL_RUBBER, None, None, None)
@@ -29,7 +29,7 @@ def requests(seed: int) -> Iterator[ProfileWish]:
         x = (0.0, length / 2.0, length)
         ratios = ratio * np.array([1.0, (1.0 + tip) / 2.0 * (1.0 + middle), tip])
         softer = stiffness * random.uniform(0.15, 0.8)
-        aspect = ConstantProfile(float(random.uniform(0.92, 1.08)))
+        aspect = TableProfile((0.0, length), tuple(random.uniform(0.92, 1.08, 2).tolist()))
         yield ProfileWish(
             TableProfile(x, tuple(ratios.tolist())),
             TableProfile((0.0, length), (float(stiffness), float(softer))),

@@ -45,12 +45,12 @@ def first_castable(tried: Iterable[Tried], most: int, folder: Path) -> tuple[Tri
 
 def refusals(hand: Path) -> list[str]:
     """Why moulds of a hand's actuators fail; empty when all pass."""
-    reasons = map(_refusal, cast_kinds(load_hand(hand)).values())
+    reasons = map(mould_refusal, cast_kinds(load_hand(hand)).values())
     return [reason for reason in reasons if reason]
 
 
 @lru_cache
-def _refusal(actuator: Actuator) -> str:
+def mould_refusal(actuator: Actuator) -> str:
     """Why its mould fails, or nothing."""
     try:
         made = make_mould(actuator)

@@ -69,8 +69,10 @@ def helps(shares: Shares) -> bool:
 def sentence(shares: Shares, budget: int) -> str:
     """What came out, in a line."""
     verdict = "helps" if helps(shares) else "was not shown to help"
+    better = [arm.name for arm in SINGLE if gain(shares, arm.name).high < 0.0]
+    worse = f" It was worse than {' and '.join(better)} alone." if better else ""
     gains = ", ".join(f"{gain(shares, arm.name).points()} over {arm.name} alone" for arm in SINGLE)
     return (
         f"Co-design {verdict} at this budget ({budget:,} trials a search, "
-        f"{len(shares[CO_DESIGN.name])} seeds): held-out success {gains}."
+        f"{len(shares[CO_DESIGN.name])} seeds): held-out success {gains}.{worse}"
     )

@@ -98,7 +98,7 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((*WISH, "--ratio", 0.1), "ratio: expected above 0.2857 1/(m kPa), at which"),
+        ((*WISH, "--ratio", 0.1), "ratio: expected above 0.3025 1/(m kPa), at which"),
         ((*WISH, "--rubber", "gum"), "rubber: expected one of Dragon Skin 10, Dragon Skin 20"),
         ((*WISH, *OWN_RUBBER, "--modulus", 0.113), "modulus: expected 1 to 100000 kPa, got 0.113"),
         ((*WISH, *OWN_RUBBER, "--max-stretch", 0.5), "max-stretch: expected 1.01 to 100, got 0.5"),
@@ -112,7 +112,7 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
         ((*WISH, "--length", 0.09), "length: expected 2 to 2000 mm, got 0.09"),
         (
             (*WISH, "--wall", 30),
-            "wall: expected below 9.899 mm, the height that gives the stiffness",
+            "wall: expected below 8.899 mm, which leaves a chamber of 1 mm",
         ),
         (
             (*WISH, "--tip-stiffness", 5),
@@ -127,6 +127,13 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
         (("design", "--stiffness", 4, "--length", 90), "ratio: expected a number, got none"),
         ((*PROFILES, "--wall", 2), "wall: expected nothing beside profiles, got 2.0"),
         ((*WISH, "--pressure", 40), "pressure: expected a profile beside it, got 40.0"),
+        ((*WISH, "--side-share", 0.3), "side-share: expected a profile beside it, got 0.3"),
+        ((*PROFILES, "--ratio", 3), "ratio: expected none beside ratio-profile, got 3.0"),
+        ((*PROFILES, "--arc-angle", 90), "arc-angle: expected none beside length, got 90.0"),
+        (
+            (*PROFILES, "--stiffness", 4, "--rubber", "auto", "--density", 1000),
+            "density: expected none beside rubber auto, got 1000.0",
+        ),
         ((*PROFILES, "--stiffness", -1), "stiffness: expected 0 to 1e+06 mN m2, got -1"),
         (
             (*PROFILES, "--stiffness-profile", "[[0, 4], [80, 2]]"),
@@ -139,7 +146,7 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
         ),
         (
             (*PROFILES, "--stiffness", 4, "--ratio-profile", 0.1),
-            "ratio-profile at 90 mm: expected above 0.5425 1/(m kPa), at which",
+            "ratio-profile at 0 mm: expected above 0.344 1/(m kPa), at which",
         ),
         (("show", "claw"), "hand: expected one of rbo_hand_1"),
         (("show", "rbo_hand_2", "--pressure", "20,30"), "expected 1 or 4 numbers, got 2"),
@@ -167,7 +174,7 @@ def test_profiles_give_a_wall_that_varies_and_a_picture(tmp_path, capsys):
         assert ratio == pytest.approx(0.7 + 0.4 * x / 0.09, rel=1e-3)
         assert reached == pytest.approx(ratio, rel=1e-3)
         assert bent == pytest.approx(stiffness, rel=1e-3)
-        assert float(cells[9]) == pytest.approx(1e3 * float(finger.wall(x)), rel=1e-3)
+        assert float(cells[10]) == pytest.approx(1e3 * float(finger.wall(x)), rel=1e-3)
     assert float(finger.wall(0.0)) > 1.3 * float(finger.wall(0.09))
     assert matplotlib.image.imread(picture).std() > 0.05
     assert shown.err == ""

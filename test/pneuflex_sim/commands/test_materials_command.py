@@ -54,6 +54,8 @@ def test_the_choice_is_printed_as_a_table_and_as_json(capsys):
     words = ["choose", "--curvature", "100", "--stiffness", "4"]
     assert main([*words, "--diameter", "20"]) == 0
     assert cells(capsys.readouterr().out)["Dragon Skin 10"][-1] == "suits"
+    assert main(["choose", "--curvature", "1000", "--stiffness", "40", "--json"]) == 2
+    assert len(json.loads(capsys.readouterr().out)["choices"]) == len(TABLE_3_2)
     assert main([*words, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["choices"][0]["lowest"]["height"] == pytest.approx(0.01682, abs=1e-5)
@@ -62,7 +64,7 @@ def test_the_choice_is_printed_as_a_table_and_as_json(capsys):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["choose", "--curvature", "1000", "--stiffness", "40"], "curvature at most 334.4 1/m"),
+        (["choose", "--curvature", "1000", "--stiffness", "40"], "curvature at most 334."),
         (["choose", "--curvature", "-1", "--stiffness", "4"], "curvature: expected 0.1 to 10000"),
         (["fibres", "--share", "2"], "share: expected 0.01 to 1, got 2"),
         (["defect", "0"], "widths: expected 0.1 to 10000 um, got 0"),

@@ -14,13 +14,13 @@ from softhand_model.hand.fibre import (
 
 @pytest.mark.parametrize(
     ("fibre", "radial", "stretch"),
-    [("stiff silicone", 0.177e6, 2.70), ("PET", 50e6, 1.006), ("HD-PE", 2300e6, 1.000)],
+    [("stiff silicone", 0.177e6, 2.695), ("PET", 50e6, 1.006), ("HD-PE", 2300e6, 1.000)],
 )
 def test_fibres_of_table_3_1(fibre, radial, stretch):
     fibres = load_fibres()
     modulus = radial_modulus(0.15e6, fibres.moduli[fibre], fibres.share)
     assert modulus == pytest.approx(radial, rel=5e-3)
-    assert radial_stretch(3.0, 0.15e6, modulus) == pytest.approx(stretch, abs=6e-3)
+    assert radial_stretch(3.0, 0.15e6, modulus) == pytest.approx(stretch, abs=5e-4)
 
 
 def test_springs_side_by_side_share_the_load_as_the_mean_of_their_moduli():

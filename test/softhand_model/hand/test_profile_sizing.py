@@ -7,12 +7,13 @@ import pytest
 
 from softhand_model.hand import section
 from softhand_model.hand.actuator import load_actuator
-from softhand_model.hand.design_rules import wall_for_actuation_ratio
+from softhand_model.hand.design_rules import allowed, wall_for_actuation_ratio
 from softhand_model.hand.hand import load_hand
 from softhand_model.hand.profile import ConstantProfile, TableProfile
 from softhand_model.hand.profile_sizing import (
     LEAST_WALL,
     STEEPEST,
+    STEEPEST_SIDE,
     design_by_profiles,
     rank_rubbers,
 )
@@ -92,6 +93,16 @@ def test_an_aspect_and_a_side_share_are_kept():
     assert width / height == pytest.approx(wish.aspect(X), rel=1e-3)
     assert side_wall == pytest.approx(0.5 * wall, rel=1e-3)
     assert finger.actuation_ratio(X) == pytest.approx(wish.ratio(X), rel=1e-3)
+    assert finger.circumference(X) == pytest.approx(2.0 * (height + width), rel=1e-3)
+    assert finger.stiffness(X) == pytest.approx(wish.stiffness(X), rel=2e-3)
+
+
+def test_a_jump_of_the_stiffness_is_smoothed_to_a_section_that_can_be_cast_and_told():
+    jump = TableProfile((0.0, 0.044, 0.0445, 0.09), (4e-3, 4e-3, 1e-3, 1e-3))
+    design = design_by_profiles(replace(FINGER, stiffness=jump, aspect=ConstantProfile(1.0)))
+    for side in (design.actuator.height, design.actuator.width):
+        assert np.abs(np.diff(side(X)) / np.diff(X)).max() <= 1.05 * STEEPEST_SIDE
+    assert {b.rule: b for b in design.broken}[2].place == pytest.approx(0.0445, abs=1e-3)
 
 
 def test_a_jump_of_the_ratio_is_smoothed_to_a_wall_that_can_be_cast():
@@ -106,6 +117,9 @@ def test_a_jump_of_the_ratio_is_smoothed_to_a_wall_that_can_be_cast():
 def test_rules_are_broken_at_their_place():
     assert told(replace(FINGER, aspect=ConstantProfile(1.0))) == {}
     assert told(FINGER)[3].place == pytest.approx(0.09)
+    # with P10's tapers the tip is wider than the wished stiffness would have it
+    assert told(FINGER)[2].place == pytest.approx(0.09)
+    assert "stiffness as cast expected" in str(told(FINGER)[2])
     assert told(replace(FINGER, aspect=line(1.0, 0.7)))[3].place == pytest.approx(0.09)
     thick = replace(FINGER, ratio=line(0.45e-3, 0.33e-3), stiffness=line(3e-3, 3e-3))
     assert told(thick)[4].value > 0.5 and told(thick)[4].place == pytest.approx(0.09)
@@ -140,7 +154,7 @@ def test_the_largest_curvature_sets_the_pressure_that_it_needs():
         ({"stiffness": line(1e-3, -1e-3)}, "stiffness_profile: expected numbers of 0 N m2 or more"),
         ({"side_share": 0.0}, "side_share: expected a number above 0, got 0"),
         ({"curvature": 60.0, "pressure": 20e3}, "pressure: expected at least 5.3"),
-        ({"curvature": 500.0}, "curvature: expected at most 301.4 1/m, which"),
+        ({"curvature": 500.0}, "curvature: expected at most 301.3 1/m, which"),
         ({"pressure": 1e6}, "pressure: expected at most "),
     ],
 )
@@ -153,25 +167,41 @@ def test_what_cannot_be_had_is_refused_with_the_bound(change, words):
 @pytest.mark.parametrize(
     ("change", "key", "off"),
     [
-        ({"ratio": line(0.2e-3, 0.2e-3)}, "ratio", 1e-4),
-        ({"ratio": line(4e-3, 4e-3)}, "ratio", -1e-4),
-        ({"curvature": 500.0}, "curvature", -1e-4),
-        ({"pressure": 1e6}, "pressure", -1e-4),
-        ({"curvature": 60.0, "pressure": 20e3}, "pressure", 1e-4),
+        ({"ratio": line(0.2e-3, 0.2e-3)}, "ratio", 1e-3),
+        ({"ratio": line(4e-3, 4e-3)}, "ratio", -1e-3),
+        ({"ratio": line(1.942e-3, 1.942e-3)}, "ratio", -1e-3),
+        ({"side_share": 0.1}, "side_share", 1e-3),
+        ({"curvature": 500.0}, "curvature", -1e-3),
+        ({"curvature": 500.0, "pressure": 20e3}, "curvature", -1e-3),
+        ({"pressure": 1e6}, "pressure", -1e-3),
+        ({"curvature": 60.0, "pressure": 20e3}, "pressure", 1e-3),
     ],
 )
-def test_the_bound_that_is_named_would_do(change, key, off):
+def test_the_bound_that_is_named_would_do_as_it_is_printed_and_less_would_not(change, key, off):
     wish = replace(FINGER, **change)
     with pytest.raises(WishError) as caught:
         design_by_profiles(wish)
-    for factor, fits in ((1.0 + off, True), (1.0 - off, False)):
-        bound = factor * caught.value.bound
+    printed = allowed(caught.value.bound, caught.value.expected)
+    for factor, fits in ((1.0, True), (1.0 - off, False)):
+        bound = factor * printed
         other = replace(wish, **{key: line(bound, bound) if key == "ratio" else bound})
+        if key == "curvature":  # the pressure that it takes is another bound
+            other = replace(other, pressure=None)
         if fits:
             assert float(design_by_profiles(other).actuator.wall(X).min()) > 0.99 * LEAST_WALL
         else:
             with pytest.raises(WishError):
                 design_by_profiles(other)
+
+
+@pytest.mark.parametrize("ratio", [line(0.1e-3, 0.3e-3), line(0.6e-3, 3e-3)])
+def test_of_a_profile_that_is_no_number_the_factor_that_would_do_is_named(ratio):
+    with pytest.raises(WishError) as caught:
+        design_by_profiles(replace(FINGER, ratio=ratio))
+    factor = float(str(caught.value).split("the whole profile ")[1].split(" times")[0])
+    assert design_by_profiles(
+        replace(FINGER, ratio=line(factor * float(ratio(0.0)), factor * float(ratio(0.09))))
+    )
 
 
 def test_rubbers_rank_by_their_index_and_say_why_not():

@@ -51,19 +51,34 @@ def test_the_highest_actuator_needs_the_least_rubber():
     assert found.lowest.rubber_per_length > found.highest.rubber_per_length
 
 
-def test_a_rubber_that_is_refused_would_do_at_the_bound_that_is_named():
-    found = next(one for one in choose(1000.0, 4e-2) if one.rubber.name == "Elastosil M4125")
-    assert not found.suits
-    most = float(found.refused.split("at most ")[1].split()[0])
-    for factor, suits in ((0.999, True), (1.001, False)):
-        again = choose(most * factor, 4e-2)
-        assert next(o.suits for o in again if o.rubber.name == "Elastosil M4125") is suits
+def of(name, *wish):
+    return next(one for one in choose(*wish) if one.rubber.name == name)
 
 
-@pytest.mark.parametrize(("height", "word"), [(0.010, "at least 16.82"), (0.2, "at most 100 ")])
-def test_a_height_outside_its_bounds_is_refused_with_the_bound(height, word):
-    found = next(one for one in choose(100.0, 4e-3, height) if one.rubber.name == "Dragon Skin 10")
-    assert word in found.refused
+@pytest.mark.parametrize(
+    ("name", "wish", "words"),
+    [
+        ("Dragon Skin 10", (100.0, 4e-3, 0.010, 1.0), "height at least "),
+        ("Dragon Skin 10", (100.0, 4e-3, 0.2, 1.0), "curvature at most "),
+        ("Dragon Skin 30", (100.0, 4e-3, 0.02, 0.4), "curvature at most "),  # index too small too
+        ("Dragon Skin 10", (1000.0, 4e-2, None, 1.0), "curvature at most "),
+        ("Elastosil M4125", (100.0, 4e-3, None, 0.05), "share above "),
+    ],
+)
+def test_a_bound_does_as_it_is_printed_and_a_little_less_does_not(name, wish, words):
+    refused = of(name, *wish).refused
+    assert words in refused
+    bound = float(refused.split(words)[1].split()[0].rstrip(","))
+    if words.startswith("share"):
+        assert not of(name, 0.1, 1e-4, None, 0.999 * bound).suits
+        assert of(name, 0.1, 1e-7, None, 1.01 * bound).suits
+        return
+    curvature, stiffness, height, share = wish
+    for factor, suits in ((1.0, True), (1.001 if "most" in words else 0.999, False)):
+        if words.startswith("height"):
+            assert of(name, curvature, stiffness, 1e-3 * bound * factor, share).suits is suits
+        else:
+            assert of(name, bound * factor, stiffness, height, share).suits is suits
 
 
 def test_index_and_demand_meet_where_lowest_and_highest_are_one():

@@ -29,7 +29,9 @@ def test_co_design_helps_when_it_is_better_than_both_arms_by_intervals_above_zer
 def test_one_arm_that_it_does_not_beat_is_enough_for_not_shown(motion, hand):
     found = shares(motion, hand)
     assert not helps(found)
-    assert "was not shown to help at this budget" in sentence(found, 1936)
+    said = sentence(found, 1936)
+    assert "was not shown to help at this budget" in said
+    assert said.endswith("It was worse than motion alone.") is (motion < 0.0)
 
 
 def test_one_seed_shows_nothing():

@@ -33,6 +33,7 @@ from softhand_model.hand.sizing import (
 
 MILLI, KILO = 1e-3, 1e3
 USUAL_RUBBER = "Dragon Skin 10"
+RUBBER_HELP = "one of Table 3.2, or beside profiles auto: the one of the highest index that does"
 SHOWN = {  # SI unit: how large the unit of options and messages is in it, and its name
     "1/(m Pa)": (1.0 / KILO, "1/(m kPa)"),
     "N m2": (MILLI, "mN m2"),
@@ -61,8 +62,8 @@ def add_to(commands: Any) -> argparse.ArgumentParser:
     add("--ratio", **number, help="curvature over pressure [1/(m kPa)]")
     add("--stiffness", **number, help="bending stiffness at the base [mN m2]")
     add("--length", **number, help="[mm]")
-    add("--tip-stiffness", **number, default=0.0, help="that at the tip [mN m2] (%(default)s)")
-    add("--rubber", default=USUAL_RUBBER, help="one of Table 3.2 (%(default)s)")
+    add("--tip-stiffness", **number, help="that at the tip [mN m2] (0)")
+    add("--rubber", default=USUAL_RUBBER, help=f"{RUBBER_HELP} (%(default)s)")
     add("--modulus", **number, help="shear modulus of a rubber of your own [kPa]")
     add("--max-stretch", **number, help="its largest stretch [-], given together with --modulus")
     add("--density", **number, help="of the rubber [kg/m3] (that of --rubber)")
@@ -143,7 +144,7 @@ def wish_of(options: argparse.Namespace) -> Wish:
         options.stiffness * MILLI,
         sizes.pop("length"),
         chosen_rubber(options.rubber, options.modulus, options.max_stretch, options.density),
-        options.tip_stiffness * MILLI,
+        (options.tip_stiffness or 0.0) * MILLI,
         **sizes,
     )
 

@@ -18,6 +18,11 @@ from softhand_model.hand.plausible import LENGTH, YOUNGS_MODULUS
 from softhand_model.hand.rubber import load_rubbers, suitability_by_tear_strength
 from softhand_model.hand.rubber_choice import Build, Choice, choose, demand
 
+ALONE = (
+    "Stiffness of the top wall alone, as in eq. 3.8, and heights that are bounds, not builds:\n"
+    "side walls make it stiffer, and at the lowest they nearly meet. `softhand hand design` counts "
+    "them."
+)
 SOFT_SILICONE = 0.15  # Young's modulus of Table 3.1 [MPa]
 AXIAL_STRETCH = 3.0  # of Table 3.1
 MEGA, KILO, MILLI, MICRO = 1e6, 1e3, 1e-3, 1e-6
@@ -123,7 +128,11 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     number: dict[str, Any] = {"type": float}
     add = _adder(commands, "table", rubbers, "rubbers and their suitability (Table 3.2)")
-    add("--tear-strength", **number, help="largest tensile load [kPa]: the index by eq. 3.11 too")
+    add(
+        "--tear-strength",
+        **number,
+        help="largest tensile load [kPa], of all alike: the index by 3.11 too",
+    )
     add = _adder(commands, "fibres", fibres, "how far fibres let the hull grow (Table 3.1)")
     add("--modulus", **number, default=SOFT_SILICONE, help="rubber's Young's [MPa] (%(default)s)")
     add("--share", **number, help="of fibre in the hull's volume [-] (0.02)")
@@ -187,12 +196,15 @@ def rubber_for(options: argparse.Namespace) -> str:
     needed = demand(curvature, stiffness)
     if options.json:
         found = [asdict(one) | {"suits": one.suits} for one in choices]
-        return json.dumps({"demand": needed, "choices": found}, indent=2)
-    shown = f"Needed: index above {needed:.3g} kPa^0.25 (eq. 3.9).\n\n{choice_table(choices)}"
+        shown = json.dumps({"demand": needed, "choices": found}, indent=2)
+    else:
+        shown = f"Needed: index above {needed:.3g} kPa^0.25 (eq. 3.9).\n\n{choice_table(choices)}"
+        shown += f"\n\n{ALONE}"
     if not any(one.suits for one in choices):
         print(shown)
+        best = choices[0]
         raise ValueError(
-            f"no rubber suits; nearest: {choices[0].rubber.name}: {choices[0].refused}"
+            f"no rubber suits; that of the best index, {best.rubber.name}: {best.refused}"
         )
     return shown
 

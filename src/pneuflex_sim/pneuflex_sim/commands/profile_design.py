@@ -33,7 +33,7 @@ from softhand_model.hand.actuator import read_profile
 from softhand_model.hand.plausible import LENGTH, PRESSURE
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile, TaperedProfile
 from softhand_model.hand.profile_sizing import ProfileDesign, design_by_profiles, rank_rubbers
-from softhand_model.hand.profile_wish import ProfileWish
+from softhand_model.hand.profile_wish import ProfileWish, cast_stiffness
 from softhand_model.hand.rubber import Rubber, load_rubbers
 from softhand_model.hand.sizing import WishError, actuator_entry, profile_entry
 from softhand_model.numerics.arrays import Array
@@ -46,6 +46,20 @@ SHARE = Bounds(0.01, 3.0, "")
 CURVATURE = Bounds(0.1, 1e4, "1/m")
 ANGLE = Bounds(1.0, 360.0, "deg")
 ENDS = ("stiffness", "tip-stiffness")
+ALONG = (  # options that mean nothing without a profile
+    "aspect",
+    "side_share",
+    "max_curvature",
+    "pressure",
+    "arc_radius",
+    "arc_angle",
+    "figure",
+)
+INSTEAD = {  # options in whose place others would stand
+    "ratio_profile": ("ratio",),
+    "stiffness_profile": ("stiffness", "tip_stiffness"),
+    "length": ("arc_radius", "arc_angle"),
+}
 SHOWN = 7  # places in the table
 FORMS = "a number, [[x, value], ...] with x [mm] from base to tip, or {maximum, taper, root}"
 Ranking = list[tuple[Rubber, ProfileDesign | WishError]]
@@ -58,7 +72,7 @@ def add_to(parser: argparse.ArgumentParser) -> None:
     add("--ratio-profile", metavar="P", help="curvature over pressure [1/(m kPa)]")
     add("--stiffness-profile", metavar="P", help="bending stiffness [mN m2]")
     add("--aspect", metavar="P", help="width over height [-] (tapers as of P10)")
-    add("--side-share", **number, default=1.0, help="side wall over wall [-] (%(default)s)")
+    add("--side-share", **number, help="side wall over wall [-] (1)")
     add("--max-curvature", **number, help="the largest in use [1/m], which sets the pressure limit")
     add("--pressure", **number, help="the largest there is [kPa]")
     add("--arc-radius", **number, help="[mm] in place of --length, of an arc; with --arc-angle")
@@ -70,10 +84,15 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Design, print and write; raises ValueError for wishes that cannot be fulfilled."""
     if options.ratio_profile is None and options.stiffness_profile is None:
-        _refuse_given(options, ("aspect", "max_curvature", "pressure", "arc_radius", "figure"))
+        _refuse_given(options, ALONG)
         plain.run(options)
         return
     _refuse_given(options, ("wall", "height", "width"))
+    for name, others in INSTEAD.items():
+        if getattr(options, name) is not None:
+            _refuse_given(options, others, f"none beside {name.replace('_', '-')}")
+    if options.rubber == AUTO:
+        _refuse_given(options, ("modulus", "max_stretch", "density"), "none beside rubber auto")
     check_names(options)
     if options.figure is not None:
         check_new(options.figure, options.force, PICTURES)
@@ -83,14 +102,17 @@ def run(options: argparse.Namespace) -> None:
 
         draw_design(design).savefig(options.figure)
     shown = "\n\n".join([table(design), *([ranking_table(ranking)] if ranking else [])])
-    tell(options, design.actuator, _comment(design), record(design), shown, design.broken)
+    told = record(design) | ({"ranking": _ranked(ranking)} if ranking else {})
+    tell(options, design.actuator, _comment(design), told, shown, design.broken)
 
 
-def _refuse_given(options: argparse.Namespace, names: tuple[str, ...]) -> None:
+def _refuse_given(
+    options: argparse.Namespace, names: tuple[str, ...], expected: str | None = None
+) -> None:
     profiles = options.ratio_profile is not None or options.stiffness_profile is not None
+    expected = expected or ("nothing beside profiles" if profiles else "a profile beside it")
     for name in names:
         if getattr(options, name) is not None:
-            expected = "nothing beside profiles" if profiles else "a profile beside it"
             option = name.replace("_", "-")
             raise ValueError(f"{option}: expected {expected}, got {getattr(options, name)}")
 
@@ -100,7 +122,7 @@ def _designed(options: argparse.Namespace) -> tuple[ProfileDesign, Ranking]:
     try:
         if options.rubber != AUTO:
             return design_by_profiles(wish_of(options, _rubber(options)), options.name), []
-        rubbers = [chosen_rubber(name, None, None, options.density) for name in load_rubbers()]
+        rubbers = [chosen_rubber(name, None, None, None) for name in load_rubbers()]
         ranking = rank_rubbers(wish_of(options, rubbers[0]), rubbers)
         best = ranking[0][1]
         if isinstance(best, WishError):
@@ -127,7 +149,7 @@ def wish_of(options: argparse.Namespace, rubber: Rubber) -> ProfileWish:
         length,
         rubber,
         None if aspect is None else _profile("aspect", aspect, length, ASPECT, 1.0),
-        within("side-share", options.side_share, SHARE),
+        1.0 if options.side_share is None else within("side-share", options.side_share, SHARE),
         _optional("max-curvature", options.max_curvature, CURVATURE),
         _optional("pressure", options.pressure, _in_kpa(PRESSURE), KILO),
         radius,
@@ -138,8 +160,6 @@ def _line(options: argparse.Namespace) -> tuple[float, float | None]:
     """Length [m], and radius [m] of an arc."""
     if options.arc_radius is None:
         return MILLI * within("length", _needed(options, "length"), in_mm(LENGTH)), None
-    if options.length is not None:
-        raise ValueError(f"length: expected none beside arc-radius, got {options.length:g}")
     radius = MILLI * within("arc-radius", options.arc_radius, in_mm(LENGTH))
     angle = np.radians(within("arc-angle", _needed(options, "arc_angle"), ANGLE))
     return float(radius * angle), radius
@@ -162,7 +182,7 @@ def _in_kpa(bounds: Bounds) -> Bounds:
 
 def _straight(options: argparse.Namespace, length: float) -> Profile:
     """The straight line from --stiffness to --tip-stiffness."""
-    ends = (_needed(options, "stiffness"), options.tip_stiffness)
+    ends = (_needed(options, "stiffness"), options.tip_stiffness or 0.0)
     values = [MILLI * within(name, end, STIFFNESS) for name, end in zip(ENDS, ends, strict=True)]
     return TableProfile((0.0, length), tuple(values))
 
@@ -189,7 +209,7 @@ def _profile(option: str, text: str | float, length: float, bounds: Bounds, unit
 def table(design: ProfileDesign) -> str:
     """Wanted, reached and sizes at places along the actuator, and the rest of it, with units."""
     wish, actuator = design.wish, design.actuator
-    head = ["x [mm]", "ratio [1/(m kPa)]", "reached", "stiffness [mN m2]", "reached"]
+    head = ["x [mm]", "ratio [1/(m kPa)]", "reached", "stiffness [mN m2]", "reached", "as cast"]
     head += ["height [mm]", "width", "circumference", "wall", "side wall"]
     head += ["wall as printed", "circumference as printed"]
     rows = [[f"{number:.4g}" for number in row] for row in columns(design, SHOWN).T]
@@ -206,12 +226,13 @@ def table(design: ProfileDesign) -> str:
 
 
 def columns(design: ProfileDesign, count: int) -> Array:
-    """Columns of the table (12, count), in the units of the options."""
+    """Columns of the table (13, count), in the units of the options."""
     wish, actuator = design.wish, design.actuator
     x = np.linspace(0.0, actuator.length, count)
     printed = [np.interp(x, design.x, size) for size in design.printed]
     ratios = [KILO * profile(x) for profile in (wish.ratio, actuator.actuation_ratio)]
-    stiffness = [profile(x) / MILLI for profile in (wish.stiffness, actuator.stiffness)]
+    cast = cast_stiffness(actuator, x)
+    stiffness = [b / MILLI for b in (wish.stiffness(x), actuator.stiffness(x), cast)]
     height, width, wall, side_wall = actuator.sides(x)
     sizes = [x, height, width, actuator.circumference(x), wall, side_wall, *printed]
     at, *others = (size / MILLI for size in sizes)
@@ -231,6 +252,19 @@ def ranking_table(ranking: Ranking) -> str:
         shown = " to ".join(f"{wall:.3g}" for wall in walls)
         rows.append([*cells, shown, f"{found.actuator.mass / MILLI:.3g}", told])
     return markdown(["rubber", "index [kPa^0.25]", "wall [mm]", "mass [g]", ""], rows)
+
+
+def _ranked(ranking: Ranking) -> list[dict[str, Any]]:
+    """The same as plain data, SI units."""
+    return [
+        {"rubber": rubber.name, "index": rubber.suitability}
+        | (
+            {"refused": str(found)}
+            if isinstance(found, WishError)
+            else {"mass": found.actuator.mass, "breaks": [b.rule for b in found.broken]}
+        )
+        for rubber, found in ranking
+    ]
 
 
 def record(design: ProfileDesign) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from softhand_model.hand.rubber import USEFUL_STRETCH, Rubber, load_rubbers
@@ -9,6 +10,8 @@ from softhand_model.hand.rubber import USEFUL_STRETCH, Rubber, load_rubbers
 LARGEST_WALL = 0.5  # of the height (eq. 3.6)
 TOLERANCE = 0.1  # within which "about" holds; the thesis gives no number
 MODEL_STRETCH = 3.0  # up to which section 3.4.6 compares models of rubber
+DIGITS = 4  # of a bound that is told
+SAME = 1e-6  # of its last digit, by which it may be off
 SUITABLE = 0.75  # of the best index in Table 3.2; the thesis compares and gives no bound
 
 RULES: dict[int | str, str] = {
@@ -50,6 +53,24 @@ class BrokenRule:
             f"{kind} {self.rule}: {RULES[self.rule]}: {self.quantity} expected "
             f"{' and '.join(bounds)}{unit}, got {self.value:.4g}{unit}{place}"
         )
+
+
+def allowed(bound: float, words: str) -> float:
+    """A bound with four digits that still keeps it: rounded up where the words before it begin with
+    above or at least, down where they begin with below or at most, else to the nearest.
+
+    >>> allowed(1.94157, "at most {}"), allowed(0.28571, "above {}")
+    (1.941, 0.2858)
+    """
+    if not math.isfinite(bound) or bound == 0.0:
+        return bound
+    scale = 10.0 ** (DIGITS - 1 - math.floor(math.log10(abs(bound))))
+    scaled = bound * scale
+    if words.startswith(("above", "at least")):
+        return math.ceil(scaled - SAME) / scale
+    if words.startswith(("below", "at most")):
+        return math.floor(scaled + SAME) / scale
+    return round(scaled) / scale
 
 
 def wall_for_actuation_ratio(actuation_ratio: float, shear_modulus: float) -> float:

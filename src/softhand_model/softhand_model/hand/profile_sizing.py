@@ -7,8 +7,9 @@ actuation ratio is (c/4)**3/2, so that c is known before the wall.
 
 Ours is how a section becomes one that can be cast. Where c falls to nothing, as at the tip of P10,
 height and width follow (c/4)**3 over its largest value down to `CAST_SHARE` of it, by the roots of
-P10 (7.3) or by a wanted aspect; the chamber keeps a wall's height; the wall grows no steeper than
-`STEEPEST`, by which a jump of the actuation ratio is smoothed.
+P10 (7.3) or by a wanted aspect; the chamber keeps a wall's height; height and width grow no steeper
+than `STEEPEST_SIDE`, the wall than `STEEPEST`, by which jumps are smoothed. The circumference is
+that of the section that is cast, but with P10's tapers that of the wish, as the thesis has it.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from scipy.optimize import brentq
 
 from softhand_model.hand import plausible, section
 from softhand_model.hand.actuator import Actuator
-from softhand_model.hand.design_rules import BrokenRule
+from softhand_model.hand.design_rules import BrokenRule, allowed
 from softhand_model.hand.profile import ConstantProfile, Profile, TableProfile
 from softhand_model.hand.profile_wish import (
     ProfileWish,
@@ -32,6 +33,8 @@ from softhand_model.hand.profile_wish import (
 )
 from softhand_model.hand.rubber import Rubber
 from softhand_model.hand.sizing import (
+    FILLED,
+    LEAST_CHAMBER,
     LEAST_TIP_HEIGHT,
     MOST_TAPER,
     SIDE_WALL_SHARE,
@@ -47,6 +50,8 @@ KEPT = 1e-4  # of the largest value, by which they may be missed
 CAST_SHARE = 1.0 - MOST_TAPER  # of (c/4)**3, below which height and width stay
 LEAST_WALL = 1e-3  # [m] that can be cast; the helix's groove takes 0.4 mm of it
 STEEPEST = 0.25  # slope of the wall
+STEEPEST_SIDE = 1.0  # of height and width
+MOST_SHARE = 1.0  # of side walls, up to which a share is sought that can be cast
 BISECTIONS = 60
 FACTORS = np.geomspace(1.0, 1e4, 25)[1:]  # on a ratio, among which one that can be had is sought
 
@@ -109,8 +114,10 @@ def _sections(wish: ProfileWish) -> Sections:
     x = stations(wish.length)
     ratio, stiffness = wish.ratio(x), wish.stiffness(x)
     height, width = _outer(wish, x)
-    wall = _steady(x, _wall(wish, ratio, height, width))
+    wall = _steady(x, _wall(wish, ratio, height, width), STEEPEST)
     side_wall = _side_wall(wish, wall, width)
+    if wish.aspect is not None:
+        return Sections(x, height, width, wall, side_wall, 2.0 * (height + width))
     share = 2.0 / section.side_wall_ratio(height, width, wall, side_wall)
     edge = np.cbrt(stiffness / (2.0 * share * wish.modulus * wall))
     around = np.maximum(4.0 * edge, plausible.CIRCUMFERENCE.low)
@@ -122,15 +129,14 @@ def _outer(wish: ProfileWish, x: Array) -> tuple[Array, Array]:
     ratio = wish.ratio(x)
     height, width = _of_stiffness(wish, x)
     least = LEAST_TIP_HEIGHT * _wall(wish, ratio, height, width)
-    tall = np.maximum(height, np.minimum(least, height.max()))
-    return tall, width if wish.aspect is None else tall * wish.aspect(x)
+    tall = _steady(x, np.maximum(height, np.minimum(least, height.max())), STEEPEST_SIDE)
+    return tall, _steady(x, width if wish.aspect is None else tall * wish.aspect(x), STEEPEST_SIDE)
 
 
 def _of_stiffness(wish: ProfileWish, x: Array) -> tuple[Array, Array]:
     """Height and width [m] that follow the cube of c/4."""
     cube = 2.0 * wish.stiffness(x) * wish.ratio(x)
-    share, largest = cube / cube.max(), int(np.argmax(cube))
-    edge = float(np.cbrt(cube.max()))
+    share, edge = cube / cube.max(), float(np.cbrt(cube.max()))
     least = float(share.min())
     if least < 1.0:  # from `least` up to 1 it is laid out from the castable share up to 1
         share = 1.0 - (1.0 - max(least, CAST_SHARE)) / (1.0 - least) * (1.0 - share)
@@ -138,7 +144,7 @@ def _of_stiffness(wish: ProfileWish, x: Array) -> tuple[Array, Array]:
         height, width = (edge * share ** (1.0 / TAPER_ROOT[key]) for key in ("height", "width"))
         return height, width
     aspect = wish.aspect(x)
-    height = 2.0 * edge / (1.0 + aspect[largest]) * share ** (1.0 / TAPER_ROOT["height"])
+    height = 2.0 * edge / (1.0 + aspect) * np.cbrt(share)
     return height, aspect * height
 
 
@@ -160,9 +166,9 @@ def _side_wall(wish: ProfileWish, wall: Array, width: Array) -> Array:
     return np.minimum(wish.side_share * wall, SIDE_WALL_SHARE * width)
 
 
-def _steady(x: Array, wall: Array) -> Array:
-    """The least wall [m] that is nowhere thinner and nowhere steeper than `STEEPEST`."""
-    below = wall - STEEPEST * np.abs(x[:, None] - x)
+def _steady(x: Array, size: Array, steepest: float) -> Array:
+    """The least size [m] that is nowhere smaller and nowhere steeper."""
+    below = size - steepest * np.abs(x[:, None] - x)
     return np.asarray(below.max(axis=1))
 
 
@@ -171,17 +177,17 @@ def _refuse_walls(wish: ProfileWish) -> None:
     x = stations(wish.length)
 
     def spare(factor: float) -> Array:
-        """Height over that of a wall which fills it, less 1, at so many times the ratio."""
+        """Height of the chamber over the least, less 1, at so many times the ratio."""
         other = _scaled(wish, factor)
-        return 4.0 * wish.modulus * other.ratio(x) * _of_stiffness(other, x)[0] - 1.0
+        height, width = _outer(other, x)
+        return (height - _wall(other, other.ratio(x), height, width)) / LEAST_CHAMBER - 1.0
 
     def thick(factor: float) -> Array:
         """Wall over the thinnest one, less 1, at so many times the ratio."""
         other = _scaled(wish, factor)
         return _wall(other, other.ratio(x), *_outer(other, x)) / LEAST_WALL - 1.0
 
-    filled = "above {}, at which the wall fills the section (a stiffer actuator is higher, a "
-    _refuse_ratio(wish, spare, FACTORS, filled + "stiffer rubber takes less wall)")
+    _refuse_ratio(wish, spare, FACTORS, f"above {{}}, {FILLED}")
     thin = f"at most {{}}, at which the wall is {1e3 * LEAST_WALL:g} mm thin"
     if _refuse_ratio(wish, thick, 1.0 / FACTORS, thin):
         height, width = _outer(wish, x)
@@ -189,6 +195,21 @@ def _refuse_walls(wish: ProfileWish) -> None:
         most = float((ratio / (8.0 * LEAST_WALL * wish.ratio(x))).min())
         expected = f"at most {{}} for walls of {1e3 * LEAST_WALL:g} mm"
         raise WishError("modulus", expected, most, wish.modulus)
+    _refuse_side_share(wish)
+
+
+def _refuse_side_share(wish: ProfileWish) -> None:
+    x = stations(wish.length)
+
+    def thick(share: float) -> float:
+        """Least side wall over the thinnest one, less 1, where the width does not limit it."""
+        other = replace(wish, side_share=share)
+        return share * float(_wall(other, wish.ratio(x), *_outer(other, x)).min()) / LEAST_WALL - 1
+
+    if thick(wish.side_share) < 0.0 < thick(MOST_SHARE):
+        least = float(brentq(thick, wish.side_share, MOST_SHARE))
+        expected = f"at least {{}}, at which side walls are {1e3 * LEAST_WALL:g} mm thin"
+        raise WishError("side_share", expected, least, wish.side_share)
 
 
 def _refuse_ratio(
@@ -205,9 +226,11 @@ def _refuse_ratio(
         if room(factor).min() >= 0.0:
             worst = int(np.argmin(at))
             got = float(wish.ratio(stations(wish.length))[worst])
-            bound = got * float(brentq(lambda f: room(f).min(), last, factor, xtol=1e-12))
+            times = float(brentq(lambda f: room(f).min(), last, factor, xtol=1e-12))
             place = float(stations(wish.length)[worst])
-            raise WishError("ratio_profile", expected, bound, got, place)
+            if np.ptp(wish.ratio(stations(wish.length))) > 0.0:
+                expected += f"; the whole profile {allowed(times, expected):.4g} times"
+            raise WishError("ratio_profile", expected, times * got, got, place)
         last = factor
     return True
 

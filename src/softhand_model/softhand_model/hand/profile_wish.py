@@ -75,15 +75,25 @@ def broken_rules(wish: ProfileWish, actuator: Actuator) -> Iterable[BrokenRule]:
     height, width, wall, _ = actuator.sides(x)
     wanted = wish.stiffness(x)
     counts = wanted >= COUNTS * wanted.max()  # a tip that falls to none is left out
-    ratios, stiffnesses = actuator.actuation_ratio(x), actuator.stiffness(x)
+    ratios, stiff = actuator.actuation_ratio(x), cast_stiffness(actuator, x)
+    stiffness = _worst(rules.check_stiffness, x[counts], stiff[counts], wanted[counts], _apart)
     checks = (
         _worst(rules.check_actuation_ratio, x, ratios, wish.ratio(x), _apart),
-        _worst(rules.check_stiffness, x[counts], stiffnesses[counts], wanted[counts], _apart),
+        stiffness and replace(stiffness, quantity="stiffness as cast"),
         _worst(rules.check_shape, x, height, width, _apart),
         _worst(rules.check_wall, x, height, wall, lambda height, wall: wall / height),
         rules.check_rubber(wish.rubber),
     )
     return [check for check in checks if check is not None]
+
+
+def cast_stiffness(actuator: Actuator, x: Array) -> Array:
+    """Stiffness [N m2] at places [m] of the section that is cast: by the circumference of its
+    rectangle, from which the tapers of P10 (7.3) depart.
+    """
+    height, width, wall, _ = actuator.sides(x)
+    rule = section.rule_stiffness((height + width) / 2.0, wall, actuator.shear_modulus)
+    return 2.0 / actuator.side_wall_ratio(x) * rule
 
 
 def _worst(
@@ -104,25 +114,22 @@ def _apart(first: Array, second: Array) -> Array:
 
 
 def largest_pressure(wish: ProfileWish, actuator: Actuator) -> float | None:
-    """The largest pressure [Pa] in use, as far as the wish says so: that of its curvature, at the
-    station that bends most, or else the one it names.
+    """The largest pressure [Pa] in use, as far as the wish says so: the one that its curvature
+    takes, at the station that bends most, or else the one it names.
     """
     if wish.curvature is None:
         return wish.pressure
     x = stations(wish.length)
     load = 2.0 * actuator.height(x) * actuator.actuation_ratio(x)  # over the pressure
     stress = section.elastic_term(1.0 + wish.curvature * actuator.height(x))
-    needed = float((stress / load).min())
-    if wish.pressure is not None and wish.pressure < needed:
-        raise WishError("pressure", "at least {} for this curvature", needed, wish.pressure)
-    return needed
+    return float((stress / load).min())
 
 
 def broken_limits(
     wish: ProfileWish, actuator: Actuator, pressure: float | None
 ) -> Iterable[BrokenRule]:
     """Limits of the stretch at the largest pressure [Pa] in use; those that hold what may be used
-    at most raise WishError.
+    at most, and a pressure below that which the curvature takes, raise WishError.
     """
     if pressure is None:
         return []
@@ -134,6 +141,8 @@ def broken_limits(
     if stretch[worst] > most:
         limit = float((section.elastic_term(max(most, 1.0)) / (2.0 * height * ratio)).min())
         _refuse_stretch(wish, actuator, pressure, limit)
+    if wish.pressure is not None and wish.pressure < pressure:
+        raise WishError("pressure", "at least {} for this curvature", pressure, wish.pressure)
     place, value = float(x[worst]), float(stretch[worst])
     checks = (rules.check_use(value, cautious), rules.check_model(value))
     return [replace(check, place=place) for check in checks if check is not None]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from softhand_model.hand.design_rules import LARGEST_WALL
+from softhand_model.hand.design_rules import LARGEST_WALL, SAME, allowed
 from softhand_model.hand.rubber import Rubber, load_rubbers, suitability
 
 THINNEST = 1e-6  # [m], where a rubber may not be stretched at all
@@ -122,7 +122,11 @@ def _choice(
     low = _build(rubber, stiffness, lowest(stiffness, rubber.shear_modulus))
     high = _build(rubber, stiffness, max(highest(curvature, stretch), THINNEST))
     wanted = None if height is None else _build(rubber, stiffness, height)
-    refused = _refused(index, demand(curvature, stiffness), curvature, low, high, height)
+    if stretch <= 1.0:
+        least = allowed(1.0 / rubber.max_stretch, "above")
+        refused = f"share above {least:.4g}, or it is not stretched at all"
+    else:
+        refused = _refused(index, demand(curvature, stiffness), curvature, low, high, height)
     return Choice(rubber, index, low, high, wanted, refused)
 
 
@@ -130,13 +134,20 @@ def _refused(
     index: float, needed: float, curvature: float, low: Build, high: Build, height: float | None
 ) -> str:
     """The bound that is broken, in the units of the command: mm, 1/m."""
-    if index <= needed:
-        most = f"curvature at most {curvature * index / needed:.4g} 1/m"
-        return f"index {index:.3g}, {needed:.3g} needed: {most} at this stiffness (eq. 3.9)"
-    if height is not None and height < low.height:
-        return f"height at least {1e3 * low.height:.4g} mm, or the wall is above half of it (3.6)"
-    if height is not None and height > high.height:
-        return f"height at most {1e3 * high.height:.4g} mm, or it stretches too far (eq. 3.5)"
+    if index <= needed and (height is None or height < low.height):
+        most = allowed(curvature * index / needed, "at most")
+        return (
+            f"index {index:.3g}, {needed:.3g} needed: curvature at most {most:.4g} 1/m at this "
+            "stiffness (eq. 3.9)"
+        )
+    if height is None:
+        return ""
+    if height < low.height:
+        least = allowed(1e3 * low.height, "at least")
+        return f"height at least {least:.4g} mm, or the wall is above half of it (3.6)"
+    if height > high.height * (1.0 + SAME):
+        most = allowed(curvature * high.height / height, "at most")
+        return f"curvature at most {most:.4g} 1/m, or this height stretches too far (eq. 3.5)"
     return ""
 
 

@@ -27,8 +27,13 @@ MOST_TAPER = 0.925  # of height and width, as of P10
 TAPER_ROOT = {"height": 3.0, "width": 8.0, "circumference": 3.0}
 SIDE_WALL_SHARE = 1.0 / 3.0  # of the width at most, as of P5
 LEAST_TIP_HEIGHT = 2.0  # walls
+LEAST_CHAMBER = 1e-3  # height of the chamber [m], for which a mould has room
 TUBE_VOLUME = 9.4e-7  # [m3], 0.3 m of the tube of P10
 DIGITS = 7  # of the sizes of an actuator
+FILLED = (
+    f"at which the chamber is {1e3 * LEAST_CHAMBER:g} mm high (a stiffer actuator is higher, a "
+    "stiffer rubber takes less wall)"
+)
 UNITS = {  # of what an actuator should do; of all else [m]
     "actuation_ratio": "1/(m Pa)",
     "stiffness": "N m2",
@@ -65,7 +70,8 @@ class WishError(ValueError):
         >>> WishError("wall", "below {}", 0.009, 0.03).told("wall", 1e-3, "mm")
         'wall: expected below 9 mm, got 30 mm'
         """
-        bound, got = (f"{value / scale:.4g} {unit}".rstrip() for value in (self.bound, self.got))
+        values = design.allowed(self.bound / scale, self.expected), self.got / scale
+        bound, got = (f"{value:.{design.DIGITS}g} {unit}".rstrip() for value in values)
         place = "" if self.place is None else f" at {1e3 * self.place:.4g} mm"
         return f"{name}{place}: expected {self.expected.format(bound)}, got {got}"
 
@@ -163,8 +169,9 @@ def _section(wish: Wish) -> Section:
     modulus = wish.rubber.shear_modulus
     if wish.wall is None:
         return Section(height, width, _wall(wish, height, width), modulus)
-    if wish.wall >= height:
-        raise WishError("wall", "below {}, the height that gives the stiffness", height, wish.wall)
+    if wish.wall >= height - LEAST_CHAMBER:
+        expected = f"below {{}}, which leaves a chamber of {1e3 * LEAST_CHAMBER:g} mm"
+        raise WishError("wall", expected, height - LEAST_CHAMBER, wish.wall)
     return Section(height, width, wish.wall, modulus)
 
 
@@ -205,13 +212,9 @@ def _edge_at_wall(wish: Wish, wall: float, least: float) -> float:
 def _wall(wish: Wish, height: float, width: float) -> float:
     """Wall [m] that gives the actuation ratio (rule 1, with side walls)."""
     modulus = wish.rubber.shear_modulus
-    least = _least_actuation_ratio(wish, height)
-    if wish.actuation_ratio <= least:
-        expected = (
-            "above {}, at which the wall fills the section (a stiffer actuator is higher, a "
-            "stiffer rubber takes less wall)"
-        )
-        raise WishError("actuation_ratio", expected, least, wish.actuation_ratio)
+    if _excess_ratio(wish, wish.actuation_ratio) <= 0.0:
+        least = _least_actuation_ratio(wish)
+        raise WishError("actuation_ratio", f"above {{}}, {FILLED}", least, wish.actuation_ratio)
 
     def excess(wall: float) -> float:
         return wish.actuation_ratio / Section(height, width, wall, modulus).actuation_ratio - 1.0
@@ -219,14 +222,22 @@ def _wall(wish: Wish, height: float, width: float) -> float:
     return float(brentq(excess, 1e-6 * height, height, xtol=1e-12))
 
 
-def _least_actuation_ratio(wish: Wish, height: float) -> float:
-    """Actuation ratio [1/(m Pa)] at which the wall is as thick as the actuator is high: 1/(4*G*h),
-    where the height [m] is free together with h = (2*B*dkappa/dp)**(1/3).
-    """
-    modulus = wish.rubber.shear_modulus
-    if wish.height or wish.width:
-        return 1.0 / (4.0 * modulus * height)
-    return float((128.0 * modulus**3 * wish.stiffness) ** -0.25)
+def _excess_ratio(wish: Wish, ratio: float) -> float:
+    """By how much an actuation ratio [1/(m Pa)] is above that of the thickest wall."""
+    other = replace(wish, actuation_ratio=ratio)
+    height, width = _sides(other, _edge(other))
+    thickest = height - LEAST_CHAMBER
+    if thickest <= 0.0:
+        return -ratio
+    return ratio - Section(height, width, thickest, wish.rubber.shear_modulus).actuation_ratio
+
+
+def _least_actuation_ratio(wish: Wish) -> float:
+    """Actuation ratio [1/(m Pa)] of the thickest wall, above that of the wish."""
+    low, high = wish.actuation_ratio, 2.0 * wish.actuation_ratio
+    while _excess_ratio(wish, high) <= 0.0:
+        low, high = high, 2.0 * high
+    return float(brentq(lambda ratio: _excess_ratio(wish, ratio), low, high, xtol=1e-15))
 
 
 def _refuse_unfit(wish: Wish, base: Section) -> None:
