@@ -7,9 +7,9 @@ actuation ratio is (c/4)**3/2, so that c is known before the wall.
 
 Ours is how a section becomes one that can be cast. Where c falls to nothing, as at the tip of P10,
 height and width follow (c/4)**3 over its largest value down to `CAST_SHARE` of it, by the roots of
-P10 (7.3) or by a wanted aspect; the chamber keeps a wall's height; height and width grow no steeper
-than `STEEPEST_SIDE`, the wall than `STEEPEST`, by which jumps are smoothed. The circumference is
-that of the section that is cast, but with P10's tapers that of the wish, as the thesis has it.
+P10 (7.3) or by a wanted aspect; the chamber keeps a wall's height; wall, and with an aspect height
+and width, grow no steeper than `STEEPEST`, by which jumps are smoothed. The circumference is that
+of the section that is cast, but with P10's tapers that of the wish, as the thesis has it.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ from softhand_model.numerics.arrays import Array
 KEPT = 1e-4  # of the largest value, by which they may be missed
 CAST_SHARE = 1.0 - MOST_TAPER  # of (c/4)**3, below which height and width stay
 LEAST_WALL = 1e-3  # [m] that can be cast; the helix's groove takes 0.4 mm of it
-STEEPEST = 0.25  # slope of the wall
-STEEPEST_SIDE = 1.0  # of height and width
+STEEPEST = 0.25  # slope of wall, height and width
+ROUNDED = 5e-3  # length [m] over which kinks of height and width are rounded
 MOST_SHARE = 1.0  # of side walls, up to which a share is sought that can be cast
 BISECTIONS = 60
 FACTORS = np.geomspace(1.0, 1e4, 25)[1:]  # on a ratio, among which one that can be had is sought
@@ -114,7 +114,7 @@ def _sections(wish: ProfileWish) -> Sections:
     x = stations(wish.length)
     ratio, stiffness = wish.ratio(x), wish.stiffness(x)
     height, width = _outer(wish, x)
-    wall = _steady(x, _wall(wish, ratio, height, width), STEEPEST)
+    wall = _steady(x, _wall(wish, ratio, height, width))
     side_wall = _side_wall(wish, wall, width)
     if wish.aspect is not None:
         return Sections(x, height, width, wall, side_wall, 2.0 * (height + width))
@@ -129,8 +129,11 @@ def _outer(wish: ProfileWish, x: Array) -> tuple[Array, Array]:
     ratio = wish.ratio(x)
     height, width = _of_stiffness(wish, x)
     least = LEAST_TIP_HEIGHT * _wall(wish, ratio, height, width)
-    tall = _steady(x, np.maximum(height, np.minimum(least, height.max())), STEEPEST_SIDE)
-    return tall, _steady(x, width if wish.aspect is None else tall * wish.aspect(x), STEEPEST_SIDE)
+    tall = np.maximum(height, np.minimum(least, height.max()))
+    if wish.aspect is None:
+        return tall, width
+    tall = _rounded(x, tall)
+    return tall, _rounded(x, tall * wish.aspect(x))
 
 
 def _of_stiffness(wish: ProfileWish, x: Array) -> tuple[Array, Array]:
@@ -166,10 +169,17 @@ def _side_wall(wish: ProfileWish, wall: Array, width: Array) -> Array:
     return np.minimum(wish.side_share * wall, SIDE_WALL_SHARE * width)
 
 
-def _steady(x: Array, size: Array, steepest: float) -> Array:
-    """The least size [m] that is nowhere smaller and nowhere steeper."""
-    below = size - steepest * np.abs(x[:, None] - x)
+def _steady(x: Array, size: Array) -> Array:
+    """The least size [m] that is nowhere smaller and nowhere steeper than `STEEPEST`."""
+    below = size - STEEPEST * np.abs(x[:, None] - x)
     return np.asarray(below.max(axis=1))
+
+
+def _rounded(x: Array, size: Array) -> Array:
+    """The same without kinks: its mean over `ROUNDED` around each place, less near the ends."""
+    half = np.minimum(ROUNDED / 2.0, np.minimum(x, x[-1] - x))
+    places = x + half * np.linspace(-1.0, 1.0, 9)[:, None]
+    return np.asarray(np.interp(places, x, _steady(x, size)).mean(axis=0))
 
 
 def _refuse_walls(wish: ProfileWish) -> None:
