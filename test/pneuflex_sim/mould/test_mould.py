@@ -2,24 +2,38 @@
 
 from dataclasses import replace
 
+import manifold3d
 import numpy as np
 import pytest
 
 from pneuflex_sim.commands.hand import main
-from pneuflex_sim.mould import checks, measure
+from pneuflex_sim.mould import checks, measure, parts
 from pneuflex_sim.mould.bed import lay_out
 from pneuflex_sim.mould.checks import Check
 from pneuflex_sim.mould.measure import finished, read_stl, stl_of
 from pneuflex_sim.mould.parameters import MouldParameters
-from pneuflex_sim.mould.parts import build_mould
+from pneuflex_sim.mould.parts import build_mould, check_room
 from pneuflex_sim.mould.report import make_mould, paths_of, write_mould
 from softhand_model.hand.actuator import load_actuator
 from softhand_model.hand.profile import ConstantProfile, TableProfile
+from softhand_model.hand.profile_sizing import design_by_profiles
+from softhand_model.hand.profile_wish import ProfileWish
+from softhand_model.hand.rubber import load_rubbers
 
 
 @pytest.fixture(scope="module")
 def finger():
     return make_mould(load_actuator("P10.finger"))
+
+
+def read_again(mould):
+    return finished(mould, {name: stl_of(getattr(mould, name)) for name in ("shell", "core")})
+
+
+def failures(mould, actuator):
+    found = read_again(mould)
+    made = checks.check_mould(found, checks.rubber_volumes(found, actuator))
+    return {check.name for check in made if not check.passed}
 
 
 def measured(made, name):
@@ -85,36 +99,95 @@ def test_a_split_chamber_has_two_rooms_and_less_air():
     air = []
     for split in (None, 70.0):
         mould = build_mould(actuator, None, split)
-        files = {name: stl_of(getattr(mould, name)) for name in ("shell", "core")}
-        air.append(checks.rubber_volumes(finished(mould, files), actuator).chamber / 1e3)
+        air.append(checks.rubber_volumes(read_again(mould), actuator).chamber / 1e3)
     assert air[0] == pytest.approx(1.8, abs=0.05)  # 2.16 ideal; 7.2 states 1.6
     assert air[1] < air[0] - 0.04
 
 
 def test_parts_that_overlap_or_touch_too_little_fail(finger):
     mould = finger.mould
-    files = {"shell": stl_of(mould.shell), "core": stl_of(mould.core.translate((0, 0, 0.05)))}
-    moved = finished(replace(mould, core=mould.core.translate((0, 0, 0.05))), files)
+    moved = read_again(replace(mould, core=mould.core.translate((0, 0, 0.05))))
     assert (moved.shell ^ moved.core).volume() > checks.OVERLAP
-    assert measure.interface_gaps(moved, 50).min() < -0.04
+    assert measure.interface_gaps(moved, 50)[0].min() < -0.04
 
 
 def test_a_thicker_core_is_found_by_the_wall(finger):
     actuator = load_actuator("P10.finger")
     thin = replace(actuator, wall=ConstantProfile(0.0018))
     wrong = build_mould(thin)
-    files = {name: stl_of(getattr(wrong, name)) for name in ("shell", "core")}
-    found = finished(replace(finger.mould, core=wrong.core), files)
-    thickness, wanted = measure.walls(found, 60)
+    thickness, wanted = measure.walls(read_again(replace(finger.mould, core=wrong.core)), 60)
     assert np.abs(thickness - wanted).max() == pytest.approx(0.2, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["P5", "P10.finger", "P10.PalmInner"])
+def test_a_chamber_too_close_to_the_tip_is_refused_by_the_ends(name, monkeypatch):
+    actuator = load_actuator(name)
+    mould = build_mould(actuator)
+    moved = tuple((start + 2.5, stop + 2.5) for start, stop in mould.chambers)
+    monkeypatch.setattr(parts, "_chambers", lambda *_: moved)
+    wrong = replace(mould, core=build_mould(actuator).core)
+    ends = {"ends: on the middle line off the design", "ends: short of plug or side wall"}
+    assert ends <= failures(wrong, actuator)
+    assert measure.around_ends(read_again(wrong))[0].min() == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_chamber_that_breaks_through_passes_no_limit_of_the_ends(finger, monkeypatch):
+    monkeypatch.setattr(parts, "_chambers", lambda *_: ((7.5, 91.5),))
+    wrong = replace(finger.mould, core=build_mould(finger.actuator).core)
+    assert {"closed parts: overlap", "ends: short of plug or side wall"} <= failures(
+        wrong, finger.actuator
+    )
+
+
+def without(name, make, monkeypatch):
+    """A finger's mould, where what is made by a function of the module parts is made otherwise."""
+    original = getattr(parts, name)
+    monkeypatch.setattr(parts, name, lambda *given: make(original, *given))
+    return failures(build_mould(load_actuator("P10.finger")), load_actuator("P10.finger"))
+
+
+def test_a_mould_without_nubs_is_refused(monkeypatch):
+    def smooth(relief, line, used, s):
+        return replace(relief(line, used, s), nub=np.zeros(len(s)))
+
+    assert without("_relief", smooth, monkeypatch) == {"nubs: lowest", "nubs: highest"}
+
+
+def test_a_mould_whose_parts_meet_without_a_step_is_refused(monkeypatch):
+    def flat(interface, used, outside, clearance):
+        rings = interface(used, outside, clearance)
+        return [ring * (1.0, 1.0, 0.0) + (0.0, 0.0, ring[:, 2].mean()) for ring in rings]
+
+    assert without("_interface", flat, monkeypatch) == {"interface: step, crest over trough"}
+
+
+def test_a_mould_without_a_foot_is_refused(monkeypatch):
+    failed = without("_foot", lambda *_: manifold3d.Manifold(), monkeypatch)
+    assert failed == {"foot: share of the front it stands on"}
+
+
+def test_arcs_that_would_trap_air_at_their_tips_are_refused():
+    actuator = load_actuator("P10.PalmOuter")
+    check_room(actuator)
+    for angle in (1.6, 2.4):
+        longer = replace(actuator, length=angle * actuator.arc_radius, arc_angle=angle)
+        with pytest.raises(ValueError, match="arc_angle: expected at most 90 deg, .* trap air"):
+            check_room(longer)
+
+
+def test_a_designed_finger_whose_stiffness_falls_in_a_step_can_be_cast():
+    stiffness = TableProfile((0.0, 0.044, 0.045, 0.09), (4e-3, 4e-3, 1e-3, 1e-3))
+    rubber = load_rubbers()["Dragon Skin 10"]
+    wish = ProfileWish(ConstantProfile(1.2e-3), stiffness, 0.09, rubber, ConstantProfile(1.0))
+    made = make_mould(design_by_profiles(wish).actuator)
+    assert [check.name for check in made.failed] == []
 
 
 def test_a_wall_may_be_a_profile():
     actuator = load_actuator("P10.thumb")
     thinning = TableProfile((0.0, actuator.length), (0.004, 0.0025))
     mould = build_mould(replace(actuator, wall=thinning, side_wall=thinning))
-    files = {name: stl_of(getattr(mould, name)) for name in ("shell", "core")}
-    thickness, wanted = measure.walls(finished(mould, files), 60)
+    thickness, wanted = measure.walls(read_again(mould), 60)
     assert np.ptp(wanted) > 0.8
     assert np.abs(thickness - wanted).max() < 0.1
 
@@ -145,6 +218,23 @@ def test_a_narrow_chamber_gets_a_smaller_fillet():
 def test_a_name_that_is_neither_actuator_nor_hand_is_refused(capsys):
     assert main(["mould", "nothing"]) == 2
     assert "P10.finger" in capsys.readouterr().err
+
+
+def test_a_split_of_a_hand_of_several_kinds_is_refused(capsys):
+    assert main(["mould", "rbo_hand_2", "--split", "40"]) == 2
+    assert "--split: expected one kind of actuator, got P10.finger" in capsys.readouterr().err
+
+
+def test_a_mould_that_fails_leaves_no_older_files(tmp_path, capsys):
+    old = [tmp_path / "rbo_hand_1_bed.stl", tmp_path / "P5_mould.png", tmp_path / "P5_core.stl"]
+    for path in old:
+        path.write_text("old")
+    command = ["mould", "rbo_hand_1", "-o", str(tmp_path), "--draft", "0"]
+    assert main(command) == 2
+    assert all(path.exists() for path in old)  # not without --force
+    assert main([*command, "--force"]) == 2
+    assert "undercut" in capsys.readouterr().err
+    assert not any(path.exists() for path in old)
 
 
 def test_no_number_passes_no_limit():

@@ -34,7 +34,12 @@ def add_to(commands: Any) -> None:
         about = f"{entry.metadata['text']} [{entry.metadata['unit']}] (%(default)s)"
         option = f"--{entry.name.replace('_', '-')}"
         add(option, type=float, default=entry.default, help=about.replace("[%]", "[%%]"))
-    add("--split", type=float, metavar="MM", help="where the chamber is parted in two [mm]")
+    add(
+        "--split",
+        type=float,
+        metavar="MM",
+        help="where the chamber is parted in two [mm]; one kind of actuator only",
+    )
     add("--bed", type=float, nargs=2, metavar="MM", default=BED, help="bed of the printer")
     found.set_defaults(run=run)
 
@@ -48,11 +53,17 @@ def run(options: argparse.Namespace) -> None:
     from pneuflex_sim.mould.report import make_mould, paths_of, write_mould
 
     actuators, hand = _actuators(options.name)
+    if options.split is not None and len(actuators) > 1:
+        raise ValueError(
+            f"--split: expected one kind of actuator, got {', '.join(actuators)}: give its name"
+        )
     used = MouldParameters(**{e.name: getattr(options, e.name) for e in fields(MouldParameters)})
     planned = [path for name in actuators for path in paths_of(name, options.out).values()]
     planned += [options.out / f"{hand}_bed.stl"] if hand else []
     for path in planned:
         check_new(path, options.force)
+    for path in planned:  # what fails must leave no older file that looks like its own
+        path.unlink(missing_ok=True)
     made = []
     for name, actuator in actuators.items():
         made.append(make_mould(actuator, used, options.split))

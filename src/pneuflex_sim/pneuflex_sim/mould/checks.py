@@ -19,6 +19,8 @@ VOLUME = 1.0  # of the rubber [%]
 DRAFT = (2.8, 3.2)  # [deg], whatever was asked for
 WALL = 0.1  # [mm]
 GROOVE = 0.1  # of their depth [mm]
+STEP = 0.05  # of the step from crest to trough [mm]
+STANDS = 0.5  # of the mould's cross section; without a foot the rim's nose has less than a tenth
 TOUCHING = 0.005  # parts that touch may seem to overlap by [mm]
 MM3 = 1e9  # in a m3
 
@@ -110,7 +112,7 @@ def _chamber(found: Finished) -> float:
 
 def check_mould(found: Finished, volumes: Volumes) -> list[Check]:
     """All checks of a mould; its measure of the rubber comes with it."""
-    return [*_solids(found), *_opening(found), *_sizes(found, volumes)]
+    return [*_solids(found), *_opening(found), *_sizes(found, volumes), *_features(found)]
 
 
 def _solids(found: Finished) -> Iterator[Check]:
@@ -142,7 +144,6 @@ def _opening(found: Finished) -> Iterator[Check]:
 
 
 def _sizes(found: Finished, volumes: Volumes) -> Iterator[Check]:
-    used = found.mould.parameters
     off = 100.0 * (volumes.measured / volumes.expected - 1.0)
     yield Check("rubber: off the corrected model", off, "%", -VOLUME, VOLUME)
     yield Check("fillet, as large as the chamber allows", found.mould.fillet, "mm")
@@ -150,11 +151,28 @@ def _sizes(found: Finished, volumes: Volumes) -> Iterator[Check]:
     off = float(np.abs(measured - wanted).max())
     yield Check("wall: furthest off the design", off, "mm", None, WALL)
     yield Check("wall: thinnest", float(measured.min()), "mm")
-    depth = measure.groove_depths(found)
+    yield Check("top wall across its slope", float(measure.top_across_slope(found).min()), "mm")
+    measured, wanted = measure.end_walls(found)
+    off = float(np.abs(measured - wanted).max())
+    yield Check("ends: on the middle line off the design", off, "mm", None, WALL)
+    measured, due = measure.around_ends(found)
+    yield Check("ends: least rubber", float(measured.min()), "mm")
+    yield Check("ends: short of plug or side wall", float((due - measured).max()), "mm", None, WALL)
+
+
+def _features(found: Finished) -> Iterator[Check]:
+    used = found.mould.parameters
     near = (used.groove_depth - GROOVE, used.groove_depth + GROOVE)
+    depth, nubs = measure.groove_depths(found), measure.nub_heights(found)
     yield Check("grooves: shallowest", float(depth.min()), "mm", *near)
     yield Check("grooves: deepest", float(depth.max()), "mm", *near)
-    gaps = measure.interface_gaps(found, GAPS)
+    yield Check("nubs: lowest", float(nubs.min()), "mm", *near)
+    yield Check("nubs: highest", float(nubs.max()), "mm", *near)
+    gaps, heights = measure.interface_gaps(found, GAPS)
+    step = 2.0 * used.step * used.scale
+    near = (step - STEP, step + STEP)
+    yield Check("interface: step, crest over trough", float(np.ptp(heights)), "mm", *near)
     yield Check("interface: least gap", float(gaps.min()), "mm", -TOUCHING)
     most = used.clearance * used.scale + TOUCHING
     yield Check("interface: largest gap", float(gaps.max()), "mm", None, most)
+    yield Check("foot: share of the front it stands on", measure.foot_share(found), "", STANDS)

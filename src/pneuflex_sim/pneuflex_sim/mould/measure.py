@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from pneuflex_sim.mould.parts import LAND, RAMP, Mould, groove_places
+from pneuflex_sim.mould.parts import LAND, NUB_HALF, RAMP, Mould, groove_places
 from pneuflex_sim.mould.plan import Array, nose_length, outline
 from pneuflex_sim.mould.surface import solid_of
 
@@ -23,6 +23,7 @@ LAND_FROM_GROOVE = 0.75  # from a groove's middle to where a wall is measured [m
 LAND_FROM_NUB = 0.5
 SPINE = 1.5  # from the ends of a chamber, more than their slant, to those of its middle line [mm]
 END = 3.0  # from the rounded ends of the chamber [mm]
+HEIGHTS = 5  # at which the ends of the chambers are measured
 STEEP = np.sin(np.radians(6.0))  # what is steeper counts as a wall, no facet of a round edge is
 
 
@@ -180,19 +181,117 @@ def _across(solid: manifold3d.Manifold, s: float, z: float) -> Array:
     return _hits(solid, np.array([s, -FAR, z]), np.array([s, FAR, z])) - FAR
 
 
+def top_across_slope(found: Finished) -> Array:
+    """Thickness (n,) [mm] of the top wall on the middle line, square to its slope, beside every
+    groove over the chambers' flat roofs.
+    """
+    mould, solid = found.mould, track_solid(found)
+    s = groove_places(mould.line, mould.parameters) + mould.parameters.groove_pitch / 4.0
+    slant = mould.line.roof(s) * np.tan(np.radians(mould.parameters.draft))
+    inset = 1.2 * mould.fillet + 0.2 + slant
+    over = [(s > start + inset) & (s < stop - inset) for start, stop in mould.chambers]
+    stations = s[np.any(over, axis=0)]
+    near = [[_vertical(solid, x + d, 0.0)[-2:] for d in (-0.1, 0.0, 0.1)] for x in stations]
+    top = np.array(near).reshape(-1, 3, 2)
+    slope = (top[:, 2, 0] - top[:, 0, 0]) / 0.2
+    return (top[:, 1, 1] - top[:, 1, 0]) / np.hypot(1.0, slope)
+
+
+def _end_heights(mould: Mould) -> Array:
+    """Heights [mm] from the passive layer to where the ends of chambers or tip become round."""
+    line = mould.line
+    rooms = float(line.roof(np.ravel(mould.chambers)).min()) - 1.2 * mould.fillet
+    tip = float(line.height(np.array(line.length))) - 1.2 * mould.parameters.edge
+    return np.linspace(0.1, 0.9, HEIGHTS) * min(rooms, tip)
+
+
+def end_walls(found: Finished) -> tuple[Array, Array]:
+    """Measured and wanted rubber (heights, chambers + 1) [mm] before, between and behind the
+    chambers along the middle line; no numbers where there is not a wall for each.
+    """
+    mould, solid = found.mould, track_solid(found)
+    count = len(mould.chambers) + 1
+    slanted = np.array([1.0, *[2.0] * (count - 2), 0.0])  # at the tip the outside leans as well
+    heights = _end_heights(mould)
+    wanted = mould.parameters.plug + np.outer(
+        heights * np.tan(np.radians(mould.parameters.draft)), slanted
+    )
+    measured = np.full_like(wanted, np.nan)
+    for row, z in zip(measured, heights, strict=True):
+        hits = _hits(solid, np.array([-FAR, 0.0, z]), np.array([FAR, 0.0, z]))
+        if len(hits) == 2 * count:
+            row[:] = hits[1::2] - hits[::2]
+    return measured, wanted
+
+
+def around_ends(found: Finished) -> tuple[Array, Array]:
+    """Rubber (n,) [mm] in the plane between points of the chambers' rounded ends and what is
+    nearest outside or of another chamber; and how much [mm] is due there, the side wall without
+    the grooves or a plug, which in an arc is shorter towards the centre.
+    """
+    mould, scale = found.mould, found.mould.parameters.scale
+    line, used = mould.line, mould.parameters
+    least, due = [], []
+    for z in _end_heights(mould) * scale:
+        curves = [np.asarray(curve) / scale for curve in found.cast.slice(z).to_polygons()]
+        outer = max(curves, key=lambda curve: float(np.ptp(curve[:, 0])))
+        for room in curves:
+            s, y = line.track(room).T
+            reach = END + nose_length(float(np.ptp(y)) / 2.0)
+            near = (s < s.min() + reach) | (s > s.max() - reach)
+            if room is not outer:
+                others = [_distance(room[near], curve) for curve in curves if curve is not room]
+                least.append(np.min(others, axis=0))
+                plug = used.plug * (1.0 - y[near] / (line.radius or np.inf))
+                due.append(np.minimum(plug, line.side_wall(s[near]) - used.groove_depth))
+    none = [np.full(1, np.nan)]
+    return np.concatenate(least or none), np.concatenate(due or none)
+
+
+def _distance(points: Array, curve: Array) -> Array:
+    """Distance (n,) [mm] of points (n, 2) from a closed curve."""
+    edge = np.roll(curve, -1, axis=0) - curve
+    off = points[:, None] - curve
+    share = np.sum(off * edge, axis=-1) / np.maximum(np.sum(edge**2, axis=-1), 1e-12)
+    return np.linalg.norm(off - np.clip(share, 0.0, 1.0)[..., None] * edge, axis=-1).min(axis=1)
+
+
 def groove_depths(found: Finished) -> Array:
-    """Depth [mm] of the grooves in the side walls, against the lands on both sides."""
+    """Depth [mm] of the grooves in the side walls and on the back, against the lands on both
+    sides.
+    """
     mould, solid = found.mould, track_solid(found)
     half = mould.parameters.groove_pitch / 4.0
 
-    def outside(s: float) -> float:
+    def outside(s: float) -> Array:
         hits = _across(solid, s, float(mould.line.height(np.array(s))) / 3.0)
-        return (hits[-1] - hits[0]) / 2.0
+        return np.array([(hits[-1] - hits[0]) / 2.0, _vertical(solid, s, 0.0)[-1]])
 
     places = groove_places(mould.line, mould.parameters)
     return np.array(
         [(outside(s - half) + outside(s + half)) / 2.0 - outside(s) for s in places[1:-1]]
     )
+
+
+def nub_heights(found: Finished) -> Array:
+    """Height [mm] of the nubs on both edges of the back: corners of the cast over the model's."""
+    line, used = found.mould.line, found.mould.parameters
+    s, y, z = np.asarray(track_solid(found).to_mesh64().vert_properties)[:, :3].T
+    over = z - line.height(s)
+    return np.array(
+        [
+            over[(np.abs(s - place) < NUB_HALF) & (side * y > 0.0)].max(initial=-np.inf)
+            for place in groove_places(line, used)[:-1] + used.groove_pitch / 2.0
+            for side in (-1.0, 1.0)
+        ]
+    )
+
+
+def foot_share(found: Finished) -> float:
+    """Share [-] of the mould's cross section, as wide and high as the shell, on which it stands."""
+    _, low_y, low_z, high_x, high_y, high_z = found.shell.bounding_box()
+    end = found.shell.trim_by_plane((1.0, 0.0, 0.0), high_x - 1.0).volume()
+    return end / (high_y - low_y) / (high_z - low_z)
 
 
 def draft_angles(found: Finished) -> tuple[Array, Array]:
@@ -234,8 +333,10 @@ def _faces_chamber(mould: Mould, points: Array, normals: Array) -> NDArray[np.bo
     return (np.sum(outwards * normals, axis=1) < 0.0) & (np.abs(track[:, 1]) < side)
 
 
-def interface_gaps(found: Finished, count: int, seed: int = 3) -> Array:
-    """Vertical gap (count,) [mm] between the closed parts, at random on land, step and rim."""
+def interface_gaps(found: Finished, count: int, seed: int = 3) -> tuple[Array, Array]:
+    """Vertical gap (count,) [mm] between the closed parts, at random on land, step and rim, and the
+    height [mm] of the core there.
+    """
     mould = found.mould
     line, used = mould.line, mould.parameters
     around = outline(line, line.half_width, 0.0, line.length, np.zeros(0))
@@ -243,9 +344,11 @@ def interface_gaps(found: Finished, count: int, seed: int = 3) -> Array:
     beside = around.s > base + LAND  # the cavity is open at its base
     random = np.random.default_rng(seed)
     gaps: list[float] = []
+    heights: list[float] = []
     while len(gaps) < count:
         far = random.choice([LAND + RAMP, 0.95 * used.reach])
         x, y = random.choice(around.moved(random.uniform(0.1, far))[beside]) * used.scale
         above, below = _vertical(found.shell, x, y), _vertical(found.core, x, y)
         gaps.append(above[0] - below[-1])
-    return np.array(gaps)
+        heights.append(below[-1])
+    return np.array(gaps), np.array(heights)

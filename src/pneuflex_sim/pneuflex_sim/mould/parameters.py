@@ -18,13 +18,15 @@ class MouldParameters:
 
     >>> MouldParameters(groove_pitch=0.0)
     Traceback (most recent call last):
-    ValueError: groove_pitch: expected 1.5 to 20 mm, got 0
+    ValueError: groove_pitch: expected 2.6 to 20 mm, got 0
     """
 
-    draft: float = _size(3.0, -10.0, 10.0, "deg", "slant of the walls along the pull")
+    draft: float = _size(
+        3.0, -10.0, 10.0, "deg", "slant of the walls; checks pass 2.8 to 3.2 alone"
+    )
     fillet: float = _size(1.0, 0.2, 5.0, "mm", "radius of the edges of chamber and back")
     plug: float = _size(3.0, 1.0, 20.0, "mm", "rubber between chamber and either end")
-    groove_pitch: float = _size(3.0, 1.5, 20.0, "mm", "distance of the grooves of the thread")
+    groove_pitch: float = _size(3.0, 2.6, 20.0, "mm", "distance of the grooves of the thread")
     groove_depth: float = _size(0.4, 0.1, 1.0, "mm", "their depth, and the height of the nubs")
     thread: float = _size(0.5, 0.2, 1.0, "mm", "width of their bottom")
     step: float = _size(0.8, 0.2, 2.0, "mm", "amplitude of the step between the parts")

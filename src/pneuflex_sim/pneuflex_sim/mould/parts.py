@@ -27,6 +27,7 @@ FOOT = 6.0  # thickness of the foot [mm]
 SLENDER = 4.0  # most height of the standing mould over the depth of its foot
 SUNK = 1.0  # of the core in its plate [mm], so that both become one
 BEYOND = 2.0  # of the sides past the base [mm], cut off in the end
+FARTHEST = 90.0  # that an arc may turn [deg]
 FREE = 1.0  # least space between parts of a rim that bends towards itself [mm]
 NUB_HALF = 0.4  # half length of a nub [mm]
 
@@ -124,12 +125,11 @@ def _refuse_far_arcs(line: Line, used: MouldParameters) -> None:
             f"rim: expected at most {inner - FREE - used.shell:.3g} mm inside the arc of "
             f"{line.name}, got {used.rim:g}"
         )
-    tip = line.place(line.length + used.reach + FREE, 0.0)[0]
-    edge = (line.radius + used.reach) * np.sin(line.length / line.radius)
-    if min(tip, edge) < used.reach or line.length > np.pi * line.radius:
+    angle = float(np.degrees(line.length / line.radius))
+    if angle > FARTHEST + 0.1:
         raise ValueError(
-            f"arc_angle: expected an arc whose tip stays beyond its base, at most about 150 deg, "
-            f"got {np.degrees(line.length / line.radius):.0f}"
+            f"arc_angle: expected at most {FARTHEST:g} deg, got {angle:.4g}: of a longer arc the "
+            f"tip of {line.name} would rise where the mould stands to be filled, and trap air"
         )
 
 
