@@ -13,10 +13,12 @@ GOOD = 2.0e-5  # [kg]
 
 @pytest.fixture(scope="module")
 def connected(domain, tmp_path_factory):
-    """The test's own node beside the three that all tests here share."""
-    folder = tmp_path_factory.mktemp("log")
+    """The test's own node beside the three that all tests here share; the driver does not mind how
+    long a test takes from one command to the next.
+    """
+    folder, options = tmp_path_factory.mktemp("log"), suite.SuiteOptions()
     with Launcher(folder, suite.node_environment(folder, domain)) as launcher:
-        for command in suite.three_nodes(suite.SuiteOptions()):
+        for command in (suite.simulator(options), suite.driver(options), suite.sequencer(options)):
             launcher.start(command)
         peer = SuitePeer(domain, folder)
         peer.wait_for_driver()
