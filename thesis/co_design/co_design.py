@@ -48,7 +48,7 @@ SMALL = {"plan": "small"}
 class Parameters:
     """Options of the experiment."""
 
-    plan: str = option("night", "budget, seeds, worlds: night (two cores, 2 to 4 h) or small [-]")
+    plan: str = option("night", "budget, seeds, worlds: night (two cores, 2 h) or small [-]")
     jobs: int = option(2, "processes [-]")
     scheduler: str = option("", "address of a Dask scheduler instead, as tcp://node:8786 [-]")
 
