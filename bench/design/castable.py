@@ -10,7 +10,7 @@ from bench.moulds import rows
 from bench.row import at_least
 from pneuflex_sim.mould.report import make_mould, refusal
 
-TAKES = "a quarter of an hour"
+TAKES = "some minutes"
 
 
 def run(count: int = 20, seed: int = 0) -> list[dict[str, Any]]:

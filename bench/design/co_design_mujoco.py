@@ -25,7 +25,7 @@ from thesis.co_design.plan import NIGHT
 from thesis.co_design.trials import HAND, SHIPPED, STRATEGY, design_of, write_design
 from thesis.co_design.worlds import trials_of
 
-TAKES = "a quarter of an hour"
+TAKES = "some minutes"
 CYLINDERS = {"training": ("cylinder", "tube", "thin_cylinder"), "held out": ("rod", "marker")}
 HEAVY = "water_bottle"  # held out as well
 STEP = 0.002  # [s]
