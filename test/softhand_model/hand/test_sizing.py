@@ -121,6 +121,7 @@ def test_each_rule_that_is_broken_is_said_alone(change, rule, words):
         ({"actuation_ratio": 0.1e-3}, "actuation_ratio: expected above 0.0003025 1/(m Pa), at whi"),
         ({"stiffness": 1e-7}, "actuation_ratio: expected above"),
         ({"wall": 0.05}, "wall: expected below 0.007349"),
+        ({"height": 0.001}, "height: expected above 0.001 m, for a chamber, got 0.001 m"),
         ({"height": 0.045}, "height: expected below 0.03871 m for this stiffness, got 0.045 m"),
         ({"width": 0.06, "wall": 0.002}, "width: expected below"),
         ({"length": 0.01}, "length: expected above 0.01936 m, the height that"),

@@ -212,6 +212,8 @@ def _edge_at_wall(wish: Wish, wall: float, least: float) -> float:
 def _wall(wish: Wish, height: float, width: float) -> float:
     """Wall [m] that gives the actuation ratio (rule 1, with side walls)."""
     modulus = wish.rubber.shear_modulus
+    if wish.height is not None and wish.height <= LEAST_CHAMBER:
+        raise WishError("height", "above {}, for a chamber", LEAST_CHAMBER, wish.height)
     if _excess_ratio(wish, wish.actuation_ratio) <= 0.0:
         least = _least_actuation_ratio(wish)
         raise WishError("actuation_ratio", f"above {{}}, {FILLED}", least, wish.actuation_ratio)
