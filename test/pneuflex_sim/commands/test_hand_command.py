@@ -142,11 +142,11 @@ def test_warnings_are_in_the_units_of_the_options(capsys):
         ((*PROFILES, "--stiffness-profile", "[[0"), "stiffness-profile: expected a number, [["),
         (
             (*PROFILES, "--stiffness", 4, "--pressure", 20, "--max-curvature", 60),
-            "pressure: expected at least 61.37 kPa for this curvature, got 20 kPa",
+            "pressure: expected at least 61.38 kPa for this curvature, got 20 kPa",
         ),
         (
             (*PROFILES, "--stiffness", 4, "--ratio-profile", 0.1),
-            "ratio-profile at 0 mm: expected above 0.344 1/(m kPa), at which",
+            "ratio-profile at 0 mm: expected above 0.3236 1/(m kPa), at which",
         ),
         (("show", "claw"), "hand: expected one of rbo_hand_1"),
         (("show", "rbo_hand_2", "--pressure", "20,30"), "expected 1 or 4 numbers, got 2"),
