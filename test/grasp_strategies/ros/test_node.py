@@ -141,7 +141,8 @@ def test_a_grasp_takes_the_same_simulated_time_at_any_real_time_factor(start, be
     assert float(values["lift_height"]) == pytest.approx(height, abs=0.002 * late)
     assert float(values["slip"]) == pytest.approx(0.002 * 1.2, abs=0.002 * late)
     duration = 0.5 + 0.4 + LIFT_DURATION + 1.2 + 0.6
-    assert float(values["duration"]) == pytest.approx(duration, abs=late)
+    # five phases, each of which may be late; by wall time it would be off by at least 1.1 s of 3.8
+    assert float(values["duration"]) == pytest.approx(duration, abs=0.15 + 0.4 * factor)
     assert float(values["turn"]) == pytest.approx(0.0, abs=1e-6)
     assert (values["phase"], values["cause"], values["failed_at"]) == ("", "", "nan")
     assert values["touching"] == "index, thumb"
@@ -188,8 +189,8 @@ def test_the_sequencer_is_a_commander_while_a_strategy_runs_and_not_before_or_af
     def commanders():
         return peer.node.count_publishers("pneumaticbox/command")
 
-    future = peer.grasp()
     assert commanders() == 0
+    future = peer.grasp()
     peer.await_phase("close")
     assert commanders() == 1
     assert peer.answer(future).success
