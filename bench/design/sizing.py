@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.design.requests import requests
+from bench.design.requests import feasible, requests
 from bench.row import at_least, at_most, stated
 from pneuflex_sim.commands.design import USUAL_RUBBER, chosen_rubber
 from pneuflex_sim.mould.parts import check_room
@@ -17,7 +17,7 @@ from softhand_model.hand.actuator import Actuator, load_actuator
 from softhand_model.hand.design_rules import allowed
 from softhand_model.hand.profile import ConstantProfile, TableProfile
 from softhand_model.hand.profile_sizing import ProfileDesign, design_by_profiles
-from softhand_model.hand.profile_wish import ProfileWish, stations
+from softhand_model.hand.profile_wish import ProfileWish, cast_stiffness, stations
 from softhand_model.hand.rubber import Rubber
 from softhand_model.hand.sizing import WishError
 
@@ -31,7 +31,8 @@ WITHIN = 1e-3  # of a bound, by which less would not do
 def run(count: int = 20, seed: int = 0) -> list[dict[str, Any]]:
     """Rows of the group."""
     rubber = chosen_rubber(USUAL_RUBBER, None, None, None)
-    return [*_round_trips(rubber), *_arcs(rubber), *_p5(rubber), *_refusals(count, seed)]
+    of_random = [*_refusals(count, seed), *_as_cast(count, seed)]
+    return [*_round_trips(rubber), *_arcs(rubber), *_p5(rubber), *of_random]
 
 
 def _again(shipped: Actuator, rubber: Rubber, pressure: float | None = None) -> ProfileDesign:
@@ -108,7 +109,7 @@ def _refusals(count: int, seed: int) -> Iterator[dict[str, Any]]:
             except WishError as reason:
                 refused += 1
                 would_do += _is_bound(beyond, reason)
-                room += _has_room(design_by_profiles(_even(wish, _printed(reason))).actuator)
+                room += _does(_even(wish, _printed(reason)), cast=True)
     yield at_least("infeasible requests that are refused", refused, "", 2 * count)
     yield at_least("of these, whose bound would do, and no less", would_do, "", refused)
     yield at_least("of these, designs at the bound whose mould has room", room, "", refused)
@@ -130,17 +131,25 @@ def _printed(reason: WishError) -> float:
     return allowed(reason.bound, reason.expected)
 
 
-def _has_room(actuator: Actuator) -> bool:
+def _does(wish: ProfileWish, cast: bool = False) -> bool:
+    """Whether there is a design, with room for its chamber in a mould if it is to be cast."""
     try:
-        check_room(actuator)
+        actuator = design_by_profiles(wish).actuator
+        if cast:
+            check_room(actuator)
     except ValueError:
         return False
     return True
 
 
-def _does(wish: ProfileWish) -> bool:
-    try:
-        design_by_profiles(wish)
-    except WishError:
-        return False
-    return True
+def _as_cast(count: int, seed: int) -> Iterator[dict[str, Any]]:
+    """Stiffness of the sections that are cast against the wish, at all stations."""
+    off: dict[bool, list[float]] = {True: [], False: []}
+    for design in feasible(count, seed):
+        x = stations(design.wish.length)
+        reached = cast_stiffness(design.actuator, x)
+        off[design.wish.aspect is not None].append(_off(reached, design.wish.stiffness(x)))
+    for given, found in off.items():
+        what = "with an aspect" if given else "with the tapers of P10"
+        name = f"stiffness as cast, {len(found)} requests {what}: furthest off"
+        yield at_most(name, max(found, default=0.0), "%", 2.0)

@@ -32,7 +32,12 @@ def test_a_finger_of_a_thicker_wall_is_off_the_wish(design):
 
 @pytest.mark.parametrize(
     ("rows", "missed"),
-    [(lambda: sizing.run(3, 1), ["the same as built, with"]), (lambda: materials.run(1), [])],
+    [
+        (lambda: sizing.run(3, 1), ["the same as built", "with the tapers of P10"]),
+        (lambda: materials.run(1), []),
+    ],
 )
-def test_sizes_and_tables_meet_their_targets_but_for_the_arcs_with_side_walls(rows, missed):
-    assert [row["name"][:23] for row in rows() if row["met"] is False] == missed
+def test_sizes_and_tables_meet_their_targets_but_for_those_known_to_be_missed(rows, missed):
+    found = [row["name"] for row in rows() if row["met"] is False]
+    assert len(found) == len(missed)
+    assert all(part in name for part, name in zip(missed, found, strict=True))

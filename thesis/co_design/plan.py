@@ -1,4 +1,4 @@
-"""What is run, and by what it is judged: fixed before any run.
+"""What is run, and by what it is judged: fixed before the night.
 
 NIGHT is sized for a short night on two cores: 21,200 trials of 0.45 to 0.85 s of processor time
 each (idle and loaded, with the building of hands and scenes) and 360 fine ones of 3 to 6 s are 3 to

@@ -84,10 +84,10 @@ def add_to(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Design, print and write; raises ValueError for wishes that cannot be fulfilled."""
     if options.ratio_profile is None and options.stiffness_profile is None:
-        _refuse_given(options, ALONG)
+        _refuse_given(options, ALONG, "a profile beside it")
         plain.run(options)
         return
-    _refuse_given(options, ("wall", "height", "width"))
+    _refuse_given(options, ("wall", "height", "width"), "nothing beside profiles")
     for name, others in INSTEAD.items():
         if getattr(options, name) is not None:
             _refuse_given(options, others, f"none beside {name.replace('_', '-')}")
@@ -106,11 +106,7 @@ def run(options: argparse.Namespace) -> None:
     tell(options, design.actuator, _comment(design), told, shown, design.broken)
 
 
-def _refuse_given(
-    options: argparse.Namespace, names: tuple[str, ...], expected: str | None = None
-) -> None:
-    profiles = options.ratio_profile is not None or options.stiffness_profile is not None
-    expected = expected or ("nothing beside profiles" if profiles else "a profile beside it")
+def _refuse_given(options: argparse.Namespace, names: tuple[str, ...], expected: str) -> None:
     for name in names:
         if getattr(options, name) is not None:
             option = name.replace("_", "-")

@@ -51,7 +51,7 @@ CAST_SHARE = 1.0 - MOST_TAPER  # of (c/4)**3, below which height and width stay
 LEAST_WALL = 1e-3  # [m] that can be cast; the helix's groove takes 0.4 mm of it
 STEEPEST = 0.25  # slope of wall, height and width
 ROUNDED = 5e-3  # length [m] over which kinks of height and width are rounded
-MOST_SHARE = 1.0  # of side walls, up to which a share is sought that can be cast
+MOST_SHARE = 3.0  # of side walls, up to which a share is sought that can be cast
 BISECTIONS = 60
 FACTORS = np.geomspace(1.0, 1e4, 25)[1:]  # on a ratio, among which one that can be had is sought
 
