@@ -63,7 +63,8 @@ class Page:
         self._refreshed = 0.0
         self._words = "starting ..."
         self.seen: Shot | None = None
-        self._closing, self._drawing = threading.Event(), threading.Lock()
+        self._closing = threading.Event()
+        self.drawing = threading.Lock()  # held while widgets follow what is played
         tabs = server.gui.add_tab_group() if live else self._take_files()
         self.hand = HandTab(self, tabs.add_tab("Hand"))
         self._live = live
@@ -100,7 +101,7 @@ class Page:
     def run(self) -> None:
         """Serve until the page is closed."""
         while not self._closing.wait(1.0 / RATE):
-            with self._drawing:
+            with self.drawing:
                 self.refresh()
 
     def refresh(self) -> None:
@@ -164,7 +165,7 @@ class Page:
         """End simulation and server."""
         self._closing.set()
         self.player.close()
-        with self._drawing:
+        with self.drawing:
             self.server.stop()
 
 
