@@ -10,7 +10,7 @@ from grasp_strategies.dexterity.posture import FOUR
 from thesis.frame import Finding, Report, Results
 
 # runs of the stored patterns
-AGAIN, HALF, SLIPPERY, STICKY = "again", "half_strength", "no_friction", "more_friction"
+AGAIN, HALF, SLIPPERY, FINER = "again", "half_strength", "no_friction", "finer_step"
 ALL = tuple(sorted(grasp_types()))
 NOT_COUNTED = 19  # whether scissors cut is not judged
 FAILED = (5, 19)  # in the thesis
@@ -115,10 +115,10 @@ def _checked(results: Results, whole: bool) -> list[Finding]:
         ours = f"{len(held)} held (<= {MOST_SLIPPERY}): {_listed(held)}"
         met = len(held) <= MOST_SLIPPERY if whole else None
         rows.append(Finding("negative control: no friction", "-", ours, met))
-    if STICKY in checks:
-        held = [n for n, trials in checks[STICKY].items() if good(trials, "held")]
+    if FINER in checks:
+        held = [n for n, trials in checks[FINER].items() if good(trials, "held")]
         ours = f"{len(held)} held: {_listed(held)}"
-        rows.append(Finding("the same patterns with half as much friction again", "-", ours))
+        rows.append(Finding("the same patterns in finer steps", "-", ours))
     return rows
 
 

@@ -8,7 +8,7 @@ import pytest
 from grasp_strategies.dexterity.patterns import load_patterns
 from thesis.chapter_8 import feix
 from thesis.chapter_8.feix import FOUR, UNTURNED, Parameters, problem, report
-from thesis.chapter_8.feix_report import AGAIN, ALL, HALF, NOT_COUNTED, SLIPPERY, STICKY
+from thesis.chapter_8.feix_report import AGAIN, ALL, FINER, HALF, NOT_COUNTED, SLIPPERY
 from thesis.chapter_8.feix_sheet import FILE, human_verdicts, write_verdicts
 from thesis.frame import Job, save_figure
 
@@ -26,13 +26,13 @@ def grasped(held=ALL, right=ALL):
     return {str(number): one(number in held, number in right) for number in ALL}
 
 
-def checks(again=None, half=None, slippery=(), sticky=()):
+def checks(again=None, half=None, slippery=(), finer=()):
     found = grasped()
     return {
         AGAIN: {n: o["trials"][:1] for n, o in (again or found).items()},
         HALF: {n: o["trials"] for n, o in (half or found).items()},
         SLIPPERY: {n: [trial(int(n) in slippery)] for n in found},
-        STICKY: {n: [trial(int(n) in sticky)] for n in found},
+        FINER: {n: [trial(int(n) in finer)] for n in found},
     }
 
 
@@ -78,7 +78,7 @@ def test_verdicts_beside_the_one_that_counts_are_told_and_not_judged():
     found = grasped()
     for number in ("3", "14"):
         found[number]["trials"] = [{**trial(), "at_rest": True}] * 3
-    beside = results(found=found, sticky=(3, 4))
+    beside = results(found=found, finer=(3, 4))
     more, rest = row(beside, "the same patterns"), row(beside, "held, by what is left")
     assert (more.ours, more.met) == ("2 held: 3, 4", None)
     assert (rest.ours, rest.met) == ("2 of 32", None)
