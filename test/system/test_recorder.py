@@ -28,7 +28,7 @@ def traffic(peer, recorder):
     """Publishes a latched text before, then numbered samples; returns the function that does."""
     text = peer.node.create_publisher(String, "robot_description", LATCHED)
     text.publish(String(data="<robot/>"))
-    samples = peer.node.create_publisher(JointState, "samples", 10)
+    samples = peer.node.create_publisher(JointState, "samples", RATE)  # a second: none is lost here
     peer.wait(samples.get_subscription_count, 20.0, "the recorder's subscription")
 
     def publish(count):

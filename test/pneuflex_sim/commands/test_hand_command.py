@@ -12,7 +12,7 @@ from pneuflex_sim.pictures.hand_picture import CAPTION
 from softhand_model.hand.hand import load_hand
 
 OWN_RUBBER = ("--modulus", 113, "--max-stretch", 7.5)
-PROFILES = ("design", "--length", 90, "--aspect", 1, "--ratio-profile", "[[0, 0.7], [90, 1.1]]")
+PROFILES = ("design", "--length", 90, "--ratio-profile", "[[0, 0.7], [90, 1.1]]")
 WISH = ("design", "--ratio", 0.93, "--stiffness", 3.9, "--length", 90)
 
 
@@ -178,6 +178,17 @@ def test_profiles_give_a_wall_that_varies_and_a_picture(tmp_path, capsys):
     assert float(finger.wall(0.0)) > 1.3 * float(finger.wall(0.09))
     assert matplotlib.image.imread(picture).std() > 0.05
     assert shown.err == ""
+
+
+def test_without_an_aspect_the_finger_is_as_wide_as_high_and_with_tapers_rules_warn(capsys):
+    wish = (*PROFILES, "--stiffness-profile", "[[0, 4], [90, 1.5]]")
+    told = []
+    for aspect in ((), ("--aspect", 1), ("--aspect", "P10")):
+        assert run(*wish, *aspect) == 0
+        told.append(capsys.readouterr())
+    assert told[0] == told[1]
+    assert told[0].err == ""
+    assert "rule 2" in told[2].err
 
 
 def test_the_rubber_is_chosen_by_its_index_among_those_that_do(capsys):

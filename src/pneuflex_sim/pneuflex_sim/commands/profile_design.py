@@ -38,7 +38,7 @@ from softhand_model.hand.rubber import Rubber, load_rubbers
 from softhand_model.hand.sizing import WishError, actuator_entry, profile_entry
 from softhand_model.numerics.arrays import Array
 
-AUTO = "auto"
+AUTO, TAPERS = "auto", "P10"
 RATIO = Bounds(1e-4, 1e3, "1/(m kPa)")
 STIFFNESS = Bounds(0.0, 1e6, "mN m2")
 ASPECT = Bounds(0.1, 10.0, "")
@@ -71,7 +71,7 @@ def add_to(parser: argparse.ArgumentParser) -> None:
     add, number = found.add_argument, {"type": float}
     add("--ratio-profile", metavar="P", help="curvature over pressure [1/(m kPa)]")
     add("--stiffness-profile", metavar="P", help="bending stiffness [mN m2]")
-    add("--aspect", metavar="P", help="width over height [-] (tapers as of P10)")
+    add("--aspect", metavar="P", help=f"width over height [-] (1), or {TAPERS}: its tapers")
     add("--side-share", **number, help="side wall over wall [-] (1)")
     add("--max-curvature", **number, help="the largest in use [1/m], which sets the pressure limit")
     add("--pressure", **number, help="the largest there is [kPa]")
@@ -136,7 +136,7 @@ def wish_of(options: argparse.Namespace, rubber: Rubber) -> ProfileWish:
     """The wish in SI units."""
     length, radius = _line(options)
     ratio = options.ratio_profile or _needed(options, "ratio")
-    aspect = options.aspect
+    aspect = "1" if options.aspect is None else options.aspect
     return ProfileWish(
         _profile("ratio-profile", ratio, length, RATIO, 1.0 / KILO),
         _profile("stiffness-profile", options.stiffness_profile, length, STIFFNESS, MILLI)
@@ -144,7 +144,7 @@ def wish_of(options: argparse.Namespace, rubber: Rubber) -> ProfileWish:
         else _straight(options, length),
         length,
         rubber,
-        None if aspect is None else _profile("aspect", aspect, length, ASPECT, 1.0),
+        None if aspect == TAPERS else _profile("aspect", aspect, length, ASPECT, 1.0),
         1.0 if options.side_share is None else within("side-share", options.side_share, SHARE),
         _optional("max-curvature", options.max_curvature, CURVATURE),
         _optional("pressure", options.pressure, _in_kpa(PRESSURE), KILO),
