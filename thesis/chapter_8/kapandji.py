@@ -57,8 +57,7 @@ SMALL = {
     "places": (4,),
     "cases": (FOUR,),
     "evaluations": 8,
-    "candidates": 1,
-    "tries": 1,
+    "tried": (1,),
     "segments": 5,
     "fine_step": 0.0025,
     "points": 2,
@@ -73,8 +72,9 @@ class Parameters:
     places: tuple[int, ...] = option(tuple(range(1, 9)), "by their numbers [-]")
     cases: tuple[str, ...] = option(tuple(CASES), "hands and channels that are searched [-]")
     evaluations: int = option(360, "of a search, its budget [-]")
-    candidates: int = option(10, "best of a search, tried with other pressures [-]")
-    tries: int = option(4, "of each candidate [-]")
+    tried: tuple[int, ...] = option(
+        (24, 8, 4, 4), "candidates that each draw of other pressures is tried on [-]"
+    )
     generation: int = option(8, "evaluations a generation [-]")
     repeats: int = option(3, "judged postures of each winner [-]")
     step: float = option(0.005, "of the physics [s]")
@@ -132,8 +132,9 @@ def _searched(
     """The winner of a search and its repeats."""
     search, folder = problem(given, case, place), folder / case / str(place)
     result = search_with(crew, search, folder)
-    draws = {str(k): (search.seed, 100 + k) for k in range(given.tries)}  # not those of the repeats
-    tried = try_again(crew, search, result, draws, given.candidates, folder / "tried")
+    # not those of the repeats
+    draws = {str(k): (search.seed, 100 + k) for k in range(len(given.tried))}
+    tried = try_again(crew, search, result, draws, given.tried, folder / "tried")
     best = tried[0].record
     return {
         "values": dict(best["values"]),

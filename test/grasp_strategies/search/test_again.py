@@ -20,15 +20,28 @@ def test_what_can_be_repeated_wins_over_what_was_best_once(tmp_path):
     draws = {"left": (-100,), "right": (100,)}  # thousandths that x is moved by
     with workers(0) as crew:
         result = search_with(crew, LEDGE, tmp_path)
-        tried = try_again(crew, LEDGE, result, draws, 20, tmp_path / "again")
-        taken_up = try_again(crew, LEDGE, result, draws, 20, tmp_path / "again")
+        tried = try_again(crew, LEDGE, result, draws, (10, 10), tmp_path / "again")
+        taken_up = try_again(crew, LEDGE, result, draws, (10, 10), tmp_path / "again")
     assert result.values["x"] > 0.9  # too near to the ledge
     best = tried[0]
     assert 0.7 < best.record["values"]["x"] < 0.9
     assert best.worst == pytest.approx(1.0 - best.record["values"]["x"] + 0.1)
     assert [one.worst for one in tried] == sorted(one.worst for one in tried)
     assert taken_up == tried
-    assert len((tmp_path / "again" / "results.jsonl").read_text().splitlines()) == 40
+    assert len((tmp_path / "again" / "results.jsonl").read_text().splitlines()) == 20
+
+
+def test_only_the_better_half_goes_into_the_next_round(tmp_path):
+    draws = {"right": (100,), "left": (-100,)}
+    with workers(0) as crew:
+        result = search_with(crew, LEDGE, tmp_path)
+        tried = try_again(crew, LEDGE, result, draws, (10, 3), tmp_path / "again")
+    assert [len(one.records) for one in tried] == [2] * 3 + [1] * 7
+    first = [one.records[0]["cost"] for one in tried]
+    assert max(first[:3]) <= min(first[3:])
+    assert max(one.record["values"]["x"] for one in tried[:3]) < 0.9  # none near to the ledge
+    generations = {int(one.record["key"].rpartition("/")[2]) // 8 for one in tried}
+    assert len(generations) == 10
 
 
 def test_of_the_tries_the_worst_counts():

@@ -136,7 +136,7 @@ def test_searches_have_the_budget_and_seeds_of_their_own():
     given = Parameters()
     first, other = problem(given, FOUR, 3), problem(given, FOUR, 4)
     assert (first.evaluations, first.sampler, first.generation) == (280, "cma", 10)
-    assert given.evaluations + given.candidates * given.tries == 300
+    assert given.evaluations + sum(given.tried) == 300
     assert first.seed == 3003 != other.seed
     assert len(first.variables) == 8 + 1 + 3 + 2
     assert problem(given, UNTURNED, 3).settings["hand"] == UNTURNED

@@ -39,29 +39,42 @@ def try_again(
     problem: SearchProblem,
     result: SearchResult,
     draws: Mapping[str, Sequence[int]],
-    candidates: int,
+    candidates: Sequence[int],
     folder: Path,
 ) -> list[Tried]:
-    """The `candidates` best evaluations, each once with every draw; the least worst cost first.
+    """Try the best of a search in rounds, each with a draw that is new; the winner comes first.
+
+    The first round has the best of each generation, at most one of each, since the latest best are
+    nearly the same. Into a later round goes what has the least worst cost so far, as in successive
+    halving (Jamieson and Talwalkar, AISTATS 2016).
 
     Args:
         crew: who runs them.
         problem: of the search; its objective's setting `draw` says how a try differs.
         result: of the search.
-        draws: seeds of the tries, by the end of their keys.
-        candidates: how many are tried.
+        draws: seeds of the rounds, by the end of their keys.
+        candidates: how many are in each round, never more than in the one before.
         folder: of the results, from which a run goes on.
+
+    Returns:
+        All of the first round, those tried most often first, of these the least worst cost.
 
     Raises ValueError when all evaluations of the search ended in errors.
     """
-    best = result.best_first[:candidates]
-    lines = [_try(problem, record, name, draw) for name, draw in draws.items() for record in best]
+    first = result.best_of_generations(problem.generation)[: candidates[0]]
+    tried = [Tried(record, []) for record in first]
     with Results(folder) as results:
-        for record in crew.run(results.left(lines)):
-            results.append(record)
-        found = [results.records[line.key] for line in lines]
-    tried = [Tried(record, found[rank :: len(best)]) for rank, record in enumerate(best)]
-    return sorted(tried, key=lambda one: (one.worst, one.record[COST]))
+        for (name, draw), count in zip(draws.items(), candidates, strict=True):
+            lines = [_try(problem, one.record, name, draw) for one in tried[:count]]
+            for record in crew.run(results.left(lines)):
+                results.append(record)
+            again = [
+                Tried(one.record, [*one.records, results.records[line.key]])
+                for one, line in zip(tried, lines, strict=False)
+            ]
+            again.sort(key=lambda one: (one.worst, one.record[COST]))
+            tried = again + tried[len(again) :]
+    return tried
 
 
 def _try(problem: SearchProblem, record: Record, name: str, draw: Sequence[int]) -> Evaluation:

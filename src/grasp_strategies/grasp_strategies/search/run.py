@@ -40,6 +40,14 @@ class SearchResult:
             raise ValueError(f"all evaluations ended in errors: {self.records[0]['error']}")
         return sorted(valid, key=lambda record: float(record[COST]))
 
+    def best_of_generations(self, generation: int) -> list[Record]:
+        """The best of each generation of so many evaluations, in the same order."""
+        place = {record["key"]: number for number, record in enumerate(self.records)}
+        best: dict[int, Record] = {}
+        for record in self.best_first:
+            best.setdefault(place[record["key"]] // generation, record)
+        return list(best.values())
+
     @property
     def best(self) -> Record:
         """The first of them."""
