@@ -21,11 +21,12 @@ Since then the searches alone run at 5 ms; the best are shaken, and winners judg
 types were held.
 
 Then 24 patterns each of 10, 11, 15, 17 and 21, drawn from those that cost less than 25 mm in the
-search, were shaken at 2 ms: they turned by 3 to 26, 59 or 162 deg, and by how much had nothing to do
-with their cost (rank correlation within 0.25), nor with that of stronger or longer pulls or less
-friction. So pulling tells what is in the hand, and shaking alone what stays there: the best of 18
-generations are shaken now where five neighbours were, and successive halving leaves ten evaluations
-fewer to the search within the same 300. Winners are judged on draws that are new.
+search, were shaken at 2 ms: they turned by 3 to 26, 59 or 162 deg, which had nothing to do with
+their cost (rank correlation within 0.25), and little with that of stronger, longer or repeated
+pulls or of less friction (0.59 once, else within 0.5). So pulling tells what is in the hand, and
+shaking alone what stays there: the best of 18 generations are shaken now where five neighbours
+were, and successive halving leaves ten evaluations fewer to the search within the same 300. Winners
+are judged on draws that are new.
 """
 
 from __future__ import annotations
@@ -194,7 +195,7 @@ def _searched(
     result = search_with(crew, search, place)
     draws = [(search.seed, (1 + k // 2) * (-1) ** k) for k in range(len(given.tried))]
     named = {str(draw[1]): draw for draw in draws}  # not those of the trials
-    shaken = replace(search, settings={**search.settings, "step": given.judged_step})
+    shaken = search.with_settings(step=given.judged_step)
     tried = try_again(crew, shaken, result, named, given.tried, place / "tried")
     winner = tried[0]
     times = [record["cpu_time"] for record in result.records]

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from grasp_strategies.search.objective import COST
 from grasp_strategies.search.problem import Evaluation, SearchProblem
@@ -78,6 +77,5 @@ def try_again(
 
 
 def _try(problem: SearchProblem, record: Record, name: str, draw: Sequence[int]) -> Evaluation:
-    settings: dict[str, Any] = {**problem.settings, "draw": list(draw)}
-    again = replace(problem, name=f"{problem.name}_{name}", settings=settings)
+    again = replace(problem.with_settings(draw=list(draw)), name=f"{problem.name}_{name}")
     return Evaluation(again, int(record["key"].rpartition("/")[2]), record["values"])

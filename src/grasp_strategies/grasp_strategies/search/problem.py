@@ -17,7 +17,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +77,10 @@ class SearchProblem:
                 raise ValueError(f"start: {name}: expected a variable within its range, {value}")
         if self.spread is not None and len(self.start) < len(by_name):
             raise ValueError("start: expected all variables beside spread")
+
+    def with_settings(self, **changed: Any) -> SearchProblem:
+        """The same with some of the objective's settings changed."""
+        return replace(self, settings={**self.settings, **changed})
 
 
 @dataclass(frozen=True)
