@@ -31,7 +31,7 @@ def test_what_can_be_repeated_wins_over_what_was_best_once(tmp_path):
     assert len((tmp_path / "again" / "results.jsonl").read_text().splitlines()) == 20
 
 
-def test_only_the_better_half_goes_into_the_next_round(tmp_path):
+def test_only_the_best_go_into_the_next_round_and_each_is_of_another_generation(tmp_path):
     draws = {"right": (100,), "left": (-100,)}
     with workers(0) as crew:
         result = search_with(crew, LEDGE, tmp_path)

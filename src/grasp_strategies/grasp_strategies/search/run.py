@@ -41,7 +41,7 @@ class SearchResult:
         return sorted(valid, key=lambda record: float(record[COST]))
 
     def best_of_generations(self, generation: int) -> list[Record]:
-        """The best of each generation of so many evaluations, in the same order."""
+        """The best of each generation of so many evaluations, the least cost first."""
         place = {record["key"]: number for number, record in enumerate(self.records)}
         best: dict[int, Record] = {}
         for record in self.best_first:
