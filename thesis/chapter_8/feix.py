@@ -21,8 +21,8 @@ Since then the searches alone run at 5 ms; the best are shaken, and winners judg
 types were held.
 
 Then 24 patterns each of 10, 11, 15, 17 and 21, drawn from those that cost less than 25 mm in the
-search, were shaken once at 2 ms: they turned by 3 to 26, 59 or 162 deg, which had nothing to do with
-their cost (rank correlation within 0.25), and little with that of stronger, longer or repeated
+search, were shaken once at 2 ms: they turned by 3 to 26, 59 or 162 deg, which had nothing to do
+with their cost (rank correlation within 0.25), and little with that of stronger, longer or repeated
 pulls or of less friction (0.59 once, else within 0.5). So pulling tells what is in the hand, and
 shaking alone what stays there: the best of 18 generations are shaken now where five neighbours
 were, by successive halving, and the search has twenty evaluations fewer within the same 300. With
