@@ -99,7 +99,7 @@ def _beyond(found: GraspPostures) -> Finding:
     share = found.beyond[HELD]
     ours = (
         f"{_interval(share)}, {1e3 * found.beyond_length(HELD):.1f} mm, of which the noise floor "
-        f"is {100 * found.floor(HELD)[found.channels]:.2g} %; above that: p = {share.p:.2g} (< 0.05)"
+        f"is {100 * found.floor(HELD)[found.channels]:.2g} %; above it: p = {share.p:.2g} (< 0.05)"
     )
     what = f"postures beyond {found.channels} components"
     return Finding(what, "more than actuation", ours, share.shown, 100 * share.value, "%")
